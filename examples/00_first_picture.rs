@@ -1,7 +1,7 @@
 //! A picture of a displaced sphere in the evening, `out/first_picture.png`: `cargo run --release --example 00_first_picture`.
 
 use leadr::glam::Vec3;
-use leadr::{Camera, Environment, Gpu, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, Sky, save_png};
+use leadr::{Camera, Environment, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, Sky, open_gpu, save_png};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = NamedScene::find("sphere").ok_or("no scene of that name")?;
@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = Camera::looking_at(Vec3::new(2.9, -2.9, -0.35), Vec3::ZERO, 36.0);
     let frame = stage.state(0.0, &camera, &Lights::under(&sky));
 
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
 

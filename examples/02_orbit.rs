@@ -9,12 +9,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use glam::Affine3A;
-use leadr::app::demo::orbit::Orbit;
-use leadr::app::demo::window::show::{OneScene, Show};
-use leadr::app::demo::window::surroundings::Surroundings;
-use leadr::app::demo::window::{Display, WindowOptions, run};
-use leadr::gpu::Gpu;
 use leadr::maps::procedural::rock;
+use leadr::open_gpu;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
@@ -25,6 +21,7 @@ use leadr::scenes::light::EnvironmentChoice;
 use leadr::scenes::set::SkyOrPicture;
 use leadr::scenes::sphere::displaced_sphere;
 use leadr::scenes::view::CameraPose;
+use leadr::window::{Display, OneScene, Orbit, Show, Surroundings, WindowOptions, run};
 
 /// A displaced sphere in a window.
 #[derive(Parser)]
@@ -58,7 +55,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The device must be able to draw on the display, so the display comes first.
     let display = Display::open()?;
-    let gpu = Gpu::new(&display.gpu_options(arguments.device, arguments.validation)?)?;
+    let gpu = open_gpu(&display.gpu_options(arguments.device, arguments.validation)?)?;
 
     let rock = HeightField::repeating(rock(256, 256, 7));
     let (mesh, heights) = displaced_sphere(&rock, 1.0, 8, 64, [0.45, 0.35, 0.26, 0.25]);

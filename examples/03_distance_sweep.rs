@@ -5,8 +5,9 @@
 
 use std::error::Error;
 
-use leadr::gpu::{Gpu, GpuOptions};
+use leadr::gpu::GpuOptions;
 use leadr::maps::{load_environment, load_height_map};
+use leadr::open_gpu;
 use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
@@ -25,7 +26,7 @@ fn mean_luminance(output: &FrameOutput) -> f64 {
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let map = arguments.next().map(load_height_map).transpose()?;
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     let (environment, sky) = match arguments.next() {
         Some(file) => (Environment::from_equirect(&gpu, Environment::FACE_SIZE, &load_environment(file)?)?, None),
         None => (Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default())?, Some(Sky::default())),

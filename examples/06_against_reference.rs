@@ -7,10 +7,10 @@
 
 use std::error::Error;
 
-use leadr::gpu::{Gpu, GpuOptions};
-use leadr::lab::metrics::compare::compare;
+use leadr::gpu::GpuOptions;
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_environment, load_height_map};
+use leadr::open_gpu;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
@@ -19,12 +19,13 @@ use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 use leadr::scenes::trex::stage::trex_stage;
+use leadr_tools::metrics::compare::compare;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let scene = arguments.first().map_or("sphere", String::as_str);
     let samples: u32 = arguments.get(1).map_or(Ok(64), |s| s.parse())?;
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     let (mut stage, distance) = match scene {
         "trex" => (trex_stage(16, &|_| {})?, 90.0),
         _ => {

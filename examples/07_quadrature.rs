@@ -3,11 +3,11 @@
 //!
 //! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|sweeps]]`
 
-use leadr::lab::quadrature_study::Row;
-use leadr::lab::quadrature_study::diffuse::DiffuseSet;
-use leadr::lab::quadrature_study::light::LightSet;
-use leadr::lab::quadrature_study::specular::{Sharpness, SpecularSet};
-use leadr::lab::quadrature_study::sweep::sweep_rows;
+use leadr_lab::quadrature_study::Row;
+use leadr_lab::quadrature_study::diffuse::DiffuseSet;
+use leadr_lab::quadrature_study::light::LightSet;
+use leadr_lab::quadrature_study::specular::{Sharpness, SpecularSet};
+use leadr_lab::quadrature_study::sweep::sweep_rows;
 
 fn print(title: &str, rows: &[Row]) {
     println!("\n{title}\n{}", Row::HEADER);

@@ -6,8 +6,8 @@
 use std::error::Error;
 
 use glam::Vec3;
-use leadr::gpu::{Gpu, GpuOptions};
-use leadr::lab::ray_cast::{Spectrum, Tile};
+use leadr::gpu::GpuOptions;
+use leadr::open_gpu;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
@@ -18,10 +18,11 @@ use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
+use leadr_lab::ray_cast::{Spectrum, Tile};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let most: u32 = std::env::args().nth(1).map_or(Ok(1024), |s| s.parse())?;
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
     let heights = HeightField { width: 64, height: 64, texels: tile.heights().to_vec(), border: Border::Wrap };
     let mesh = plane(1.5, 6, 1.0, [0.6, 0.6, 0.6, 0.4], even);

@@ -4,9 +4,9 @@
 //! `cargo run --release --example 09_shadowing_errors [seed]`
 
 use glam::{DVec2, DVec3};
-use leadr::lab::ray_cast::Spectrum;
-use leadr::lab::shadowing_errors::{ShadowingSettings, lit_facets, shadowing_errors};
 use leadr::reflectance::integrals::shadowed_reference::Surface;
+use leadr_lab::ray_cast::Spectrum;
+use leadr_lab::shadowing_errors::{ShadowingSettings, lit_facets, shadowing_errors};
 
 fn main() {
     let seed = std::env::args().nth(1).map_or(1, |s| s.parse().expect("the seed is a whole number"));

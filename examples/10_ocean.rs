@@ -4,9 +4,10 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use glam::Vec3;
-use leadr::gpu::{Gpu, GpuOptions};
+use leadr::gpu::GpuOptions;
 use leadr::maps::save::save_png;
 use leadr::maps::tonemap::Tonemap;
+use leadr::open_gpu;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
@@ -18,7 +19,7 @@ use leadr::scenes::stage::{Lights, Stage, Views};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out".to_owned()));
-    let gpu = Gpu::new(&GpuOptions { validation: true, ..GpuOptions::default() })?;
+    let gpu = open_gpu(&GpuOptions { validation: true, ..GpuOptions::default() })?;
     let sky = Sky { sun_direction: Vec3::new(0.85, 0.2, 0.32).normalize(), ..Sky::default() };
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let start = std::time::Instant::now();

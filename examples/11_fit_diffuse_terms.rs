@@ -3,8 +3,8 @@
 //!
 //! `cargo run --release --example 11_fit_diffuse_terms [SEED]`
 
-use leadr::lab::quadrature_study::fit::{Training, fit_terms, plain_terms};
 use leadr::reflectance::visible::diffuse::visible_diffuse_terms;
+use leadr_lab::quadrature_study::fit::{Training, fit_terms, plain_terms};
 
 fn main() {
     let seed = std::env::args().nth(1).and_then(|s| s.parse().ok()).unwrap_or(100);

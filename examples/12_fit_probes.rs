@@ -4,8 +4,8 @@
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 
-use leadr::lab::quadrature_study::fit_probes::{FittedRule, ProbeTraining, fit_probes};
 use leadr::reflectance::visible::specular::probe_rule;
+use leadr_lab::quadrature_study::fit_probes::{FittedRule, ProbeTraining, fit_probes};
 
 fn main() {
     let number = |i: usize, or: u64| std::env::args().nth(i).and_then(|s| s.parse().ok()).unwrap_or(or);

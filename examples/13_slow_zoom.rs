@@ -5,14 +5,15 @@
 
 use std::error::Error;
 
-use leadr::gpu::{Gpu, GpuOptions};
-use leadr::lab::metrics::Mask;
+use leadr::gpu::GpuOptions;
+use leadr::open_gpu;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions, Technique};
 use leadr::scenes::stage::{Lights, Relief, Stage, plane_stage, sphere_stage};
 use leadr::scenes::studio::studio;
+use leadr_tools::metrics::Mask;
 
 const SIZE: u32 = 64;
 const STEPS: i32 = 100;
@@ -26,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(other) => return Err(format!("{other} is neither plane nor sphere").into()),
     };
     let metres = arguments.next().map_or(Ok(metres), |text| text.parse::<f32>())?;
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     let sky = Sky::default();
     println!("one sample, smooth geometry, from {metres} m in {STEPS} steps of {STEP}; shares of the mean radiance");
     println!("{:<7} {:<22} {:>9} {:>9} {:>9} {:>9}", "light", "rule", "step", "second", "99.9 %", "rms");

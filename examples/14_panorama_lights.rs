@@ -3,9 +3,9 @@
 //!
 //! `cargo run --release --example 14_panorama_lights FILE.hdr ...`
 
-use leadr::lab::panorama_study::irradiance_errors;
 use leadr::maps::load_environment;
 use leadr::render::light::panorama::LightExtraction;
+use leadr_lab::panorama_study::irradiance_errors;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for file in std::env::args().skip(1) {

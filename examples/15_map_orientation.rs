@@ -4,9 +4,10 @@
 
 use std::error::Error;
 
-use leadr::gpu::{Gpu, GpuOptions};
+use leadr::gpu::GpuOptions;
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{HeightMap, save};
+use leadr::open_gpu;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let camera = Camera::looking_at(middle + glam::Vec3::new(0.0, -0.6, 6.0), middle, 30.0);
     let sky = Sky::with_sun(0.6, -2.2);
     let state = stage.state(0.0, &camera, &Lights::under(&sky));
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
     let settings = RenderSettings { size: (480, 480), samples: 16, ..Default::default() };

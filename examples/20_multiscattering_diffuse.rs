@@ -7,7 +7,6 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
-use leadr::lab::multiscattering_study::{Simulation, fit_bounces, fitted};
 use leadr::reflectance::facets::beckmann::Beckmann;
 use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::gloss::Gloss;
@@ -19,6 +18,7 @@ use leadr::reflectance::materials::microfacet::{half_vector, microfacet_eval_ggx
 use leadr::reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, chan_diffuse, chan_rational_rough};
 use leadr::reflectance::quadrature::composite_gauss;
 use leadr::reflectance::visible::diffuse::leadr_diffuse_light_visible;
+use leadr_lab::multiscattering_study::{Simulation, fit_bounces, fitted};
 
 /// Levels of gloss of the paper's figures.
 const GLOSS: [f64; 5] = [0.0, 60.0, 120.0, 180.0, 240.0];

@@ -7,13 +7,9 @@
 //!
 //! Height maps without normals are scaled until their slopes have a standard deviation of 0.5.
 
-#[path = "../tests/common/height_rays.rs"]
-mod height_rays;
-
 use std::path::Path;
 use std::time::Instant;
 
-use height_rays::HeightRays;
 use leadr::maps::derive::{
     About, Difference, Integration, Relaxation, SLICES, Slopes, heights_of_slopes, relaxed_heights, slopes_of_heights,
     visibility,
@@ -21,6 +17,7 @@ use leadr::maps::derive::{
 use leadr::maps::material::{Encoding, NormalMap, Texture, green_axis};
 use leadr::maps::{HeightMap, Wrap, load_height_map, load_raster};
 use leadr::reflectance::masking::occlusion::{Cone, cone_light, cone_light_smooth};
+use leadr_testing::height_rays::HeightRays;
 use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error>;

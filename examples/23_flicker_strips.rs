@@ -9,11 +9,12 @@
 use std::error::Error;
 
 use glam::Vec3;
-use leadr::gpu::{Gpu, GpuOptions};
+use leadr::gpu::GpuOptions;
 use leadr::maps::material::{Input, Material, MaterialFolder, Relief};
 use leadr::maps::save::save_png_srgb8;
 use leadr::maps::tonemap::{Tonemap, display_srgb8};
 use leadr::maps::{Rgb8Image, procedural};
+use leadr::open_gpu;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -60,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let metres = arguments.next().map_or(Ok(30.0), |text| text.parse::<f32>())?;
     let file = arguments.next().unwrap_or_else(|| "out/flicker-strips.png".to_owned());
-    let gpu = Gpu::new(&GpuOptions::default())?;
+    let gpu = open_gpu(&GpuOptions::default())?;
     // The plate mirrors it towards the camera.
     let sky = Sky::with_sun(37.0f32.to_radians(), 90.0f32.to_radians());
     let mut stage = plane_stage(&polished(material), None);

@@ -7,15 +7,20 @@
 //!
 //! # What is here
 //!
-//! | feature | gives |
-//! |---|---|
-//! | none | [`reflectance`]: the mathematics; [`maps`]: textures on the CPU; [`measured`]: measured materials; [`models`]: glTF files. No Vulkan, no shader compiler |
-//! | `gpu` | the renderer below: a `Renderer` draws a `FrameState` of `Object`s under an `Environment`; `Stage`s are ready-made scenes |
-//! | `cli` | the laboratory and the `leadr` command (`command::run`) |
-//! | `window` (default) | its window |
+//! Each part is a crate of its own, which this one re-exports; a program that needs one part depends on that crate alone.
 //!
-//! Each feature contains the ones above it. `examples/00_first_picture.rs` renders a picture; `ARCHITECTURE.md` tells how the
-//! crate is built inside.
+//! | module | crate | holds |
+//! |---|---|---|
+//! | [`reflectance`] | `leadr-reflectance` | the mathematics: slopes, microfacets, masking, materials, integrals |
+//! | [`maps`] | `leadr-maps` | textures on the processor: load, derive, filter, save |
+//! | [`measured`] | `leadr-measured` | files of measured reflectance and of fits |
+//! | [`models`] | `leadr-models` | glTF files |
+//! | [`gpu`] | `leadr-gpu` | a thin layer over Vulkan |
+//! | [`render`] | `leadr-render` | the renderer: a `Renderer` draws a `FrameState` of `Object`s under an `Environment` |
+//! | [`scenes`] | `leadr-scenes` | ready-made scenes: a `Stage` each |
+//! | `command` | this one, feature `cli` | the `leadr` command; feature `window` (default) adds its window |
+//!
+//! `examples/00_first_picture.rs` renders a picture; `ARCHITECTURE.md` describes how the crates are built inside.
 //!
 //! # What a map keeps
 //!
@@ -23,7 +28,7 @@
 //!
 //! ```
 //! use std::f32::consts::TAU;
-//! use leadr::maps::{HeightMap, LeadrMap, Wrap};
+//! use leadr_maps::{HeightMap, LeadrMap, Wrap};
 //!
 //! // Eight waves across a map of 256 texels, amplitude 0.01 in units of the map's side.
 //! let wave = |i: u32| 0.01 * (TAU * 8.0 * (i % 256) as f32 / 256.0).sin();
@@ -37,56 +42,26 @@
 //! assert!(far.height.abs() < 1e-6 && far.mean_slope[0].abs() < 1e-6);
 //! assert!((across / 0.1263 - 1.0).abs() < 0.02);
 //! assert!(along.abs() < 1e-6 && covariance.abs() < 1e-6);
-//! # Ok::<(), leadr::maps::MapFault>(())
+//! # Ok::<(), leadr_maps::MapFault>(())
 //! ```
 //!
 //! Conventions everywhere: metres, z up; linear Rec. 709 radiance; `wi` to the light, `wo` to the viewer, `wh` their
 //! half vector, `wn` a micronormal, in the macro tangent frame unless the name says `world_`.
 
-// Vulkan is the only reason for unsafe code: floor 2 and what draws the panel.
+// Vulkan is the only reason for unsafe code, here that of the panel's painter.
 #![deny(unsafe_code)]
-#![cfg_attr(
-    not(feature = "internals"),
-    allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")
-)]
 
-pub mod maps;
-pub mod measured;
-pub mod models;
-pub mod reflectance;
-
-// The floors below are for this crate alone; its tests and examples see them through the feature `internals`.
-#[cfg(all(feature = "cli", feature = "internals"))]
-#[doc(hidden)]
-pub mod app;
-#[cfg(all(feature = "cli", not(feature = "internals")))]
-mod app;
-#[cfg(all(feature = "gpu", feature = "internals"))]
-#[doc(hidden)]
-pub mod gpu;
-#[cfg(all(feature = "gpu", not(feature = "internals")))]
-mod gpu;
-#[cfg(all(feature = "cli", feature = "internals"))]
-#[doc(hidden)]
-pub mod lab;
-#[cfg(all(feature = "cli", not(feature = "internals")))]
-mod lab;
-#[cfg(all(feature = "gpu", feature = "internals"))]
-#[doc(hidden)]
-pub mod render;
-#[cfg(all(feature = "gpu", not(feature = "internals")))]
-mod render;
-#[cfg(all(feature = "gpu", feature = "internals"))]
-#[doc(hidden)]
-pub mod scenes;
-#[cfg(all(feature = "gpu", not(feature = "internals")))]
-mod scenes;
-
-/// Vectors and matrices of the renderer.
-#[cfg(feature = "gpu")]
 pub use glam;
+pub use {
+    leadr_gpu as gpu, leadr_maps as maps, leadr_measured as measured, leadr_models as models,
+    leadr_reflectance as reflectance, leadr_render as render, leadr_scenes as scenes,
+};
 
-#[cfg(feature = "gpu")]
+pub use leadr_render::open_gpu;
+
+#[cfg(feature = "cli")]
+mod app;
+
 pub use self::{
     gpu::{Gpu, GpuError, GpuOptions},
     maps::{save::save_png, tonemap::Tonemap},
@@ -123,4 +98,13 @@ pub use self::{
 #[cfg(feature = "cli")]
 pub mod command {
     pub use crate::app::run;
+}
+
+/// The window of `leadr demo`, for programs that show a scene of their own in it.
+#[cfg(feature = "window")]
+pub mod window {
+    pub use crate::app::demo::orbit::Orbit;
+    pub use crate::app::demo::window::show::{OneScene, Show};
+    pub use crate::app::demo::window::surroundings::Surroundings;
+    pub use crate::app::demo::window::{Display, WindowOptions, run};
 }

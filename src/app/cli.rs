@@ -1,6 +1,7 @@
 //! The command line: its commands, and the flags that all of them have.
 
-use clap::{Arg, Args, CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use leadr_tools::command::run::{OutputArgs, with_negative_numbers};
 
 use super::bake::args::BakeArgs;
 use super::bench::args::BenchArgs;
@@ -9,8 +10,7 @@ use super::compare::args::CompareArgs;
 #[cfg(feature = "window")]
 use super::demo::args::DemoArgs;
 use super::fit::args::FitArgs;
-use super::report::args::ReportArgs;
-use super::{bake, bench, capture, compare, fit, report};
+use super::{bake, bench, capture, compare, fit};
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
 #[derive(Debug, Parser)]
@@ -26,24 +26,9 @@ pub struct Cli {
     pub output: OutputArgs,
 }
 
-/// The declaration of the command line. A negative number is the value of the flag before it, not an unknown flag, so that the error is
-/// about the number.
+/// The declaration of the command line.
 pub fn command() -> clap::Command {
-    let negative = |flag: Arg| {
-        if flag.get_action().takes_values() { flag.allow_negative_numbers(true) } else { flag }
-    };
-    Cli::command().mut_subcommands(|command| command.mut_args(negative))
-}
-
-/// Flags of every command.
-#[derive(Clone, Copy, Debug, Args)]
-pub struct OutputArgs {
-    /// Print the result as one JSON object on stdout
-    #[arg(long, global = true, display_order = 900)]
-    pub json: bool,
-    /// Print neither progress nor the result as text; errors and --json remain
-    #[arg(long, short, global = true, display_order = 901)]
-    pub quiet: bool,
+    with_negative_numbers(Cli::command())
 }
 
 /// The commands.
@@ -68,9 +53,6 @@ pub enum Command {
     /// Measure the difference of two pictures: FLIP, relative RMSE, largest difference
     #[command(after_help = compare::args::EXAMPLES)]
     Compare(CompareArgs),
-    /// Repeat the papers' measurements and write them as one page of tables, pictures and plots
-    #[command(after_help = report::args::EXAMPLES)]
-    Report(ReportArgs),
 }
 
 #[cfg(test)]

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::common::shared::shared_data;
 use leadr::maps::baked::BakedMap;
 use leadr::maps::save::{save_exr, save_png_grey16};
 use leadr::maps::{HeightMap, LeadrMap, Wrap, load_height_map, load_picture};
+use leadr_testing::shared::shared_data;
 
 fn bake(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));

@@ -2,14 +2,14 @@
 
 use std::process::{Command, Output};
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::stage_under_sky;
 use leadr::render::frame::Layer;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::full_screen::full_screen_stage;
 use leadr::scenes::stage::Lights;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::stage_under_sky;
 use serde_json::Value;
 
 fn run(arguments: &[&str]) -> Output {

@@ -4,11 +4,11 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::gpu::test_gpu;
 use leadr::maps::save::{save_exr_rgb, save_png};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, decode_color_srgb8, load_color};
 use leadr::scenes::registry::SCENES;
+use leadr_testing::gpu::test_gpu;
 
 pub fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Output;
 
 use crate::cli::{leadr, one_line_error, path};
-use crate::common::gpu::test_gpu;
+use leadr_testing::gpu::test_gpu;
 
 const FRAMES: usize = 6;
 

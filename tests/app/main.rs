@@ -1,8 +1,5 @@
 //! The `leadr` command as scripts see it.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod bake;
 mod bench;
 mod cli;

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::common::gpu::test_gpu;
 use leadr::maps::load_color_srgb8;
+use leadr_testing::gpu::test_gpu;
 use serde_json::Value;
 
 fn report(arguments: &[&str]) -> Output {

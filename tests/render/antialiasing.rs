@@ -5,8 +5,6 @@
 //! is wider where surfaces are as glossy as these: highlights are softer than the reference's and 9 to 19 % brighter in total. With the variance of the box, 1/12,
 //! the sphere of 6 pixels is nearer to the reference (4 % too dark), but its brightness varies by 55 % instead of 5 %.
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::in_room;
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
@@ -15,6 +13,8 @@ use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::scenes::sphere::cube_sphere;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::in_room;
 
 const SIZE: u32 = 24;
 /// Positions along two pixels, an eighth of a pixel apart.

@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::common::gpu::test_gpu;
 use leadr::gpu::Gpu;
-use leadr::lab::metrics::compare::rrmse;
 use leadr::maps::bake::{ExrFile, Inputs as BakeInputs, Kind, Ktx2File, Layout, Plan, Precision, Roughness, bake};
 use leadr::maps::material::{Material, RoughnessMeaning};
 use leadr::maps::save::save_exr;
@@ -15,6 +13,8 @@ use leadr::scenes::config::{MaterialFiles, SceneConfig};
 use leadr::scenes::registry::Scene;
 use leadr::scenes::set::{Inputs, set};
 use leadr::scenes::view::{Size, View};
+use leadr_testing::gpu::test_gpu;
+use leadr_tools::metrics::compare::rrmse;
 
 /// Files of one surface in a folder.
 struct Files {

@@ -12,8 +12,8 @@ use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::scenes::plane::{even, plane};
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::in_room;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::in_room;
 
 const ALBEDO: f64 = 0.6;
 

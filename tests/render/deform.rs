@@ -1,13 +1,13 @@
 //! Surfaces that deform while their LEADR maps stay the same (LEADR eq. 12).
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::stage_under_sky;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::{frame_about, to_frame};
 use leadr::render::frame::Layer;
 use leadr::render::settings::RenderSettings;
 use leadr::scenes::deform::{Deformation, PERIOD, SHEAR, STRETCH, stage};
 use leadr::scenes::stage::Lights;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::stage_under_sky;
 
 /// Mean slope covariance (xx, yy, xy) of the quad seen from afar, along world x and the quad's upward direction.
 fn quad_covariance(gpu: &TestGpu, deformation: Deformation, time: f64) -> [f64; 3] {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::shared::shared_data;
 use glam::{Quat, Vec3};
-use leadr::lab::cracks::{self, Cracks, Search, rough_relief, roughened};
 use leadr::maps::material::Material;
 use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, Scene, Transform};
 use leadr::scenes::model::{ModelChoice, stage};
 use leadr::scenes::stage::Stage;
+use leadr_lab::cracks::{self, Cracks, Search, rough_relief, roughened};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::shared::shared_data;
 
 /// A model of primitives, each of a material of its own.
 fn model(primitives: Vec<Primitive>) -> Model {

@@ -1,7 +1,5 @@
 //! Edge samples: silhouettes as smooth as with many samples, surfaces shaded once.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{stage_under_sky, under_sky};
 use glam::{Affine3A, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
@@ -10,6 +8,8 @@ use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{stage_under_sky, under_sky};
 
 const SIZE: u32 = 64;
 /// Bound on the relative difference that the G-buffer's halves and snorms make; at most 9e-4 was measured.

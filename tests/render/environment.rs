@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::common::cube::{panorama, read_image_level, read_level};
-use crate::common::gpu::{run_probe_with, test_gpu};
 use glam::DVec3;
 use leadr::gpu::Descriptor;
 use leadr::maps::RgbImage;
@@ -11,6 +9,8 @@ use leadr::reflectance::visible::kernel::{kernel_levels, kernel_variance};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::light::sky::Sky;
+use leadr_testing::cube::{panorama, read_image_level, read_level};
+use leadr_testing::gpu::{run_probe_with, test_gpu};
 
 /// Radiance integrated over the sphere, and its mean direction.
 fn power(texels: &[(DVec3, f64, DVec3)]) -> (DVec3, DVec3) {
@@ -269,7 +269,7 @@ fn pictures() {
         println!("next sky {:?}", clock.elapsed());
         view(&environment, 0.0, 1.5, &format!("sky-{elevation}.png"));
     }
-    if let Some(folder) = crate::common::shared::shared_data("env") {
+    if let Some(folder) = leadr_testing::shared::shared_data("env") {
         for name in ["spruit_sunrise_1k", "studio_pmndrs_1k"] {
             let file = folder.join(format!("{name}.hdr"));
             let image = leadr::maps::load_environment(file).unwrap();

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::bumps;
 use leadr::gpu::{DriverCall, Gpu};
 use leadr::maps::RgbImage;
 use leadr::maps::cache::MapCache;
@@ -25,6 +23,8 @@ use leadr::scenes::stage::Lights;
 use leadr::scenes::trex::Trex;
 use leadr::scenes::trex::stage::walking;
 use leadr::scenes::view::Size;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::bumps;
 
 /// A renderer, and the frame that it is to draw.
 type Ready = (Renderer, FrameState, RenderSettings);

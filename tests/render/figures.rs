@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::common::gpu::test_gpu;
 use glam::Vec3;
 use leadr::gpu::Gpu;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
@@ -13,6 +12,7 @@ use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::studio::studio;
 use leadr::scenes::{pillow, snake};
+use leadr_testing::gpu::test_gpu;
 
 /// The first object of a stage alone, in the studio.
 fn alone(gpu: &Arc<Gpu>, stage: &mut Stage) -> Renderer {

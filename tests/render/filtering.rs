@@ -1,9 +1,6 @@
 //! The purpose of the project: a surface keeps its look at every distance.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, luminance, under_sky};
 use glam::{Vec2, Vec3};
-use leadr::lab::metrics::compare::compare;
 use leadr::maps::RgbImage;
 use leadr::maps::tonemap::Tonemap;
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -14,6 +11,9 @@ use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::displaced_sphere;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{bumps, luminance, under_sky};
+use leadr_tools::metrics::compare::compare;
 
 /// A glossy sphere with Gaussian bumps of slope σ ≈ 0.3, far finer than the pixels of the distances below.
 fn bumpy_sphere(gpu: &TestGpu) -> Renderer {

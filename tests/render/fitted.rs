@@ -3,11 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, under_sky};
 use glam::{DMat2, DVec2, DVec3, Vec3};
-use leadr::lab::metrics::Mask;
-use leadr::lab::metrics::compare::{bias_over, rrmse_over};
 use leadr::maps::material::{Anisotropy, Input, Material, Relief, RoughnessMeaning, alpha_code, alpha_of};
 use leadr::maps::{HeightMap, RgbImage};
 use leadr::reflectance::facets::fresnel::Fresnel;
@@ -29,6 +25,10 @@ use leadr::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::scenes::dressed;
 use leadr::scenes::sphere::displaced_sphere;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{bumps, under_sky};
+use leadr_tools::metrics::Mask;
+use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 
 const SIZE: u32 = 32;
 const F0: f64 = 0.3;

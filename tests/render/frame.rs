@@ -1,7 +1,5 @@
 //! Prepared frames: paused, resumed, measured, and drawn by nothing else.
 
-use crate::common::gpu::TestGpu;
-use crate::common::render::{bumps, under_sky};
 use glam::{Affine3A, Vec3};
 use leadr::gpu::{CommandRecorder, Image, ImageDesc, Timestamps, Use};
 use leadr::render::camera::Camera;
@@ -13,6 +11,8 @@ use leadr::render::surfaces::ocean::Ocean;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
 use leadr::scenes::sphere::cube_sphere;
+use leadr_testing::gpu::TestGpu;
+use leadr_testing::render::{bumps, under_sky};
 
 fn scene(gpu: &TestGpu) -> (Renderer, FrameState, RenderSettings) {
     let sphere = Object::new("rock", cube_sphere(4, [0.5, 0.4, 0.3, 0.4])).with_heights(bumps(32, 4.0, 3), 0.05);
@@ -25,7 +25,7 @@ fn scene(gpu: &TestGpu) -> (Renderer, FrameState, RenderSettings) {
 
 #[test]
 fn a_paused_frame_ends_as_the_picture_drawn_at_once() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let whole = renderer.render(&state, &settings).unwrap().color;
     let mut paused = renderer.prepare(&state, &settings).unwrap().pause();
@@ -41,7 +41,7 @@ fn a_paused_frame_ends_as_the_picture_drawn_at_once() {
 
 #[test]
 fn a_frame_whose_renderer_went_on_cannot_be_resumed() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let paused = renderer.prepare(&state, &settings).unwrap().pause();
     renderer.render(&state, &settings).unwrap();
@@ -53,7 +53,7 @@ fn a_frame_whose_renderer_went_on_cannot_be_resumed() {
 /// writes into buffers that the device still reads for another.
 #[test]
 fn frames_on_their_way_do_not_disturb_each_other() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let sphere = Object::new("rock", cube_sphere(4, [0.5, 0.4, 0.3, 0.4])).with_heights(bumps(32, 4.0, 3), 0.05);
     let sea = Ocean { level: -0.5, ..ocean(&Sea::default(), 32, 1) };
     let mut renderer = under_sky(&gpu, Scene { objects: vec![sphere], ocean: Some(sea), ..Scene::default() }, 16);
@@ -106,7 +106,7 @@ fn together_as_alone(gpu: &TestGpu, renderer: &mut Renderer, states: &[FrameStat
 
 #[test]
 fn a_frame_with_edge_samples_takes_several_submissions() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let mut frame = renderer.prepare(&state, &settings).unwrap();
     assert!(!frame.overlaps());
@@ -117,7 +117,7 @@ fn a_frame_with_edge_samples_takes_several_submissions() {
 
 #[test]
 fn repetitions_change_neither_the_picture_nor_the_names_of_passes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let settings = RenderSettings { samples: 1, shading: Technique::Leadr.into(), ..settings };
     let drawn = renderer.render(&state, &settings).unwrap();
@@ -132,7 +132,7 @@ fn repetitions_change_neither_the_picture_nor_the_names_of_passes() {
 
 #[test]
 fn shadows_that_are_switched_off_leave_nothing_behind() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let unshadowed = RenderSettings { shadows: false, ..settings };
     let fresh = renderer.render(&state, &unshadowed).unwrap();

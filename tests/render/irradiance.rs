@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::common::cube::{panorama, read_image_level};
-use crate::common::gpu::test_gpu;
 use glam::DVec3;
 use leadr::gpu::Gpu;
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light, sh_basis, sh_irradiance};
@@ -11,12 +9,14 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::irradiance::IrradiancePass;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::light::sky::Sky;
+use leadr_testing::cube::{panorama, read_image_level};
+use leadr_testing::gpu::test_gpu;
 use std::sync::Arc;
 
 /// The projection of a level in 64 bits: solid angles exact, basis at the texel centres.
 fn project(environment: &Environment, mip: u32) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
-    for (d, solid_angle, radiance) in crate::common::cube::read_level(environment, mip) {
+    for (d, solid_angle, radiance) in leadr_testing::cube::read_level(environment, mip) {
         sh_add_light(&mut c, d, solid_angle * radiance);
     }
     c
@@ -99,7 +99,7 @@ fn the_rest_completes_order_two() {
     let none = LightExtraction { count: 0, ..Default::default() };
     let environment = Environment::from_panorama(&gpu, 128, &image, none).unwrap();
     let order_two = sh(&run(&gpu, &environment));
-    let texels = crate::common::cube::read_level(&environment, 0);
+    let texels = leadr_testing::cube::read_level(&environment, 0);
     let (mut squares, mut rotated, mut whole) = ([0.0; 2], 0.0, 0.0);
     for (n, _, rest) in read_image_level(environment.irradiance_rest().image(), 0) {
         let exact = |n: DVec3| texels.iter().map(|(d, w, l)| n.dot(*d).max(0.0) * w * l).sum::<DVec3>();

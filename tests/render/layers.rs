@@ -1,10 +1,7 @@
 //! Details over materials, normal maps on smooth geometry, and bases that are rougher along one direction.
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::{bumps, in_room, under_sky};
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use leadr::gpu::Gpu;
-use leadr::lab::metrics::compare::compare;
 use leadr::maps::RgbImage;
 use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief};
 use leadr::maps::tonemap::Tonemap;
@@ -22,6 +19,9 @@ use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::spheres::cell::{Lighting, TURN};
 use leadr::scenes::spheres::surface::{Detail as Fineness, Frequency, Surface};
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::{bumps, in_room, under_sky};
+use leadr_tools::metrics::compare::compare;
 use std::sync::Arc;
 
 fn error(truth: &RgbImage, test: &RgbImage) -> f64 {

@@ -1,8 +1,5 @@
 //! The renderer's pictures, scene by scene and pass by pass.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod antialiasing;
 mod baked;
 mod bounces;

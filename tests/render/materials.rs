@@ -1,10 +1,6 @@
 //! Materials that change over a surface, filtered: held against supersampled pictures of the same surface.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, in_room, under_sky};
-use crate::common::shared::shared_data;
 use glam::Vec3;
-use leadr::lab::metrics::compare::compare;
 use leadr::maps::material::{
     Encoding, GreenAxis, Input, Material, MaterialFolder, NormalMap, Raster, Relief, Samples, Texture, agreement,
     alpha_code, green_axis,
@@ -25,6 +21,10 @@ use leadr::scenes::cover::{Cover, USUAL_HEIGHT, USUAL_SLOPE};
 use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{bake_tiles, displaced_sphere};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{bumps, in_room, under_sky};
+use leadr_testing::shared::shared_data;
+use leadr_tools::metrics::compare::compare;
 
 const GREY: [u8; 3] = [90; 3];
 const SMOOTH: f32 = 0.1;

@@ -1,8 +1,5 @@
 //! glTF models as scenes.
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::stage_under_sky;
-use crate::common::shared::shared_data;
 use glam::{Quat, Vec2, Vec3};
 use leadr::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
 use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, Scene, Transform};
@@ -11,6 +8,9 @@ use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::scenes::model::{ModelChoice, stage};
 use leadr::scenes::stage::Lights;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::stage_under_sky;
+use leadr_testing::shared::shared_data;
 
 /// Colour at a place of the texture, linear: red grows to the right, green downwards.
 fn color(s: f32, t: f32) -> [f32; 2] {

@@ -3,8 +3,6 @@
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::{in_room, under_sky};
 use glam::{Affine2, Mat4, Vec2, Vec3};
 use leadr::gpu::Gpu;
 use leadr::maps::material::{Encoding, Input, Material, Opacity, Raster, Samples, Texture, TextureWrap};
@@ -15,6 +13,8 @@ use leadr::render::scene::FrameState;
 use leadr::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
 use leadr::scenes::model::{ModelChoice, stage};
 use leadr::scenes::stage::{Lights, Stage};
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::{in_room, under_sky};
 
 fn node(transform: Transform) -> Node {
     Node {

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::common::gpu::test_gpu;
 use leadr::gpu::Gpu;
 use leadr::maps::{HeightMap, LeadrMap, Wrap};
 use leadr::render::surfaces::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat, MomentsPass};
 use leadr::render::surfaces::patch_mesh::TileLayout;
+use leadr_testing::gpu::test_gpu;
 
 /// Bumps of several sizes, without symmetry.
 fn bumpy(width: u32, height: u32) -> HeightMap {

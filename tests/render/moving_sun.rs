@@ -1,7 +1,5 @@
 //! A sun that moves every frame: the device's sky, its mips and its spherical harmonics against the 64-bit sky.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::luminance;
 use glam::{DVec3, Vec3};
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light};
 use leadr::render::camera::Camera;
@@ -12,6 +10,8 @@ use leadr::render::scene::FrameState;
 use leadr::render::settings::RenderSettings;
 use leadr::scenes::daylight;
 use leadr::scenes::stage::{Lights, Relief, plane_stage};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::luminance;
 
 /// Edge of a face, at the size that the irradiance pass projects.
 const FACE: usize = 64;
@@ -23,8 +23,8 @@ fn project(sky: &Sky) -> Sh9 {
     for face in 0..6 {
         for texel in 0..FACE * FACE {
             let (x, y) = (texel % FACE, texel / FACE);
-            let direction = crate::common::cube::texel_direction(face, x, y, FACE);
-            sh_add_light(&mut c, direction, crate::common::cube::solid_angle(x, y, FACE) * tables.radiance(direction));
+            let direction = leadr_testing::cube::texel_direction(face, x, y, FACE);
+            sh_add_light(&mut c, direction, leadr_testing::cube::solid_angle(x, y, FACE) * tables.radiance(direction));
         }
     }
     c

@@ -1,6 +1,5 @@
 //! Multisampled geometry: outlines as smooth as with several samples, surfaces shaded once.
 
-use crate::common::gpu::test_gpu;
 use crate::edges::{rms, rock, scene};
 use crate::shore;
 use glam::Vec3;
@@ -8,6 +7,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer};
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr_testing::gpu::test_gpu;
 
 const SIZE: u32 = 64;
 

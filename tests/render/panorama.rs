@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::common::cube::panorama;
-use crate::common::gpu::{TestGpu, test_gpu};
 use glam::{DVec3, Vec3};
 use leadr::maps::RgbImage;
 use leadr::render::camera::Camera;
@@ -15,6 +13,8 @@ use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::cube_sphere;
+use leadr_testing::cube::panorama;
+use leadr_testing::gpu::{TestGpu, test_gpu};
 
 const NONE: LightExtraction = LightExtraction { count: 0, threshold: 8.0 };
 

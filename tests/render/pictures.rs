@@ -1,7 +1,5 @@
 //! What the renderer guarantees about geometry: no cracks, culling that changes no pixel, reproducible frames.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, under_sky};
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
@@ -13,6 +11,8 @@ use leadr::render::surfaces::object::MAX_OBJECTS;
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{bumps, under_sky};
 
 /// A rough, repeating height map.
 fn rough() -> HeightField {

@@ -1,8 +1,6 @@
 //! The reference technique: it agrees with ray casts, converges, is reproducible and can be resumed.
 
-use crate::common::gpu::{TestGpu, test_gpu};
 use glam::{DVec2, Vec3};
-use leadr::lab::ray_cast::{Patch, Spectrum, Tile};
 use leadr::maps::RgbImage;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
@@ -13,6 +11,8 @@ use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
+use leadr_lab::ray_cast::{Patch, Spectrum, Tile};
+use leadr_testing::gpu::{TestGpu, test_gpu};
 
 fn reference(size: (u32, u32), samples: u32, relief_shadows: bool) -> RenderSettings {
     RenderSettings {

@@ -1,12 +1,12 @@
 //! Bumps that hide the surroundings from each other: against ray casts, at every distance.
 
 use glam::{DVec2, Vec3};
-use leadr::lab::ray_cast::{Patch, Spectrum, Tile};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr_lab::ray_cast::{Patch, Spectrum, Tile};
 
-use crate::common::gpu::test_gpu;
 use crate::reference::{VIEW, mean, plane_of, renderer, state};
+use leadr_testing::gpu::test_gpu;
 
 fn settings(technique: Technique, size: (u32, u32), samples: u32, relief_occlusion: bool) -> RenderSettings {
     RenderSettings {

@@ -1,10 +1,7 @@
 //! Colours that follow the relief: one sample of LEADR against the reference, which draws every texel in its own colour.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::under_sky;
 use crate::reference::{mean, plane_of, renderer};
 use glam::Vec3;
-use leadr::lab::ray_cast::{Spectrum, Tile};
 use leadr::maps::material::{Encoding, Input, Material, MaterialDetail, Raster, Relief, Samples, Texture};
 use leadr::maps::{HeightMap, procedural};
 use leadr::render::camera::Camera;
@@ -14,6 +11,9 @@ use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::dressed;
+use leadr_lab::ray_cast::{Spectrum, Tile};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::under_sky;
 
 const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];

@@ -1,7 +1,5 @@
 //! Nothing jumps where patches meet, where levels of detail change, or where a tap begins.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{stage_under_sky, under_sky};
 use glam::{DVec3, Vec3};
 use leadr::maps::srgb::srgb8_from_linear;
 use leadr::reflectance::frame::{frame_about, from_frame};
@@ -12,6 +10,8 @@ use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::{bake_tiles, cube_sphere};
 use leadr::scenes::stage::{Relief, plane_stage, sphere_stage};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{stage_under_sky, under_sky};
 
 const SIZE: u32 = 64;
 

@@ -1,8 +1,5 @@
 //! The shading pass as a whole: energy, and every pixel against the reflectance library.
 
-use crate::common::cube::panorama;
-use crate::common::gpu::test_gpu;
-use crate::common::render::{bumps, in_room};
 use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::projected_area;
@@ -26,6 +23,9 @@ use leadr::render::settings::{
     DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
+use leadr_testing::cube::panorama;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::{bumps, in_room};
 
 const SIZE: u32 = 96;
 

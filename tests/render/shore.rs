@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::gpu::{TestGpu, run_probe_with, test_gpu};
-use crate::common::render::under_sky;
 use glam::{DVec2, Vec2, Vec3};
 use leadr::gpu::{Buffer, Descriptor, Memory, SharedStruct};
 use leadr::render::camera::Camera;
@@ -13,6 +11,8 @@ use leadr::render::scene::{FrameState, Pose, Scene};
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore, waves};
+use leadr_testing::gpu::{TestGpu, run_probe_with, test_gpu};
+use leadr_testing::render::under_sky;
 
 /// Results of the probe at points `[x, y, reach]`, in metres.
 fn probe(gpu: &TestGpu, points: &[[f32; 3]], time: f64) -> Vec<[f32; 7]> {

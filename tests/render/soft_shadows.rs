@@ -2,8 +2,6 @@
 
 use std::f32::consts::TAU;
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::in_room;
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
@@ -13,6 +11,8 @@ use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::cube_sphere;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::in_room;
 
 const SIZE: u32 = 96;
 const WHITE: [f32; 4] = [0.8, 0.8, 0.8, 0.9];

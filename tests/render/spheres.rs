@@ -1,7 +1,5 @@
 //! Spheres of known roughness, as the renderer filters them.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::under_sky;
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 use leadr::maps::material::TextureWrap;
 use leadr::reflectance::frame::{frame_about, to_frame};
@@ -14,6 +12,8 @@ use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::object::with_same_maps;
 use leadr::scenes::spheres::cell::{Facets, Lighting, TURN};
 use leadr::scenes::spheres::surface::{Detail, Frequency, Surface};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::under_sky;
 
 /// Objects whose reliefs differ in how high they are alone have one set of maps, and look as with maps of their own.
 #[test]

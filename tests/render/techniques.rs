@@ -11,11 +11,11 @@ use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
 use leadr::scenes::plane::{even, plane};
 
-use crate::common::render::{bumps, seascape, under_sky};
 use crate::edges::{rock, settings_of};
+use leadr_testing::render::{bumps, seascape, under_sky};
 
 /// A windy sea seen from above.
-fn sea(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState) {
+fn sea(gpu: &leadr_testing::gpu::TestGpu) -> (Renderer, FrameState) {
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let renderer = seascape(gpu, ocean(&sea, 64, 2));
     let camera = Camera::looking_at(Vec3::Z * 300.0, Vec3::new(230.0, 0.0, 107.0), 40.0);
@@ -26,7 +26,7 @@ fn sea(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState) {
 /// samples are joined, and on the sea.
 #[test]
 fn clean_has_one_variance_on_every_surface() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     for (name, (mut renderer, state), edge_samples) in
         [("skin", rock(&gpu, 6.0), 1), ("joined edges", rock(&gpu, 20.0), 16), ("sea", sea(&gpu), 1)]
     {
@@ -52,7 +52,7 @@ fn clean_has_one_variance_on_every_surface() {
 /// What a pixel sees: nothing or a place on a patch of an object, and of its bumps what their distribution says.
 #[test]
 fn layers_tell_patches_and_visible_areas() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 20.0);
     renderer.render(&state, &settings_of(Technique::Leadr, 1, 1)).unwrap();
     let mut layer = |layer| renderer.layer(layer).unwrap();
@@ -99,7 +99,7 @@ fn crossings(row: &[[f32; 4]]) -> usize {
 /// cell has a side and a diagonal. Nothing else is an edge, and the other layers stay as they were.
 #[test]
 fn triangles_are_as_many_as_the_segments_say() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (size, patches) = (240u32, 2u32);
     let mesh = plane(1.0, patches, 1.0, [0.4, 0.4, 0.4, 0.3], even);
     let object = Object::new("plane", mesh).with_heights(bumps(64, 8.0, 3), 0.003);
@@ -139,7 +139,7 @@ fn triangles_are_as_many_as_the_segments_say() {
 /// What is behind is not seen through what is in front: of a ball no more edges than those of its front.
 #[test]
 fn edges_of_triangles_hide_behind_surfaces() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 6.0);
     renderer.render(&state, &settings_of(Technique::Leadr, 1, 1)).unwrap();
     let (wires, patches) = (renderer.layer(Layer::Triangles).unwrap(), renderer.layer(Layer::Patch).unwrap());
@@ -154,7 +154,7 @@ fn edges_of_triangles_hide_behind_surfaces() {
 /// A sea has triangles too, but for the reference, which marches rays.
 #[test]
 fn a_sea_has_triangles_and_segments() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state) = sea(&gpu);
     for (technique, least) in [(Technique::Leadr, 1.0), (Technique::Reference, 0.0)] {
         renderer.render(&state, &settings_of(technique, 1, 1)).unwrap();

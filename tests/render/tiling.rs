@@ -1,9 +1,6 @@
 //! Planes whose maps are shown without their repeats.
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::under_sky;
 use glam::{Affine3A, Vec3};
-use leadr::lab::metrics::repetition::repetition;
 use leadr::maps::{HeightMap, LeadrMap, RgbImage, Wrap, procedural};
 use leadr::render::camera::Camera;
 use leadr::render::frame::Layer;
@@ -13,6 +10,9 @@ use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::ground::ground;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::shore::sand::{SQUARE, dry};
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::under_sky;
+use leadr_tools::metrics::repetition::repetition;
 
 fn settings(size: u32) -> RenderSettings {
     RenderSettings { size: (size, size), samples: 1, shadows: false, ..Default::default() }

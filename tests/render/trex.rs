@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{luminance, under_sky};
 use leadr::maps::cache::MapCache;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
@@ -13,6 +11,8 @@ use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::trex::Trex;
 use leadr::scenes::trex::stage::walking;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{luminance, under_sky};
 
 /// Texels along a tile: few, so that baking takes seconds. The result is kept in the build folder for the next run.
 const TILE: u32 = 16;

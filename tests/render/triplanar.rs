@@ -1,9 +1,6 @@
 //! Relief on triangles without texture coordinates, beside the same blend baked into tiles, and beside the finest maps.
 
-use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, under_sky};
 use glam::Vec3;
-use leadr::lab::metrics::compare::rrmse;
 use leadr::maps::RgbImage;
 use leadr::render::camera::Camera;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
@@ -12,6 +9,9 @@ use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_testing::render::{bumps, under_sky};
+use leadr_tools::metrics::compare::rrmse;
 
 const GREY: [f32; 4] = [0.5, 0.5, 0.5, 0.3];
 /// Metres per repeat.

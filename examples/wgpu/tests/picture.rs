@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
-use leadr::maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, Roughness, bake};
-use leadr::maps::baked::{BakedLevel, BakedMap};
-use leadr::maps::material::{MaterialFolder, Role, RoughnessMeaning};
-use leadr::maps::{load_height_map, load_raster};
-use leadr::reflectance::frame::{Frame, from_frame};
-use leadr::reflectance::integrals::sh::{Sh9, sh_radiance};
-use leadr::reflectance::shading::{self, Surface};
-use leadr::reflectance::slopes::map::{map_covariance, map_mean_slope, slope_map};
-use leadr::reflectance::slopes::statistics::{covariance_from_moments, scale_height};
+use leadr_maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, Roughness, bake};
+use leadr_maps::baked::{BakedLevel, BakedMap};
+use leadr_maps::material::{MaterialFolder, Role, RoughnessMeaning};
+use leadr_maps::{load_height_map, load_raster};
+use leadr_reflectance::frame::{Frame, from_frame};
+use leadr_reflectance::integrals::sh::{Sh9, sh_radiance};
+use leadr_reflectance::shading::{self, Surface};
+use leadr_reflectance::slopes::map::{map_covariance, map_mean_slope, slope_map};
+use leadr_reflectance::slopes::statistics::{covariance_from_moments, scale_height};
 use leadr_wgpu::baked::Baked;
 use leadr_wgpu::picture::{Picture, draw};
 use leadr_wgpu::view::View;
@@ -88,7 +88,7 @@ fn footprint(map: &BakedMap, texcoord: DVec2, ds: DVec2, dt: DVec2) -> [[f64; 4]
     sum
 }
 
-/// Radiance of a pixel by `leadr::reflectance::shading`. `relief`: factor on the slopes, 1 for the picture's own.
+/// Radiance of a pixel by `leadr_reflectance::shading`. `relief`: factor on the slopes, 1 for the picture's own.
 fn shaded(map: &BakedMap, view: &View, pixel: [u32; 2], relief: f64) -> DVec3 {
     let [corner, across, down] = view.rays().map(|ray| ray.as_dvec3());
     let (eye, sky) = (view.eye.as_dvec3(), view.sky.map(|c| c.as_dvec3()));

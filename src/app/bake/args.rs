@@ -6,12 +6,12 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 
 use crate::app::flags::values::{positive, share, whole};
-use crate::maps::Wrap;
-use crate::maps::bake::{Kind, Layout, Texels};
-use crate::maps::material::GreenAxis;
-use crate::reflectance::facets::gloss::Gloss;
-use crate::reflectance::facets::shortened_normals::NormalArea;
-use crate::reflectance::slopes::normal_blending::{
+use leadr_maps::Wrap;
+use leadr_maps::bake::{Kind, Layout, Texels};
+use leadr_maps::material::GreenAxis;
+use leadr_reflectance::facets::gloss::Gloss;
+use leadr_reflectance::facets::shortened_normals::NormalArea;
+use leadr_reflectance::slopes::normal_blending::{
     blend_partial_derivatives, blend_reoriented, blend_udn, blend_whiteout, blend_xy,
 };
 

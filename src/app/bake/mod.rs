@@ -10,13 +10,13 @@ use std::time::Instant;
 use self::args::{AreaChoice, BakeArgs, Format, GlossScale, KindChoice, TexelsChoice};
 use self::report::{BakeReport, BakedSet};
 use self::sources::Sources;
-use crate::app::error::AppError;
-use crate::app::files::{begin, extension};
-use crate::app::output::Output;
-use crate::lab::progress::Progress;
-use crate::maps::MapFault;
-use crate::maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, bake};
-use crate::maps::new_file::NewFile;
+use leadr_maps::MapFault;
+use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, bake};
+use leadr_maps::new_file::NewFile;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::{begin, extension};
+use leadr_tools::command::output::Output;
+use leadr_tools::progress::Progress;
 
 /// Texels from which a bar is shown: smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
@@ -241,7 +241,7 @@ fn beyond_the_goal(precision: Precision, baked: &Report) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::maps::bake::LevelError;
+    use leadr_maps::bake::LevelError;
 
     #[test]
     fn what_loses_much_is_told() {

@@ -7,8 +7,8 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::sources::Sources;
-use crate::maps::bake::{Layout, Plan, Report};
-use crate::maps::material::Agreement;
+use leadr_maps::bake::{Layout, Plan, Report};
+use leadr_maps::material::Agreement;
 
 /// A baked map.
 #[derive(Debug, Serialize)]

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::args::BakeArgs;
-use crate::app::error::AppError;
-use crate::app::output::Output;
-use crate::lab::progress::Progress;
-use crate::maps::bake::{DetailNormals, Inputs, Roughness};
-use crate::maps::derive::{SlopeFaults, Slopes};
-use crate::maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
-use crate::maps::{load_height_map, load_raster};
-use crate::reflectance::facets::gloss::Gloss;
+use leadr_maps::bake::{DetailNormals, Inputs, Roughness};
+use leadr_maps::derive::{SlopeFaults, Slopes};
+use leadr_maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
+use leadr_maps::{load_height_map, load_raster};
+use leadr_reflectance::facets::gloss::Gloss;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::output::Output;
+use leadr_tools::progress::Progress;
 
 /// The files that are baked.
 #[derive(Clone, Debug, Default, Serialize)]

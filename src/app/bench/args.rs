@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use crate::app::error::AppError;
-use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::{MapPrecision, SceneArgs, SceneChoice, scene_choice};
 use crate::app::flags::shading::techniques;
 use crate::app::flags::values::{atlas_tile, fft, msaa, positive, whole};
 use crate::app::flags::waves::WaveArgs;
-use crate::lab::bench::{BenchConfig, Quad, Table};
-use crate::render::settings::Technique;
-use crate::scenes::config::SceneConfig;
-use crate::scenes::registry::{self, Choice, Scene};
-use crate::scenes::view::Size;
+use leadr_render::settings::Technique;
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::registry::{self, Choice, Scene};
+use leadr_scenes::view::Size;
+use leadr_tools::bench::{BenchConfig, Quad, Table};
+use leadr_tools::command::device::DeviceArgs;
+use leadr_tools::command::error::AppError;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

@@ -8,9 +8,9 @@ use std::fmt;
 use serde::Serialize;
 
 use self::args::BenchArgs;
-use crate::app::error::AppError;
-use crate::app::output::Output;
-use crate::lab::bench::{BenchConfig, Comparison, Times, bench, soak};
+use leadr_tools::bench::{BenchConfig, Comparison, Times, bench, soak};
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::output::Output;
 
 /// Measures what the arguments ask for and prints it.
 ///

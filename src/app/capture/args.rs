@@ -7,16 +7,16 @@ use serde::{Serialize, Serializer};
 
 use super::frames::{Moment, Timeline, Travel, spread};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind, whole_size};
-use crate::app::error::AppError;
 use crate::app::flags::command_line::CommandLine;
-use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
 use crate::app::flags::shading::{choice, techniques};
 use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, Sheet, Split, not_negative, sweep};
-use crate::render::frame::Layer;
-use crate::render::settings::Technique;
-use crate::scenes::config::SceneConfig;
-use crate::scenes::stage::Sweep;
+use leadr_render::frame::Layer;
+use leadr_render::settings::Technique;
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::stage::Sweep;
+use leadr_tools::command::device::DeviceArgs;
+use leadr_tools::command::error::AppError;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:
@@ -279,10 +279,10 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::reflectance::masking::shadowing::Shadowing;
-    use crate::render::settings::{Quadrature, Technique, Terms};
-    use crate::scenes::view::{Size, View};
     use clap::{CommandFactory, FromArgMatches, Parser};
+    use leadr_reflectance::masking::shadowing::Shadowing;
+    use leadr_render::settings::{Quadrature, Technique, Terms};
+    use leadr_scenes::view::{Size, View};
 
     #[derive(Parser)]
     struct Capture {

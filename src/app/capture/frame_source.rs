@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::frames::Moment;
-use crate::app::error::AppError;
-use crate::app::flags::device::DeviceInfo;
-use crate::maps::reads::FileRead;
-use crate::render::frame::Layer;
-use crate::render::light::panorama::EnvironmentLight;
+use leadr_maps::reads::FileRead;
+use leadr_render::frame::Layer;
+use leadr_render::light::panorama::EnvironmentLight;
+use leadr_tools::command::device::DeviceInfo;
+use leadr_tools::command::error::AppError;
 
 /// How long one pass took.
 #[derive(Clone, Debug, PartialEq, Serialize)]

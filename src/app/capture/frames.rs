@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::app::flags::values::{FrameRange, Rate, Shard};
-use crate::scenes::stage::{Sweep, turntable_degrees};
+use leadr_scenes::stage::{Sweep, turntable_degrees};
 
 /// One moment of the animation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -22,15 +22,15 @@ use self::frames::Moment;
 use self::pattern::{FileKind, StillKind};
 use self::recipe::Recipe;
 use self::sink::Earlier;
-use crate::app::error::AppError;
-use crate::app::files::begin;
 use crate::app::flags::command_line::CommandLine;
-use crate::app::flags::device::DeviceInfo;
-use crate::app::output::Output;
-use crate::lab::progress::Progress;
-use crate::maps::new_file::remove_abandoned;
-use crate::maps::tonemap::Tonemap;
-use crate::render::light::panorama::EnvironmentLight;
+use leadr_maps::new_file::remove_abandoned;
+use leadr_maps::tonemap::Tonemap;
+use leadr_render::light::panorama::EnvironmentLight;
+use leadr_tools::command::device::DeviceInfo;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::begin;
+use leadr_tools::command::output::Output;
+use leadr_tools::progress::Progress;
 
 /// What a capture made.
 #[derive(Debug, Serialize)]
@@ -209,12 +209,12 @@ fn render_frame(
 pub mod tests {
     use super::args::tests::resolve;
     use super::*;
-    use crate::maps::RgbImage;
-    use crate::maps::origin::Origin;
-    use crate::maps::save::{save_exr_rgb, save_png};
-    use crate::render::frame::Layer;
-    use crate::scenes::config::SceneConfig;
-    use crate::scenes::view::Size;
+    use leadr_maps::RgbImage;
+    use leadr_maps::origin::Origin;
+    use leadr_maps::save::{save_exr_rgb, save_png};
+    use leadr_render::frame::Layer;
+    use leadr_scenes::config::SceneConfig;
+    use leadr_scenes::view::Size;
     use std::path::Path;
 
     /// Draws a gradient that depends on the time, counts its calls, and fails at a chosen frame.

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::frames::Timeline;
-use crate::app::error::AppError;
-use crate::app::files::extension;
 use crate::app::flags::values::Sheet;
-use crate::scenes::view::Size;
+use leadr_scenes::view::Size;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::extension;
 
 /// Pixels between two pictures.
 pub const GUTTER: u32 = 4;

@@ -3,12 +3,12 @@
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frames::Moment;
 use crate::app::capture::pattern::{FileKind, StillKind};
-use crate::lab::program::{COMMIT, VERSION, build};
-use crate::maps::checksum::checksum;
-use crate::maps::origin::Origin;
-use crate::maps::reads::FileRead;
-use crate::maps::tonemap::Tonemap;
-use crate::scenes::config::SceneConfig;
+use leadr_maps::checksum::checksum;
+use leadr_maps::origin::Origin;
+use leadr_maps::reads::FileRead;
+use leadr_maps::tonemap::Tonemap;
+use leadr_scenes::config::SceneConfig;
+use leadr_tools::program::{VERSION, build, commit};
 
 /// Everything that decides the frames of a capture, apart from the moment of each and the device.
 pub struct Recipe<'a> {
@@ -40,7 +40,7 @@ impl<'a> Recipe<'a> {
         let split = self.config.beside.map(|(_, split)| split.of_frame(frame, self.config.timeline.frames()));
         let text = format!("{}\n{time:?} {distance:?} {turn_degrees:?} {split:?}", self.common);
         Origin {
-            software: format!("leadr {VERSION} ({COMMIT})"),
+            software: format!("leadr {VERSION} ({})", commit()),
             command: self.config.command.clone(),
             fingerprint: format!("{:016x}", checksum(text.as_bytes())),
         }

@@ -5,17 +5,17 @@ use std::time::Instant;
 use super::args::CaptureConfig;
 use super::frame_source::{Frame, FrameSource, PassTime};
 use super::frames::Moment;
-use crate::app::error::AppError;
-use crate::app::flags::device::DeviceInfo;
 use crate::app::flags::values::{FrameRange, Split};
-use crate::app::output::Output;
-use crate::lab::progress::Progress;
-use crate::maps::reads::{FileRead, recorded};
-use crate::render::frame::Layer;
-use crate::render::frame::Renderer;
-use crate::render::light::panorama::EnvironmentLight;
-use crate::render::settings::RenderSettings;
-use crate::scenes::set::{Animation, Inputs, Set, SetUp, set};
+use leadr_maps::reads::{FileRead, recorded};
+use leadr_render::frame::Layer;
+use leadr_render::frame::Renderer;
+use leadr_render::light::panorama::EnvironmentLight;
+use leadr_render::settings::RenderSettings;
+use leadr_scenes::set::{Animation, Inputs, Set, SetUp, set};
+use leadr_tools::command::device::DeviceInfo;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::output::Output;
+use leadr_tools::progress::Progress;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
 pub struct RendererSource {

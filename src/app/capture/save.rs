@@ -6,16 +6,16 @@ use exr::prelude as ex;
 
 use super::frame_source::Frame;
 use super::pattern::StillKind;
-use crate::app::error::AppError;
-use crate::app::files::make_folder_of;
-use crate::maps::limits::read_file;
-use crate::maps::new_file::write_atomic;
-use crate::maps::origin::Origin;
-use crate::maps::save::{encode_exr_of, encode_png_srgb8};
-use crate::maps::tonemap::{Tonemap, display_srgb8};
-use crate::maps::{Rgb8Image, decode_color_srgb8};
-use crate::scenes::config::SceneConfig;
-use crate::scenes::view::Size;
+use leadr_maps::limits::read_file;
+use leadr_maps::new_file::write_atomic;
+use leadr_maps::origin::Origin;
+use leadr_maps::save::{encode_exr_of, encode_png_srgb8};
+use leadr_maps::tonemap::{Tonemap, display_srgb8};
+use leadr_maps::{Rgb8Image, decode_color_srgb8};
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::view::Size;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::make_folder_of;
 
 /// No frame has more channels than this: an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;

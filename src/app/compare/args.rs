@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::app::flags::values::{finite, threshold};
+use crate::app::flags::values::threshold;
+use leadr_scenes::view::finite;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::args::CompareArgs;
-use crate::app::error::AppError;
-use crate::app::files::{begin, extension};
-use crate::app::output::Output;
-use crate::lab::metrics::compare::{Comparison, compare};
-use crate::maps::save::encode_png_srgb8;
-use crate::maps::tonemap::Tonemap;
-use crate::maps::{self, RgbImage};
+use leadr_maps::RgbImage;
+use leadr_maps::save::encode_png_srgb8;
+use leadr_maps::tonemap::Tonemap;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::{begin, extension};
+use leadr_tools::command::output::Output;
+use leadr_tools::metrics::compare::{Comparison, compare};
 
 /// The measured difference of two pictures.
 #[derive(Debug, Serialize)]
@@ -67,8 +67,8 @@ impl Kind {
 
     fn load(self, path: &Path) -> Result<RgbImage, AppError> {
         Ok(match self {
-            Self::Png => maps::load_color(path)?,
-            Self::Exr => maps::load_environment(path)?,
+            Self::Png => leadr_maps::load_color(path)?,
+            Self::Exr => leadr_maps::load_environment(path)?,
         })
     }
 }

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::window::pace::DEFAULT_MIN_FPS;
-use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
 use crate::app::flags::shading::on_off;
 use crate::app::flags::values::{not_negative, whole};
-use crate::render::settings::Technique;
+use leadr_render::settings::Technique;
+use leadr_tools::command::device::DeviceArgs;
 
 /// The sources that this program was built from.
 const SHADERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/shaders-glsl");

@@ -5,11 +5,11 @@ use std::ffi::OsString;
 use super::window::choices::Choices;
 use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::scene::{SceneArgs, scene_choice};
-use crate::maps::tonemap::Tonemap;
-use crate::render::settings::{Quadrature, ShadingOptions};
-use crate::scenes::light::SunDirection;
-use crate::scenes::registry::SCENES;
-use crate::scenes::view::CameraPose;
+use leadr_maps::tonemap::Tonemap;
+use leadr_render::settings::{Quadrature, ShadingOptions};
+use leadr_scenes::light::SunDirection;
+use leadr_scenes::registry::SCENES;
+use leadr_scenes::view::CameraPose;
 
 /// Flags about the surface of a scene, which another scene does not take over.
 const OF_ONE_SCENE: [&str; 31] = [
@@ -162,10 +162,10 @@ mod tests {
     use super::*;
     use crate::app::capture::args::tests::resolve;
     use crate::app::demo::args::DemoArgs;
-    use crate::render::settings::{RenderSettings, Technique, Terms};
-    use crate::scenes::config::SceneConfig;
-    use crate::scenes::view::{Size, View};
     use clap::{Args, Command, CommandFactory, FromArgMatches, Parser};
+    use leadr_render::settings::{RenderSettings, Technique, Terms};
+    use leadr_scenes::config::SceneConfig;
+    use leadr_scenes::view::{Size, View};
 
     #[derive(Parser)]
     struct Demo {

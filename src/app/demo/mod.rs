@@ -15,15 +15,14 @@ use self::program::DemoProgram;
 use self::window::layout::Layout;
 use self::window::pace::{KeptQuality, Pace};
 use self::window::{Display, WindowOptions, WindowReport};
-use crate::app::error::AppError;
 use crate::app::flags::command_line::CommandLine;
-use crate::app::flags::device::{DeviceArgs, DeviceInfo};
-use crate::app::output::Output;
-use crate::gpu::Gpu;
-use crate::lab::progress::Progress;
-use crate::render::light::panorama::EnvironmentLight;
-use crate::scenes::config::SceneConfig;
-use crate::scenes::set::Inputs;
+use leadr_render::light::panorama::EnvironmentLight;
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::set::Inputs;
+use leadr_tools::command::device::{DeviceArgs, DeviceInfo};
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::output::Output;
+use leadr_tools::progress::Progress;
 
 /// What to show.
 #[derive(Debug, Serialize)]
@@ -78,7 +77,7 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     // The device must be able to draw on the display, so the display is opened first.
     let display = Display::open()?;
     let device = arguments.device.clone();
-    let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
+    let gpu = leadr_render::open_gpu(&display.gpu_options(device.device.clone(), device.validation)?)?;
     // What is asked for is drawn in motion too.
     let scene = &arguments.scene;
     let kept = KeptQuality { msaa: scene.msaa, probes: scene.shading.probes.is_some(), min_fps: arguments.min_fps };

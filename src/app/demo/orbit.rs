@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scenes::view::CameraPose;
+use leadr_scenes::view::CameraPose;
 
 /// Steepest view, degrees: straight up or down there is no heading.
 const MAX_ELEVATION: f32 = 89.0;

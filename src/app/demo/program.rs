@@ -8,16 +8,16 @@ use super::command_line::Seen;
 use super::window::pace::Pace;
 use super::window::show::{Program, Roughness, Show, Worn};
 use super::window::surroundings::Surroundings;
-use crate::app::error::AppError;
 use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::scene::scene_choice;
-use crate::gpu::Gpu;
-use crate::scenes::config::{MaterialFiles, SceneConfig};
-use crate::scenes::model::measured::MeasuredMaterial;
-use crate::scenes::model::named::NamedFile;
-use crate::scenes::registry::{Choice, SCENES};
-use crate::scenes::set::{Inputs, Watch, set};
-use crate::scenes::view::View;
+use leadr_gpu::Gpu;
+use leadr_scenes::config::{MaterialFiles, SceneConfig};
+use leadr_scenes::model::measured::MeasuredMaterial;
+use leadr_scenes::model::named::NamedFile;
+use leadr_scenes::registry::{Choice, SCENES};
+use leadr_scenes::set::{Inputs, Watch, set};
+use leadr_scenes::view::View;
+use leadr_tools::command::error::AppError;
 
 /// What `leadr demo` was asked for, and what it shows now.
 pub struct DemoProgram {

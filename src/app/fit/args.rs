@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::app::flags::values::whole;
-use crate::reflectance::extraction::fit::Hiding;
-use crate::reflectance::facets::gaussian_mixture::MOST_LOBES;
+use leadr_reflectance::extraction::fit::Hiding;
+use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

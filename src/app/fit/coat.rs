@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::reflectance::facets::fresnel::fresnel_dielectric;
-use crate::reflectance::facets::ggx::Ggx;
-use crate::reflectance::facets::slope_distribution::SlopeDistribution as _;
+use leadr_reflectance::facets::fresnel::fresnel_dielectric;
+use leadr_reflectance::facets::ggx::Ggx;
+use leadr_reflectance::facets::slope_distribution::SlopeDistribution as _;
 
 /// Largest albedo and reflectance that are written.
 pub const MOST: f64 = 0.999;

@@ -8,13 +8,13 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::coat::{Coat, MOST};
-use crate::reflectance::extraction::samples::{Misfit, Sample, misfit};
-use crate::reflectance::facets::ellipse::{Ellipse, roughness_from_ellipse};
-use crate::reflectance::facets::fresnel::{Fresnel, fresnel_conductor, fresnel_dielectric};
-use crate::reflectance::facets::ggx::Ggx;
-use crate::reflectance::masking::variants::Masking;
-use crate::reflectance::materials::brdf::Brdf;
-use crate::reflectance::materials::microfacet::{Microfacet, microfacet_eval};
+use leadr_reflectance::extraction::samples::{Misfit, Sample, misfit};
+use leadr_reflectance::facets::ellipse::{Ellipse, roughness_from_ellipse};
+use leadr_reflectance::facets::fresnel::{Fresnel, fresnel_conductor, fresnel_dielectric};
+use leadr_reflectance::facets::ggx::Ggx;
+use leadr_reflectance::masking::variants::Masking;
+use leadr_reflectance::materials::brdf::Brdf;
+use leadr_reflectance::materials::microfacet::{Microfacet, microfacet_eval};
 
 /// Refractive index of the coats that are written: of most plastics and varnishes.
 const COAT_INDEX: f64 = 1.5;
@@ -375,7 +375,7 @@ pub fn identifier(stem: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::extraction::samples::samples;
+    use leadr_reflectance::extraction::samples::samples;
 
     fn ellipse(alpha: f64) -> Ellipse {
         Ellipse { radii: DVec2::splat(alpha), angle: 0.0 }

@@ -7,13 +7,13 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::export::{Renderer, is_round};
-use crate::lab::fit::spheres::SphereError;
-use crate::reflectance::extraction::fit::Fit;
-use crate::reflectance::extraction::parametric::ParametricCurve;
-use crate::reflectance::extraction::power_iteration::Backscattering;
-use crate::reflectance::extraction::samples::Misfit;
-use crate::reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_roughness};
-use crate::reflectance::facets::gaussian_mixture::Lobe;
+use leadr_reflectance::extraction::fit::Fit;
+use leadr_reflectance::extraction::parametric::ParametricCurve;
+use leadr_reflectance::extraction::power_iteration::Backscattering;
+use leadr_reflectance::extraction::samples::Misfit;
+use leadr_reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_roughness};
+use leadr_reflectance::facets::gaussian_mixture::Lobe;
+use leadr_tools::fit::spheres::SphereError;
 
 /// A fit.
 #[derive(Debug, Serialize)]

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::app::error::AppError;
-use crate::maps::MapFault;
-use crate::maps::limits::read_start;
-use crate::scenes::view::CameraPose;
+use leadr_maps::MapFault;
+use leadr_maps::limits::read_start;
+use leadr_scenes::view::CameraPose;
+use leadr_tools::command::error::AppError;
 
 /// A file longer than this is no camera.
 const MAX_BYTES: u64 = 64 * 1024;

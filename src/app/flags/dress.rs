@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
-use super::values::{finite, not_negative, positive, share};
-use crate::reflectance::facets::metals::{METALS, Metal};
-use crate::scenes::config::{DetailFiles, MaterialFiles, NormalY};
+use super::values::{not_negative, positive, share};
+use leadr_reflectance::facets::metals::{METALS, Metal};
+use leadr_scenes::config::{DetailFiles, MaterialFiles, NormalY};
+use leadr_scenes::view::finite;
 
 /// What is chosen about a material.
 #[derive(Clone, Debug, Default, Args)]

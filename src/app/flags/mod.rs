@@ -2,7 +2,6 @@
 
 pub mod camera_file;
 pub mod command_line;
-pub mod device;
 pub mod dress;
 pub mod scene;
 pub mod shading;

@@ -8,23 +8,23 @@ use super::camera_file;
 use super::dress::DressArgs;
 use super::shading::{ShadingArgs, choice};
 use super::values::{
-    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, repeat, roughness,
-    stretch, whole,
+    CameraChoice, atlas_tile, environment_lights, hour, msaa, not_negative, positive, repeat, roughness, stretch, whole,
 };
 use super::waves::WaveArgs;
-use crate::app::error::AppError;
-use crate::maps::tonemap::Tonemap;
-use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::light::panorama::LightExtraction;
-use crate::render::scene::Tiling;
-use crate::render::settings::ShadingOptions;
-use crate::render::surfaces::moments::MomentFormat;
-use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
-use crate::scenes::light::{EnvironmentChoice, SunDirection};
-use crate::scenes::model::displacement::Displacement;
-use crate::scenes::model::measured::MeasuredMaterial;
-use crate::scenes::registry::{Choice, MODEL, SCENES, Scene};
-use crate::scenes::view::{Size, View};
+use leadr_maps::tonemap::Tonemap;
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_render::light::panorama::LightExtraction;
+use leadr_render::scene::Tiling;
+use leadr_render::settings::ShadingOptions;
+use leadr_render::surfaces::moments::MomentFormat;
+use leadr_scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
+use leadr_scenes::light::{EnvironmentChoice, SunDirection};
+use leadr_scenes::model::displacement::Displacement;
+use leadr_scenes::model::measured::MeasuredMaterial;
+use leadr_scenes::registry::{Choice, MODEL, SCENES, Scene};
+use leadr_scenes::view::finite;
+use leadr_scenes::view::{Size, View};
+use leadr_tools::command::error::AppError;
 
 /// Flags of every command that draws a scene.
 #[derive(Clone, Debug, Args)]

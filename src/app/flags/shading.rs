@@ -4,11 +4,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::values::whole;
-use crate::app::error::AppError;
-use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{
-    BaseFrame, DiffuseLights, Probes, Quadrature, Shading, ShadingOptions, Technique, Terms,
-};
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_render::settings::{BaseFrame, DiffuseLights, Probes, Quadrature, Shading, ShadingOptions, Technique, Terms};
+use leadr_tools::command::error::AppError;
 
 /// How the integrals over visible slopes are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -6,31 +6,12 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use crate::app::files::extension;
-use crate::render::constants::MOST_MULTISAMPLES;
-use crate::render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
-use crate::scenes::deform::FACTORS;
-use crate::scenes::light::{EnvironmentChoice, SunDirection};
-use crate::scenes::stage::Sweep;
-use crate::scenes::view::{CameraPose, Size};
-
-impl FromStr for EnvironmentChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "sky" {
-            return Ok(Self::Sky);
-        }
-        if text == "studio" {
-            return Ok(Self::Studio);
-        }
-        let path = PathBuf::from(text);
-        match extension(&path).as_deref() {
-            Some("hdr" | "exr") => Ok(Self::File(path)),
-            _ => Err("an environment is 'sky', 'studio' or a .hdr or .exr file".to_owned()),
-        }
-    }
-}
+use leadr_render::constants::MOST_MULTISAMPLES;
+use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
+use leadr_scenes::deform::FACTORS;
+use leadr_scenes::stage::Sweep;
+use leadr_scenes::view::{CameraPose, TIMES, finite};
+use leadr_tools::command::files::extension;
 
 /// The camera, before a file is read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -93,58 +74,6 @@ impl FromStr for CameraChoice {
                     .to_owned(),
             ),
         }
-    }
-}
-
-/// What stands between the sides of a size.
-const TIMES: [char; 3] = ['x', 'X', '×'];
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = text.split_once(TIMES).ok_or("a size is WIDTHxHEIGHT in pixels, such as 1280x720")?;
-        let side = |text: &str| {
-            let side = text.parse().map_err(|_| format!("'{text}' is not a number of pixels"))?;
-            if (1..=Self::MAX_SIDE).contains(&side) {
-                Ok(side)
-            } else {
-                Err(format!("a side is 1 to {} pixels", Self::MAX_SIDE))
-            }
-        };
-        let size = Self { width: side(width)?, height: side(height)? };
-        if u64::from(size.width) * u64::from(size.height) > Self::MAX_PIXELS {
-            let side = Self::MAX_PIXELS.isqrt();
-            return Err(format!("a picture has at most as many pixels as one of {side}x{side}"));
-        }
-        Ok(size)
-    }
-}
-
-impl FromStr for SunDirection {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (azimuth, elevation) = text.split_once(',').ok_or("the sun is AZIMUTH,ELEVATION in degrees")?;
-        let sun = Self { azimuth: finite(azimuth)?, elevation: finite(elevation)? };
-        if !(-90.0..=90.0).contains(&sun.elevation) {
-            return Err("the sun's elevation is -90 to 90 degrees".to_owned());
-        }
-        if sun.azimuth.abs() > 360.0 {
-            return Err("the sun's azimuth is -360 to 360 degrees".to_owned());
-        }
-        Ok(sun)
-    }
-}
-
-/// A finite number.
-///
-/// # Errors
-/// If `text` is no number, infinite or NaN.
-pub fn finite(text: &str) -> Result<f32, String> {
-    match text.trim().parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("'{text}' is not a finite number")),
     }
 }
 
@@ -475,6 +404,8 @@ impl FromStr for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_scenes::light::{EnvironmentChoice, SunDirection};
+    use leadr_scenes::view::Size;
 
     fn refused<T: FromStr>(texts: &[&str]) {
         for text in texts {

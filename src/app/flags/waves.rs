@@ -3,8 +3,8 @@
 use clap::Args;
 
 use super::values::{fft, within};
-use crate::scenes::ocean::waves::Waves;
-use crate::scenes::registry::Scene;
+use leadr_scenes::ocean::waves::Waves;
+use leadr_scenes::registry::Scene;
 
 /// Flags of the waves of scenes with a sea.
 #[derive(Clone, Debug, Default, Args)]

@@ -1,7 +1,5 @@
 //! The mesh of the sea: its horizon is where geometry says, without holes or popping, with triangles where waves show.
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::seascape;
 use glam::{Vec2, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -13,6 +11,8 @@ use leadr::render::surfaces::ocean::mesh::EARTH;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::seascape;
 
 fn sea() -> Ocean {
     ocean(&Sea::default(), 64, 1)

@@ -4,8 +4,6 @@
 use std::f64::consts::TAU;
 
 use super::waves::inverse;
-use crate::common::gpu::test_gpu;
-use crate::common::render::seascape;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
@@ -17,6 +15,8 @@ use leadr::render::surfaces::ocean::mesh::EARTH;
 use leadr::render::surfaces::ocean::waves::{Cascade, PERIOD};
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::seascape;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 

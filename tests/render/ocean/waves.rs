@@ -1,7 +1,5 @@
 //! The sea on the device against Fourier transforms in 64 bits, and its statistics against the spectrum's integrals.
 
-use crate::common::gpu::test_gpu;
-use crate::common::render::seascape;
 use glam::{DVec2, Vec3};
 use leadr::gpu::Image;
 use leadr::render::camera::Camera;
@@ -15,6 +13,8 @@ use leadr::render::surfaces::ocean::waves::{Cascade, PERIOD, foam_weight};
 use leadr::scenes::ocean::cascades::divide;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
+use leadr_testing::gpu::test_gpu;
+use leadr_testing::render::seascape;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;

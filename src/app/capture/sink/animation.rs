@@ -8,13 +8,13 @@ use super::frame_sink::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::{Tone, display};
-use crate::app::error::AppError;
-use crate::app::files::begin;
 use crate::app::flags::values::Rate;
-use crate::maps::Rgb8Image;
-use crate::maps::new_file::NewFile;
-use crate::maps::origin::Origin;
-use crate::scenes::view::Size;
+use leadr_maps::Rgb8Image;
+use leadr_maps::new_file::NewFile;
+use leadr_maps::origin::Origin;
+use leadr_scenes::view::Size;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::begin;
 
 /// What an encoder is told before the first frame.
 #[derive(Clone, Copy, Debug)]

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::app::capture::frame_source::Frame;
-use crate::app::error::AppError;
-use crate::maps::origin::Origin;
+use leadr_maps::origin::Origin;
+use leadr_tools::command::error::AppError;
 
 /// What an earlier run left of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

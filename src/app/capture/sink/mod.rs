@@ -12,7 +12,7 @@ mod stills;
 mod webp;
 mod y4m;
 
-pub use frame_sink::{Earlier, Sink};
+pub use frame_sink::Earlier;
 pub use open::open;
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::frame_sink::Sink;
 use super::{animation, apng, gif, sheet, stills, webp, y4m};
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::pattern::{FileKind, MovingKind};
-use crate::app::error::AppError;
+use leadr_tools::command::error::AppError;
 
 /// The sink that `config` asks for. Files of several frames are begun here, so that a folder that refuses them is found
 /// before anything is drawn.

@@ -7,14 +7,14 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::{GUTTER, whole_size};
 use crate::app::capture::save::{Tone, display};
-use crate::app::error::AppError;
-use crate::app::files::begin;
 use crate::app::flags::values::Sheet;
-use crate::maps::Rgb8Image;
-use crate::maps::new_file::NewFile;
-use crate::maps::origin::Origin;
-use crate::maps::save::encode_png_srgb8;
-use crate::scenes::view::Size;
+use leadr_maps::Rgb8Image;
+use leadr_maps::new_file::NewFile;
+use leadr_maps::origin::Origin;
+use leadr_maps::save::encode_png_srgb8;
+use leadr_scenes::view::Size;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::begin;
 
 /// Their colour, sRGB: dark, and lighter than night.
 const GUTTER_COLOR: [u8; 3] = [32; 3];
@@ -64,8 +64,8 @@ mod tests {
     use super::*;
     use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
-    use crate::maps::load_color_srgb8;
-    use crate::maps::tonemap::Tonemap;
+    use leadr_maps::load_color_srgb8;
+    use leadr_maps::tonemap::Tonemap;
 
     #[test]
     fn pictures_stand_in_their_cells() {

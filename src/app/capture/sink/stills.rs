@@ -7,9 +7,9 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::StillKind;
 use crate::app::capture::save::{self, Tone};
-use crate::app::error::AppError;
-use crate::maps::origin::Origin;
-use crate::scenes::view::Size;
+use leadr_maps::origin::Origin;
+use leadr_scenes::view::Size;
+use leadr_tools::command::error::AppError;
 
 /// Writes every frame to a file of its own.
 pub struct Stills {

@@ -8,7 +8,7 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::FrameSource;
 use crate::app::capture::save::{Tone, display};
 use crate::app::capture::tests::{Double, configure, files, run, sized};
-use crate::maps::tonemap::Tonemap;
+use leadr_maps::tonemap::Tonemap;
 
 /// The pictures that a capture shows, `R, G, B`.
 fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {

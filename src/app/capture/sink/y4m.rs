@@ -11,12 +11,12 @@ use super::frame_sink::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::{Tone, display};
-use crate::app::error::AppError;
-use crate::app::files::begin;
 use crate::app::flags::values::Rate;
-use crate::maps::new_file::NewFile;
-use crate::maps::origin::Origin;
-use crate::scenes::view::Size;
+use leadr_maps::new_file::NewFile;
+use leadr_maps::origin::Origin;
+use leadr_scenes::view::Size;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::begin;
 
 /// Writes frames as they come.
 struct Y4m {
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
     use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
-    use crate::maps::tonemap::Tonemap;
+    use leadr_maps::tonemap::Tonemap;
 
     #[test]
     fn known_colours() {

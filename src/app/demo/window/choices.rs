@@ -1,13 +1,13 @@
 //! What the user of the window has chosen about the picture, apart from where it is seen from and when.
 
-use crate::maps::tonemap::Tonemap;
-use crate::render::frame::Layer;
-use crate::render::light::sky::Sky;
-use crate::render::scene::FrameState;
-use crate::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
-use crate::render::surfaces::tessellation::TessellationSettings;
-use crate::scenes::deform;
-use crate::scenes::light::SunDirection;
+use leadr_maps::tonemap::Tonemap;
+use leadr_render::frame::Layer;
+use leadr_render::light::sky::Sky;
+use leadr_render::scene::FrameState;
+use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
+use leadr_render::surfaces::tessellation::TessellationSettings;
+use leadr_scenes::deform;
+use leadr_scenes::light::SunDirection;
 
 /// Samples of a still picture by the reference beside another technique.
 const REFERENCE_SAMPLES: u32 = 256;
@@ -156,7 +156,7 @@ impl Choices {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::scene::Pose;
+    use leadr_render::scene::Pose;
 
     #[test]
     fn the_reference_beside_a_technique_gathers_samples_of_its_own() {
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_sun_goes_where_it_is_put() {
-        let camera = crate::render::camera::Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
+        let camera = leadr_render::camera::Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
         let mut choices = Choices::new(&RenderSettings::default(), 0.0);
         choices.height_scale = 2.0;
         choices.stretch = 1.5;

@@ -2,8 +2,8 @@
 
 use winit::event_loop::EventLoop;
 
-use crate::app::error::AppError;
-use crate::gpu::{self, GpuOptions};
+use leadr_gpu::GpuOptions;
+use leadr_tools::command::error::AppError;
 
 /// A connection to the display.
 pub struct Display {
@@ -43,12 +43,17 @@ impl Display {
         Ok(Self { events })
     }
 
-    /// How to open a device that can draw on this display, for [`Gpu::new`](crate::gpu::Gpu::new).
+    /// How to open a device that can draw on this display, for [`Gpu::new`](leadr_gpu::Gpu::new).
     ///
     /// # Errors
     /// A kind of display that Vulkan cannot draw on.
     pub fn gpu_options(&self, device: Option<String>, validation: bool) -> Result<GpuOptions, AppError> {
-        Ok(GpuOptions { device, validation, window_extensions: gpu::window_extensions(&self.events)? })
+        Ok(GpuOptions {
+            device,
+            validation,
+            window_extensions: leadr_gpu::window_extensions(&self.events)?,
+            ..GpuOptions::default()
+        })
     }
 }
 

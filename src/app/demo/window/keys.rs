@@ -4,7 +4,7 @@ use glam::Vec3;
 use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
 
 use super::viewer::Action;
-use crate::render::settings::Technique;
+use leadr_render::settings::Technique;
 
 /// What characters do; those of the techniques are in their table.
 pub const CHARACTERS: [(char, Action); 15] = [

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::app::error::AppError;
-use crate::app::files::make_folder_of;
-use crate::maps::cache::user_folder;
-use crate::maps::new_file::write_atomic;
+use leadr_maps::cache::user_folder;
+use leadr_maps::new_file::write_atomic;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::make_folder_of;
 
 /// Points along a side of a window that is opened again.
 const SIDES: RangeInclusive<u32> = 64..=16_384;

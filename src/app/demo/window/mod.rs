@@ -13,22 +13,22 @@ use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::command_line::Seen;
-use crate::app::error::AppError;
-use crate::app::files::{extension, make_folder_of};
-use crate::gpu::Gpu;
-use crate::gpu::shader_watch::{Change, ShaderWatch};
-use crate::lab::bench::MemorySample;
-use crate::maps::save::save_png_srgb8;
-use crate::maps::tonemap::{Tonemap, display_image};
-use crate::maps::{Rgb8Image, RgbImage};
-use crate::render::scene::FrameState;
-use crate::render::settings::RenderSettings;
-use crate::scenes::daylight;
-use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use choices::{Choices, Look};
 use clock::FrameClock;
 pub use display::Display;
 use layout::Layout;
+use leadr_gpu::Gpu;
+use leadr_gpu::shader_watch::{Change, ShaderWatch};
+use leadr_maps::save::save_png_srgb8;
+use leadr_maps::tonemap::{Tonemap, display_image};
+use leadr_maps::{Rgb8Image, RgbImage};
+use leadr_render::scene::FrameState;
+use leadr_render::settings::RenderSettings;
+use leadr_scenes::daylight;
+use leadr_scenes::light::{EnvironmentChoice, SunDirection};
+use leadr_tools::bench::MemorySample;
+use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::{extension, make_folder_of};
 use over::{Difference, false_colors};
 use pace::{KeptQuality, Pace};
 use painter::{Painter, WindowFrame};
@@ -150,7 +150,11 @@ pub fn run(
     let mut viewer = Viewer::new(show.orbit, options.time, choices, show.sweep);
     viewer.scene_moves = show.moves();
     let pace = Pace::on(show.renderer.gpu(), options.kept);
-    let shaders = options.hot_reload.as_deref().map(ShaderWatch::new).transpose()?;
+    let shaders = options
+        .hot_reload
+        .as_deref()
+        .map(|root| ShaderWatch::new(root, show.renderer.gpu().shader_names()))
+        .transpose()?;
     let mut app = App {
         scene: show.scene,
         views: show.views,
@@ -194,7 +198,7 @@ struct App<'p> {
     /// Where its sun is.
     sun: Option<SunDirection>,
     /// Until the window opens.
-    renderer: Option<crate::render::frame::Renderer>,
+    renderer: Option<leadr_render::frame::Renderer>,
     open: Option<Open>,
     modifiers: ModifiersState,
     report: WindowReport,
@@ -805,11 +809,11 @@ fn title(name: &str, viewer: &Viewer, fps: Option<f64>, times: &[(String, f64)])
 mod tests {
     use super::*;
     use crate::app::demo::orbit::Orbit;
-    use crate::render::settings::Technique;
+    use leadr_render::settings::Technique;
 
     #[test]
     fn the_title_tells_technique_time_and_passes() {
-        let pose = crate::scenes::view::CameraPose {
+        let pose = leadr_scenes::view::CameraPose {
             position: [1.0; 3],
             target: [0.0; 3],
             up: [0.0, 0.0, 1.0],

@@ -2,17 +2,17 @@
 
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use crate::lab::metrics::compare::compare;
-use crate::maps::tonemap::Tonemap;
-use crate::maps::{Rgb8Image, RgbImage};
-use crate::render::frame::Layer;
-use crate::render::surfaces::tessellation::MAX_FACTOR;
+use leadr_maps::tonemap::Tonemap;
+use leadr_maps::{Rgb8Image, RgbImage};
+use leadr_render::frame::Layer;
+use leadr_render::surfaces::tessellation::MAX_FACTOR;
+use leadr_tools::metrics::compare::compare;
 
 /// A quantity in every pixel, row by row.
 pub struct LayerPicture {
     /// Pixels across and down.
     pub size: (u32, u32),
-    /// As [`Renderer::layer`](crate::render::frame::Renderer::layer) gives them.
+    /// As [`Renderer::layer`](leadr_render::frame::Renderer::layer) gives them.
     pub values: Vec<[f32; 4]>,
 }
 
@@ -54,7 +54,7 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
         Layer::MeanSlope => [signed(v[0]), signed(v[1]), 128],
         Layer::Covariance => [v[0], v[1], v[2].abs()].map(|v| grey(v.max(0.0).sqrt())[0]),
         Layer::Lod => grey((v[0] - low) / (high - low).max(1e-6)),
-        Layer::Albedo => [v[0], v[1], v[2]].map(crate::maps::srgb::srgb8_from_linear),
+        Layer::Albedo => [v[0], v[1], v[2]].map(leadr_maps::srgb::srgb8_from_linear),
         Layer::Roughness | Layer::Shadow | Layer::Sky => grey(v[0]),
         Layer::Triangles => grey(0.15 + 0.85 * v[0]),
         Layer::Tessellation if v[0] == 0.0 => [0; 3],

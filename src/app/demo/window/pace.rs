@@ -1,8 +1,8 @@
 //! How well a moving picture is drawn: as well as the device manages in the time that a frame may take.
 
-use crate::gpu::Gpu;
-use crate::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions};
-use crate::scenes::config::DEFAULT_MSAA;
+use leadr_gpu::Gpu;
+use leadr_render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions};
+use leadr_scenes::config::DEFAULT_MSAA;
 
 /// Frames a second below which a moving picture becomes simpler, if nobody says otherwise.
 pub const DEFAULT_MIN_FPS: f32 = 10.0;

@@ -8,15 +8,15 @@ use super::over::LayerPicture;
 use super::pace::Pace;
 use super::panel::paint::{Painted, PanelPainter};
 use super::probes::{Ball, balls};
-use crate::app::error::AppError;
-use crate::gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
-use crate::maps::RgbImage;
-use crate::maps::tonemap::Tonemap;
-use crate::render::frame::{KeptTargets, Layer, MAX_PASSES, PassTime, PausedFrame, PreparedFrame, Renderer};
-use crate::render::light::environment::Environment;
-use crate::render::passes::present::{PresentPass, Presented};
-use crate::render::scene::FrameState;
-use crate::render::settings::RenderSettings;
+use leadr_gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
+use leadr_maps::RgbImage;
+use leadr_maps::tonemap::Tonemap;
+use leadr_render::frame::{KeptTargets, Layer, MAX_PASSES, PassTime, PausedFrame, PreparedFrame, Renderer};
+use leadr_render::light::environment::Environment;
+use leadr_render::passes::present::{PresentPass, Presented};
+use leadr_render::scene::FrameState;
+use leadr_render::settings::RenderSettings;
+use leadr_tools::command::error::AppError;
 
 /// Draws into one window: the device draws a frame while the processor prepares the next.
 pub struct Painter {

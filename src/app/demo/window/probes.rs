@@ -5,9 +5,9 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::over::LayerPicture;
-use crate::maps::srgb::srgb8_from_linear;
-use crate::render::camera::Camera;
-use crate::render::light::sky_visibility::SkyProbe;
+use leadr_maps::srgb::srgb8_from_linear;
+use leadr_render::camera::Camera;
+use leadr_render::light::sky_visibility::SkyProbe;
 
 /// Corners of a ball's rim.
 pub const SIDES: usize = 10;
@@ -37,7 +37,7 @@ pub struct Ball {
 
 /// The probes that a camera sees in front of what its picture shows, the farthest first. `depth`: [`Layer::Depth`] of that picture.
 ///
-/// [`Layer::Depth`]: crate::render::frame::Layer::Depth
+/// [`Layer::Depth`]: leadr_render::frame::Layer::Depth
 #[must_use]
 pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<Ball> {
     let (width, height) = depth.size;

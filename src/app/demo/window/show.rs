@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::surroundings::Surroundings;
 use crate::app::demo::command_line::Seen;
 use crate::app::demo::orbit::Orbit;
-use crate::app::error::AppError;
-use crate::gpu::Gpu;
-use crate::render::frame::Renderer;
-use crate::render::scene::FrameState;
-use crate::scenes::set::Set;
-use crate::scenes::stage::Sweep;
-use crate::scenes::view::CameraPose;
+use leadr_gpu::Gpu;
+use leadr_render::frame::Renderer;
+use leadr_render::scene::FrameState;
+use leadr_scenes::set::Set;
+use leadr_scenes::stage::Sweep;
+use leadr_scenes::view::CameraPose;
+use leadr_tools::command::error::AppError;
 
 /// A scene that is ready to be shown.
 pub struct Show {

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::app::error::AppError;
-use crate::gpu::Gpu;
-use crate::render::light::environment::Environment;
-use crate::render::scene::FrameState;
-use crate::scenes::light::EnvironmentChoice;
-use crate::scenes::set::SkyOrPicture;
+use leadr_gpu::Gpu;
+use leadr_render::light::environment::Environment;
+use leadr_render::scene::FrameState;
+use leadr_scenes::light::EnvironmentChoice;
+use leadr_scenes::set::SkyOrPicture;
+use leadr_tools::command::error::AppError;
 
 /// The choices, and which of them is shown.
 #[derive(Clone, Debug)]
@@ -104,8 +104,8 @@ impl Surroundings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::camera::Camera;
-    use crate::render::light::sky::Sky;
+    use leadr_render::camera::Camera;
+    use leadr_render::light::sky::Sky;
 
     fn surroundings(first: EnvironmentChoice) -> Surroundings {
         Surroundings::new(first, SkyOrPicture::under(Sky::default()))

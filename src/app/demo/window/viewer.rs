@@ -4,10 +4,10 @@ use glam::Vec3;
 
 use super::choices::{Choices, Compare};
 use crate::app::demo::orbit::Orbit;
-use crate::render::camera::Camera;
-use crate::render::settings::{Probes, Quadrature, Shading, Technique};
-use crate::scenes::light::SunDirection;
-use crate::scenes::stage::Sweep;
+use leadr_render::camera::Camera;
+use leadr_render::settings::{Probes, Quadrature, Shading, Technique};
+use leadr_scenes::light::SunDirection;
+use leadr_scenes::stage::Sweep;
 
 /// Longest step of the animation, seconds: on a slow device it slows down instead of jumping.
 const LONGEST_STEP: f64 = 0.1;
@@ -347,9 +347,9 @@ impl Viewer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::masking::shadowing::Shadowing;
-    use crate::render::settings::RenderSettings;
-    use crate::scenes::view::CameraPose;
+    use leadr_reflectance::masking::shadowing::Shadowing;
+    use leadr_render::settings::RenderSettings;
+    use leadr_scenes::view::CameraPose;
 
     fn viewer() -> Viewer {
         let pose =

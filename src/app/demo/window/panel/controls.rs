@@ -8,11 +8,11 @@ use super::facts::{Facts, Request};
 use crate::app::demo::window::choices::{Compare, Look};
 use crate::app::demo::window::show::{Roughness, Worn};
 use crate::app::demo::window::viewer::{Action, Viewer};
-use crate::maps::tonemap::Tonemap;
-use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{Probes, Quadrature, Technique, Terms};
-use crate::scenes::deform::FACTORS;
-use crate::scenes::light::SunDirection;
+use leadr_maps::tonemap::Tonemap;
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_render::settings::{Probes, Quadrature, Technique, Terms};
+use leadr_scenes::deform::FACTORS;
+use leadr_scenes::light::SunDirection;
 
 /// Seconds on the timeline; it grows as time goes on.
 const TIMELINE: f64 = 30.0;

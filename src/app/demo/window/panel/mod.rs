@@ -24,7 +24,7 @@ use super::layout::Layout;
 use super::over::LayerPicture;
 use super::probes::Ball;
 use super::viewer::Viewer;
-use crate::maps::Rgb8Image;
+use leadr_maps::Rgb8Image;
 
 /// Points that the panel takes on the left.
 const WIDTH: f32 = 252.0;

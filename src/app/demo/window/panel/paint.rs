@@ -4,13 +4,13 @@
 
 use std::sync::Arc;
 
-use ash::vk;
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_ash_renderer::allocator::GpuAllocator;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
+use leadr_gpu::vk;
 
-use crate::app::error::AppError;
-use crate::gpu::{ColorTarget, Commands, FRAMES_IN_FLIGHT, Gpu, Image, Load};
+use leadr_gpu::{ColorTarget, Commands, FRAMES_IN_FLIGHT, Gpu, Image, Load};
+use leadr_tools::command::error::AppError;
 
 /// What is to be drawn over a picture.
 pub struct Painted {

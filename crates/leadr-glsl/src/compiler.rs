@@ -1,0 +1,155 @@
+//! Compiles shader entry points to SPIR-V and reads from it what each declares.
+
+use std::path::{Component, Path, PathBuf};
+
+// Linked for its archives, which it says more about.
+use leadr_shaderc_debian as _;
+
+use crate::Stage;
+use crate::reflect::{self, Interface};
+
+/// A compiled entry point.
+pub struct Compiled {
+    /// SPIR-V.
+    pub code: Vec<u8>,
+    /// What the source declares, whether it is used or not.
+    pub declared: Interface,
+    /// What is left of it in `code`.
+    pub used: Interface,
+}
+
+/// Adds the entry points below `folder`; a folder that does not exist holds none.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    for entry in std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
+        let path = entry.map_err(|e| format!("{}: {e}", folder.display()))?.path();
+        if path.is_dir() {
+            collect(&path, files)?;
+        } else if Stage::of(&path).is_some() {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn kind(stage: Stage) -> shaderc::ShaderKind {
+    match stage {
+        Stage::Vertex => shaderc::ShaderKind::Vertex,
+        Stage::TessellationControl => shaderc::ShaderKind::TessControl,
+        Stage::TessellationEvaluation => shaderc::ShaderKind::TessEvaluation,
+        Stage::Fragment => shaderc::ShaderKind::Fragment,
+        Stage::Compute => shaderc::ShaderKind::Compute,
+    }
+}
+
+/// Turns GLSL below a root into SPIR-V, and into the SPIR-V before optimisation, which alone has all that the source declares.
+pub struct Compiler {
+    root: PathBuf,
+    compiler: shaderc::Compiler,
+    optimized: shaderc::CompileOptions<'static>,
+    plain: shaderc::CompileOptions<'static>,
+}
+
+impl Compiler {
+    /// A compiler of the files below `root`.
+    ///
+    /// # Errors
+    /// shaderc cannot be started.
+    pub fn new(root: &Path) -> Result<Self, String> {
+        let options = |level| {
+            let mut options = shaderc::CompileOptions::new()?;
+            options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
+            options.set_target_spirv(shaderc::SpirvVersion::V1_6);
+            options.set_optimization_level(level);
+            // Keeps the names, by which all that crosses to the shaders is bound and checked.
+            options.set_generate_debug_info();
+            // Sources name their resources; pipelines number them.
+            options.set_auto_bind_uniforms(true);
+            options.set_warnings_as_errors();
+            let root = root.to_owned();
+            options.set_include_callback(move |requested, kind, includer, _depth| {
+                resolve_include(&root, requested, kind, includer)
+            });
+            Ok(options)
+        };
+        let failed = |e: shaderc::Error| format!("shaderc: {e}");
+        Ok(Self {
+            root: root.to_owned(),
+            compiler: shaderc::Compiler::new().map_err(failed)?,
+            optimized: options(shaderc::OptimizationLevel::Performance).map_err(failed)?,
+            plain: options(shaderc::OptimizationLevel::Zero).map_err(failed)?,
+        })
+    }
+
+    /// Compiles the entry point `name`, a path below the root.
+    ///
+    /// # Errors
+    /// The message of the compiler, with file and line.
+    pub fn compile(&self, name: &str) -> Result<Compiled, String> {
+        let file = self.root.join(name);
+        let shown =
+            self.root.file_name().map_or_else(|| self.root.display().to_string(), |n| n.to_string_lossy().into());
+        let source = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        let stage = Stage::of(&file).ok_or_else(|| format!("{shown}/{name}: its ending names no stage"))?;
+        let compile = |options| self.compiler.compile_into_spirv(&source, kind(stage), name, "main", Some(options));
+        let code = compile(&self.optimized).map_err(|e| e.to_string())?;
+        let plain = compile(&self.plain).map_err(|e| e.to_string())?;
+        let reflected = |words| reflect::interface(words).map_err(|fault| format!("{shown}/{name}: {fault}"));
+        let (declared, used) = (reflected(plain.as_binary())?, reflected(code.as_binary())?);
+        if let Some(lost) = used.resources.iter().find(|resource| resource.binding_word.is_none()) {
+            return Err(format!("{shown}/{name}: the compiler gave {} no binding", lost.name));
+        }
+        Ok(Compiled { code: code.as_binary_u8().to_vec(), declared, used })
+    }
+}
+
+/// `#include "x"` is looked for beside the including file, then below the root; `#include <x>` only there.
+fn resolve_include(
+    root: &Path,
+    requested: &str,
+    kind: shaderc::IncludeType,
+    includer: &str,
+) -> Result<shaderc::ResolvedInclude, String> {
+    let mut candidates = Vec::new();
+    if matches!(kind, shaderc::IncludeType::Relative)
+        && let Some(folder) = Path::new(includer).parent()
+    {
+        candidates.push(normal(&folder.join(requested)));
+    }
+    candidates.push(normal(Path::new(requested)));
+    for candidate in &candidates {
+        let path = root.join(candidate);
+        if path.is_file() {
+            let content = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+            return Ok(shaderc::ResolvedInclude { resolved_name: slashes(candidate), content });
+        }
+    }
+    Err(format!("{requested:?} is neither beside {includer:?} nor below {}", root.display()))
+}
+
+/// The path without `.` and `..`, so that one file has one name in messages.
+#[must_use]
+pub fn normal(path: &Path) -> PathBuf {
+    let mut result = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                result.pop();
+            }
+            other => result.push(other),
+        }
+    }
+    result
+}
+
+/// The path with forward slashes, as shaders are named.
+#[must_use]
+pub fn slashes(path: &Path) -> String {
+    path.to_string_lossy().replace('\\', "/")
+}

@@ -1,0 +1,92 @@
+//! Constants that shaders and Rust share: a build script makes Rust source of the GLSL that declares them.
+
+use std::fmt::Write as _;
+
+/// Precision in Rust.
+#[derive(Clone, Copy)]
+pub enum Floats {
+    /// `f32`
+    F32,
+    /// `f64`
+    F64,
+}
+
+/// Rust source for the lines `const int PREFIX… = VALUE;` of a GLSL file, the prefix taken off.
+///
+/// # Errors
+/// That there is none, or that two have one value.
+pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
+    let start = format!("const int {prefix}");
+    let mut rust = String::new();
+    let mut values = Vec::new();
+    for line in glsl.lines().filter_map(|line| line.strip_prefix(&start)) {
+        let (name, rest) = line.split_once('=').ok_or_else(|| format!("{prefix}{line}: no value"))?;
+        let value = rest.split(';').next().unwrap_or_default().trim();
+        if values.contains(&value) {
+            return Err(format!("two constants {prefix}… are {value}"));
+        }
+        values.push(value);
+        writeln!(rust, "/// `{prefix}{0}`\npub const {0}: isize = {value};", name.trim()).expect("a String takes all");
+    }
+    if values.is_empty() { Err(format!("no constant {prefix}…")) } else { Ok(rust) }
+}
+
+/// Rust source for a GLSL file of nothing but comments, preprocessor lines and `const TYPE NAME = VALUE;`. The comments
+/// above a constant become its documentation.
+///
+/// # Errors
+/// The number and text of the first line that is something else.
+pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
+    let mut rust = String::new();
+    let mut comments = Vec::new();
+    for (i, line) in glsl.lines().enumerate() {
+        let line = line.trim();
+        if let Some(comment) = line.strip_prefix("//") {
+            comments.push(comment.trim());
+        } else if line.is_empty() || line.starts_with('#') {
+            comments.clear();
+        } else {
+            let declaration = declaration(line, floats)
+                .ok_or_else(|| format!("line {}: not `const TYPE NAME = VALUE;`: {line}", i + 1))?;
+            for comment in comments.drain(..) {
+                writeln!(rust, "/// {comment}").expect("a String takes all");
+            }
+            writeln!(rust, "{declaration}").expect("a String takes all");
+        }
+    }
+    Ok(rust)
+}
+
+/// The Rust constant for a line of GLSL.
+fn declaration(line: &str, floats: Floats) -> Option<String> {
+    let (declared, value) = line.strip_prefix("const ")?.strip_suffix(';')?.split_once('=')?;
+    let (kind, name) = declared.trim().split_once(' ')?;
+    let (kind, value) = match (kind, floats) {
+        ("int", _) => ("i32", value.trim().to_owned()),
+        ("uint", _) => ("u32", without_suffixes(value.trim())),
+        ("bool", _) => ("bool", value.trim().to_owned()),
+        ("float", Floats::F32) => ("f32", value.trim().to_owned()),
+        ("float", Floats::F64) => ("f64", value.trim().to_owned()),
+        ("vec3", Floats::F64) => ("glam::DVec3", value.trim().replace("vec3(", "glam::DVec3::new(")),
+        ("vec3", Floats::F32) => ("glam::Vec3", value.trim().replace("vec3(", "glam::Vec3::new(")),
+        _ => return None,
+    };
+    Some(format!("pub const {}: {kind} = {value};", name.trim()))
+}
+
+/// The expression without the `u` of GLSL's unsigned numbers.
+fn without_suffixes(value: &str) -> String {
+    let mut result = String::with_capacity(value.len());
+    let mut in_number = false;
+    let mut before = ' ';
+    for c in value.chars() {
+        let part_of_word = c.is_ascii_alphanumeric() || c == '_';
+        in_number =
+            part_of_word && (in_number || (c.is_ascii_digit() && !before.is_ascii_alphanumeric() && before != '_'));
+        if !(in_number && c == 'u') {
+            result.push(c);
+        }
+        before = c;
+    }
+    result
+}

@@ -1,0 +1,17 @@
+//! GLSL entry points as programs embed them: SPIR-V with the names of all that it declares.
+//!
+//! A build script calls [`embed`] and the crate includes the file that it writes: a table of [`Shader`]s. Pipelines find
+//! resources, constants and structs in it by name. A program that compiles changed sources while it runs uses
+//! [`compiler::Compiler`] and [`Shader::from_compiled`].
+
+#[cfg(feature = "compile")]
+pub mod compiler;
+pub mod constants;
+#[cfg(feature = "compile")]
+mod embed;
+pub mod reflect;
+mod shader;
+
+#[cfg(feature = "compile")]
+pub use embed::embed;
+pub use shader::{Aligned, Constant, ConstantKind, Member, Push, Resource, ResourceKind, Shader, Stage, Struct};

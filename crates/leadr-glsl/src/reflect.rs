@@ -1,0 +1,367 @@
+//! Reads from SPIR-V what a pipeline must know of a shader: resources, constants and structs by name, work group size.
+//!
+//! Numbers of opcodes, decorations and storage classes are those of the SPIR-V 1.6 specification.
+
+use std::collections::HashMap;
+
+use crate::{ConstantKind, ResourceKind};
+
+/// What one entry point declares.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Interface {
+    /// Work group size of a compute entry point, specialization constants at their defaults; otherwise 1.
+    pub local_size: [u32; 3],
+    /// Descriptors, by name.
+    pub resources: Vec<Resource>,
+    /// Specialization constants, by name.
+    pub constants: Vec<Constant>,
+    /// The push constant block.
+    pub push: Option<Push>,
+    /// Every struct that buffers and push constants are made of.
+    pub structs: Vec<Struct>,
+}
+
+/// A descriptor.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Resource {
+    /// Of the variable; of the block, where the block has no instance name.
+    pub name: String,
+    /// Its kind.
+    pub kind: ResourceKind,
+    /// Index of the word of the module that holds the binding number.
+    pub binding_word: Option<usize>,
+}
+
+/// A specialization constant.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Constant {
+    /// Name.
+    pub name: String,
+    /// `constant_id`.
+    pub id: u32,
+    /// Its type.
+    pub kind: ConstantKind,
+}
+
+/// A push constant block.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Push {
+    /// Name of the block.
+    pub block: String,
+    /// Bytes up to the end of its last member.
+    pub bytes: u32,
+}
+
+/// A struct with a memory layout.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Struct {
+    /// Name of the type.
+    pub name: String,
+    /// All members but an array without end.
+    pub members: Vec<Member>,
+    /// Bytes to the next struct of an array, or to the array without end that follows.
+    pub pitch: Option<u32>,
+}
+
+/// A member of a struct; lengths in bytes.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Member {
+    /// Name.
+    pub name: String,
+    /// From the start of the struct.
+    pub offset: u32,
+    /// Padding between elements of arrays included.
+    pub size: u32,
+}
+
+/// What the module's entry point declares.
+///
+/// # Errors
+/// What a shader may not contain: two specialization constants of one number, arrays of descriptors, separate samplers
+/// and texel buffers, descriptor sets other than 0, arrays that need padding between plain numbers.
+pub fn interface(words: &[u32]) -> Result<Interface, String> {
+    Module::parse(words)?.interface()
+}
+
+#[derive(Clone, Debug)]
+enum Type {
+    Number { bytes: u32, kind: ConstantKind },
+    Bool,
+    Vector(u32, u32),
+    Matrix(u32),
+    Image { sampled: u32, buffer: bool },
+    SampledImage,
+    Array(u32, u32),
+    RuntimeArray(u32),
+    Struct(Vec<u32>),
+    Pointer(u32),
+}
+
+#[derive(Default)]
+struct Module {
+    names: HashMap<u32, String>,
+    member_names: HashMap<(u32, u32), String>,
+    /// Operand of each decoration, and the index of its word.
+    decorations: HashMap<(u32, u32), (u32, usize)>,
+    member_decorations: HashMap<(u32, u32, u32), u32>,
+    types: HashMap<u32, Type>,
+    /// Type and value.
+    constants: HashMap<u32, (u32, u32)>,
+    /// Identifier, pointer type, storage class.
+    variables: Vec<(u32, u32, u32)>,
+    local_size: Option<[u32; 3]>,
+    local_size_ids: Option<[u32; 3]>,
+}
+
+const SPEC_ID: u32 = 1;
+const BUFFER_BLOCK: u32 = 3;
+const ARRAY_STRIDE: u32 = 6;
+const MATRIX_STRIDE: u32 = 7;
+const BINDING: u32 = 33;
+const DESCRIPTOR_SET: u32 = 34;
+const OFFSET: u32 = 35;
+
+const UNIFORM_CONSTANT: u32 = 0;
+const UNIFORM: u32 = 2;
+const PUSH_CONSTANT: u32 = 9;
+const STORAGE_BUFFER: u32 = 12;
+
+impl Module {
+    fn parse(words: &[u32]) -> Result<Self, String> {
+        if words.len() < 5 || words[0] != 0x0723_0203 {
+            return Err("not a SPIR-V module".to_owned());
+        }
+        let mut module = Self::default();
+        let mut at = 5;
+        while at < words.len() {
+            let (length, opcode) = ((words[at] >> 16) as usize, words[at] & 0xffff);
+            let instruction = words.get(at + 1..at + length).ok_or("the SPIR-V module ends within an instruction")?;
+            module.instruction(opcode, instruction, at + 1);
+            at += length;
+        }
+        Ok(module)
+    }
+
+    fn instruction(&mut self, opcode: u32, words: &[u32], at: usize) {
+        match (opcode, words) {
+            (5, [id, text @ ..]) => {
+                self.names.insert(*id, string(text));
+            }
+            (6, [id, member, text @ ..]) => {
+                self.member_names.insert((*id, *member), string(text));
+            }
+            // OpExecutionMode LocalSize, OpExecutionModeId LocalSizeId
+            (16, [_, 17, x, y, z]) => self.local_size = Some([*x, *y, *z]),
+            (331, [_, 38, x, y, z]) => self.local_size_ids = Some([*x, *y, *z]),
+            (71, [id, decoration, rest @ ..]) => {
+                self.decorations.insert((*id, *decoration), (rest.first().copied().unwrap_or(1), at + 2));
+            }
+            (72, [id, member, decoration, rest @ ..]) => {
+                self.member_decorations.insert((*id, *member, *decoration), rest.first().copied().unwrap_or(1));
+            }
+            (20, [id]) => self.add(*id, Type::Bool),
+            (21, [id, width, signed]) => {
+                self.add(
+                    *id,
+                    Type::Number {
+                        bytes: width / 8,
+                        kind: if *signed == 0 { ConstantKind::U32 } else { ConstantKind::I32 },
+                    },
+                );
+            }
+            (22, [id, width, ..]) => self.add(*id, Type::Number { bytes: width / 8, kind: ConstantKind::F32 }),
+            (23, [id, component, count]) => self.add(*id, Type::Vector(*component, *count)),
+            (24, [id, _, count]) => self.add(*id, Type::Matrix(*count)),
+            (25, [id, _, dim, _, _, _, sampled, ..]) => {
+                self.add(*id, Type::Image { sampled: *sampled, buffer: *dim == 5 });
+            }
+            (27, [id, _]) => self.add(*id, Type::SampledImage),
+            (28, [id, element, length]) => self.add(*id, Type::Array(*element, *length)),
+            (29, [id, element]) => self.add(*id, Type::RuntimeArray(*element)),
+            (30, [id, members @ ..]) => self.add(*id, Type::Struct(members.to_vec())),
+            (32, [id, _, target]) => self.add(*id, Type::Pointer(*target)),
+            // OpSpecConstantTrue, OpSpecConstantFalse
+            (48 | 49, [kind, id]) => {
+                self.constants.insert(*id, (*kind, u32::from(opcode == 48)));
+            }
+            // OpConstant, OpSpecConstant
+            (43 | 50, [kind, id, value, ..]) => {
+                self.constants.insert(*id, (*kind, *value));
+            }
+            (59, [kind, id, storage, ..]) => self.variables.push((*id, *kind, *storage)),
+            _ => {}
+        }
+    }
+
+    fn add(&mut self, id: u32, kind: Type) {
+        self.types.insert(id, kind);
+    }
+
+    fn decoration(&self, id: u32, decoration: u32) -> Option<u32> {
+        self.decorations.get(&(id, decoration)).map(|(operand, _)| *operand)
+    }
+
+    fn name(&self, id: u32) -> Option<&str> {
+        self.names.get(&id).map(String::as_str).filter(|name| !name.is_empty())
+    }
+
+    fn interface(&self) -> Result<Interface, String> {
+        let mut result = Interface { local_size: self.work_group(), ..Interface::default() };
+        for &(variable, pointer, storage) in &self.variables {
+            if ![UNIFORM_CONSTANT, UNIFORM, PUSH_CONSTANT, STORAGE_BUFFER].contains(&storage) {
+                continue;
+            }
+            let Some(&Type::Pointer(target)) = self.types.get(&pointer) else {
+                return Err("a variable has no pointer type".to_owned());
+            };
+            if storage == PUSH_CONSTANT {
+                let block = self.name(target).ok_or("the push constant block has no name")?.to_owned();
+                let bytes =
+                    self.bytes(target).ok_or_else(|| format!("push constant block {block} has no fixed size"))?;
+                self.layout(target, None, &mut result.structs)?;
+                result.push = Some(Push { block, bytes });
+                continue;
+            }
+            let resource = self.resource(variable, target, storage)?;
+            if storage != UNIFORM_CONSTANT {
+                self.block(&resource.name, target, &mut result.structs)?;
+            }
+            result.resources.push(resource);
+        }
+        result.constants = self.specialization_constants()?;
+        result.resources.sort_by(|a, b| a.name.cmp(&b.name));
+        if let Some(pair) = result.resources.windows(2).find(|pair| pair[0].name == pair[1].name) {
+            return Err(format!("two resources are named {}", pair[0].name));
+        }
+        Ok(result)
+    }
+
+    fn work_group(&self) -> [u32; 3] {
+        match (self.local_size_ids, self.local_size) {
+            (Some(ids), _) => ids.map(|id| self.constants.get(&id).map_or(1, |(_, value)| *value)),
+            (None, Some(size)) => size,
+            (None, None) => [1; 3],
+        }
+    }
+
+    fn specialization_constants(&self) -> Result<Vec<Constant>, String> {
+        let mut constants = Vec::new();
+        for (&(id, decoration), &(number, _)) in &self.decorations {
+            let Some((kind, _)) = self.constants.get(&id).filter(|_| decoration == SPEC_ID) else { continue };
+            let name = self.name(id).ok_or_else(|| format!("the constant of constant_id {number} has no name"))?;
+            let kind = match self.types.get(kind) {
+                Some(Type::Bool) => ConstantKind::Bool,
+                Some(Type::Number { bytes: 4, kind }) => *kind,
+                other => return Err(format!("specialization constant {name} is a {other:?}")),
+            };
+            constants.push(Constant { name: name.to_owned(), id: number, kind });
+        }
+        constants.sort_by(|a: &Constant, b: &Constant| (a.id, &a.name).cmp(&(b.id, &b.name)));
+        if let Some(pair) = constants.windows(2).find(|pair| pair[0].id == pair[1].id) {
+            return Err(format!("{} and {} share constant_id {}", pair[0].name, pair[1].name, pair[0].id));
+        }
+        Ok(constants)
+    }
+
+    fn resource(&self, variable: u32, target: u32, storage: u32) -> Result<Resource, String> {
+        let name = self.name(variable).or_else(|| self.name(target)).ok_or("a resource has no name")?.to_owned();
+        if self.decoration(variable, DESCRIPTOR_SET).is_some_and(|set| set != 0) {
+            return Err(format!("{name} is not in descriptor set 0"));
+        }
+        let kind = match (self.types.get(&target), storage) {
+            (Some(Type::SampledImage), _) => ResourceKind::Sampled,
+            (Some(Type::Image { sampled: 2, buffer: false }), _) => ResourceKind::StorageImage,
+            (Some(Type::Struct(_)), STORAGE_BUFFER) => ResourceKind::Storage,
+            (Some(Type::Struct(_)), UNIFORM) if self.decoration(target, BUFFER_BLOCK).is_none() => {
+                ResourceKind::Uniform
+            }
+            (Some(Type::Array(..)), _) => return Err(format!("{name} is an array; use an array texture")),
+            _ => return Err(format!("{name} is no buffer, storage image or combined image sampler")),
+        };
+        let binding_word = self.decorations.get(&(variable, BINDING)).map(|(_, word)| *word);
+        Ok(Resource { name, kind, binding_word })
+    }
+
+    /// Adds the structs of a buffer's block. A block that only wraps an array or one struct is not itself among them.
+    fn block(&self, name: &str, id: u32, structs: &mut Vec<Struct>) -> Result<(), String> {
+        if let Some(Type::Struct(members)) = self.types.get(&id)
+            && let [member] = members[..]
+        {
+            match self.types.get(&member) {
+                Some(Type::Struct(_)) => return self.layout(member, None, structs),
+                Some(Type::Array(element, _) | Type::RuntimeArray(element)) => {
+                    let stride = self.decoration(member, ARRAY_STRIDE);
+                    if matches!(self.types.get(element), Some(Type::Struct(_))) {
+                        return self.layout(*element, stride, structs);
+                    }
+                    if stride != self.bytes(*element) {
+                        return Err(format!("elements of {name} are padded to {stride:?} bytes: declare the padding"));
+                    }
+                    return Ok(());
+                }
+                _ => {}
+            }
+        }
+        self.layout(id, None, structs)
+    }
+
+    /// Adds the struct `id` and those it is made of.
+    fn layout(&self, id: u32, mut pitch: Option<u32>, structs: &mut Vec<Struct>) -> Result<(), String> {
+        let name = self.name(id).ok_or("a struct has no name")?;
+        let Some(Type::Struct(types)) = self.types.get(&id) else { return Err(format!("{name} is no struct")) };
+        let mut members = Vec::new();
+        for (i, kind) in (0u32..).zip(types) {
+            let label = self.member_names.get(&(id, i)).ok_or_else(|| format!("a member of {name} has no name"))?;
+            let unknown = || format!("{name}.{label} has no memory layout");
+            let offset = *self.member_decorations.get(&(id, i, OFFSET)).ok_or_else(unknown)?;
+            match self.types.get(kind) {
+                Some(Type::Struct(_)) => self.layout(*kind, None, structs)?,
+                Some(Type::Array(element, _) | Type::RuntimeArray(element))
+                    if matches!(self.types.get(element), Some(Type::Struct(_))) =>
+                {
+                    self.layout(*element, self.decoration(*kind, ARRAY_STRIDE), structs)?;
+                }
+                _ => {}
+            }
+            if matches!(self.types.get(kind), Some(Type::RuntimeArray(_))) {
+                pitch = Some(offset);
+                continue;
+            }
+            let size = self.member_bytes(id, i, *kind).ok_or_else(unknown)?;
+            members.push(Member { name: label.clone(), offset, size });
+        }
+        let found = Struct { name: name.to_owned(), members, pitch };
+        if !structs.contains(&found) {
+            structs.push(found);
+        }
+        Ok(())
+    }
+
+    fn member_bytes(&self, id: u32, member: u32, kind: u32) -> Option<u32> {
+        match self.types.get(&kind)? {
+            Type::Matrix(columns) => Some(self.member_decorations.get(&(id, member, MATRIX_STRIDE))? * columns),
+            _ => self.bytes(kind),
+        }
+    }
+
+    /// Bytes of a type with explicit layout; `None` for what has no fixed size.
+    fn bytes(&self, id: u32) -> Option<u32> {
+        Some(match self.types.get(&id)? {
+            Type::Number { bytes, .. } => *bytes,
+            Type::Vector(component, count) => self.bytes(*component)? * count,
+            Type::Array(_, length) => self.decoration(id, ARRAY_STRIDE)? * self.constants.get(length)?.1,
+            Type::Struct(members) => {
+                let last = u32::try_from(members.len().checked_sub(1)?).ok()?;
+                let offset = self.member_decorations.get(&(id, last, OFFSET))?;
+                offset + self.member_bytes(id, last, members[last as usize])?
+            }
+            _ => return None,
+        })
+    }
+}
+
+/// A zero-terminated string in words, lowest byte first.
+fn string(words: &[u32]) -> String {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,469 @@
+//! The instance, the device, its single queue and its allocator, and the order in which they are destroyed.
+
+use std::ffi::{CStr, CString};
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use ash::vk;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
+
+use super::error::Doing;
+use super::faults::Faults;
+use super::remake::Remake;
+use super::shaders::{Shader, Shaders};
+use super::{DriverCall, GpuError, Result, select, validation};
+
+/// How to open the device.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// An index into the list of devices, or part of a device's name in any case; `None` prefers a discrete GPU.
+    pub device: Option<String>,
+    /// Turns on the validation layer (core and synchronization checks); see [`Gpu::validation_messages`].
+    pub validation: bool,
+    /// Instance extensions that a window needs (`VK_KHR_surface` and its platform's); if any are given, `VK_KHR_swapchain`
+    /// is enabled.
+    pub window_extensions: Vec<&'static CStr>,
+    /// Tables of the shaders that pipelines name, each sorted by name.
+    pub shaders: Vec<&'static [Shader]>,
+}
+
+/// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
+pub struct Gpu {
+    // Torn down by `Drop` in the order: allocator, pipeline cache, device, messenger, instance.
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
+    pipeline_cache: vk::PipelineCache,
+    queue: Mutex<vk::Queue>,
+    queue_family: u32,
+    push_descriptor: ash::khr::push_descriptor::Device,
+    debug: Option<ash::ext::debug_utils::Device>,
+    labels: Mutex<()>,
+    /// How the pipelines are made that there are.
+    recipes: Mutex<Vec<Weak<dyn Remake>>>,
+    shaders: Shaders,
+    faults: Faults,
+    device: ash::Device,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messages: Box<validation::Messages>,
+    physical: vk::PhysicalDevice,
+    instance: ash::Instance,
+    entry: ash::Entry,
+    facts: Facts,
+}
+
+/// Properties of the device that are queried more than once.
+struct Facts {
+    name: String,
+    driver: String,
+    driver_id: vk::DriverId,
+    limits: vk::PhysicalDeviceLimits,
+    kind: vk::PhysicalDeviceType,
+    largest_allocation: u64,
+    wires: bool,
+}
+
+/// The objects created so far, destroyed in order when a later step fails.
+struct Unfinished {
+    instance: Option<ash::Instance>,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    device: Option<ash::Device>,
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // SAFETY: each object is destroyed once, children before parents; nothing was submitted yet.
+        unsafe {
+            if let Some(device) = self.device.take() {
+                device.destroy_device(None);
+            }
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            if let Some(instance) = self.instance.take() {
+                instance.destroy_instance(None);
+            }
+        }
+    }
+}
+
+impl Gpu {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// [`GpuError::NoLoader`], [`GpuError::NoDriver`], [`GpuError::NoSuitableDevice`], [`GpuError::UnknownDevice`],
+    /// [`GpuError::MissingFeatures`], [`GpuError::NoValidationLayer`], [`GpuError::NoInstanceExtension`], or a failed
+    /// Vulkan call.
+    pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
+        // SAFETY: loading the system's Vulkan loader runs its initialisers; that is what it is for.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
+        let messages: Box<validation::Messages> = Box::default();
+        let mut unfinished = Unfinished { instance: None, messenger: None, device: None };
+
+        let (instance, has_debug_utils) = create_instance(&entry, options, &messages)?;
+        unfinished.instance = Some(instance.clone());
+        if options.validation {
+            let functions = ash::ext::debug_utils::Instance::new(&entry, &instance);
+            // SAFETY: `messages` is boxed and moves into the Gpu, which destroys the messenger first.
+            let messenger =
+                unsafe { functions.create_debug_utils_messenger(&validation::messenger_info(&messages), None) }
+                    .doing("creating the validation messenger")?;
+            unfinished.messenger = Some((functions, messenger));
+        }
+
+        let mut extensions = vec![ash::khr::push_descriptor::NAME];
+        if !options.window_extensions.is_empty() {
+            extensions.push(ash::khr::swapchain::NAME);
+        }
+        let chosen = select::choose(&instance, options.device.as_deref(), &extensions)?;
+        let device = create_device(&instance, &chosen, &extensions)?;
+        unfinished.device = Some(device.clone());
+
+        // SAFETY: the family and index were requested at device creation.
+        let queue = unsafe { device.get_device_queue(chosen.queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.clone(),
+            device: device.clone(),
+            physical_device: chosen.physical,
+            debug_settings: AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            // Small blocks: lavapipe's heap is 2 GiB and several tests share it. Larger resources get their own.
+            allocation_sizes: AllocationSizes::new(32 << 20, 16 << 20),
+        })
+        .map_err(GpuError::Allocator)?;
+        // SAFETY: the device is alive.
+        let pipeline_cache = unsafe { device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) }
+            .doing("creating the pipeline cache")?;
+
+        let debug = has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance, &device));
+        let facts = facts(&instance, &chosen);
+        tracing::info!("{} ({})", facts.name, facts.driver);
+        unfinished.instance = None;
+        unfinished.device = None;
+        Ok(Arc::new(Self {
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
+            pipeline_cache,
+            queue: Mutex::new(queue),
+            queue_family: chosen.queue_family,
+            push_descriptor: ash::khr::push_descriptor::Device::new(&instance, &device),
+            debug,
+            labels: Mutex::new(()),
+            recipes: Mutex::default(),
+            shaders: Shaders::new(options.shaders.clone()),
+            faults: Faults::wanted(),
+            device,
+            messenger: unfinished.messenger.take(),
+            messages,
+            physical: chosen.physical,
+            instance,
+            entry,
+            facts,
+        }))
+    }
+
+    /// Waits until the device has finished all its work.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait_idle(&self) -> Result<()> {
+        let _queue = self.queue();
+        // SAFETY: the queue is held, as device_wait_idle demands of all queues.
+        let done = unsafe { self.device.device_wait_idle() };
+        done.and_then(|()| self.faults.check(DriverCall::Wait)).doing("waiting for the device")
+    }
+
+    /// The device's name, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
+    pub fn device_name(&self) -> &str {
+        &self.facts.name
+    }
+
+    /// The driver's name and version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
+    pub fn driver_info(&self) -> &str {
+        &self.facts.driver
+    }
+
+    /// Whether the driver is Mesa's lavapipe.
+    pub fn is_lavapipe(&self) -> bool {
+        self.facts.driver_id == vk::DriverId::MESA_LLVMPIPE
+    }
+
+    /// Whether it can draw the edges of triangles alone.
+    pub(crate) fn draws_wires(&self) -> bool {
+        self.facts.wires
+    }
+
+    /// Largest number of tessellated vertices that one draw may produce, where the driver has such a limit: beyond 65,536
+    /// lavapipe silently draws wrong geometry. A patch at level l makes at most (ceil_even(l) + 1)² vertices.
+    #[doc(hidden)]
+    pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
+        self.is_lavapipe().then_some(65_535)
+    }
+
+    /// Largest number of loop iterations that one shader invocation may execute in all, where the driver has such a limit:
+    /// beyond 65,535 lavapipe silently cuts loops short.
+    #[doc(hidden)]
+    pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
+        self.is_lavapipe().then_some(65_535)
+    }
+
+    /// Whether the driver draws on the processor, in the machine's own memory.
+    #[must_use]
+    pub fn is_software(&self) -> bool {
+        self.facts.kind == vk::PhysicalDeviceType::CPU
+    }
+
+    /// The most bytes of memory that the device gives in one piece.
+    pub(super) fn largest_allocation(&self) -> u64 {
+        self.facts.largest_allocation
+    }
+
+    /// The device's Vulkan limits.
+    #[doc(hidden)]
+    pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
+        &self.facts.limits
+    }
+
+    /// The numbers of samples per texel, all powers of two, that images of this format can have for the usage (optimal tiling), added
+    /// up. 0 where there are no such images.
+    #[doc(hidden)]
+    pub fn image_samples(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
+        // SAFETY: the instance and physical device are alive.
+        let properties = unsafe {
+            self.instance.get_physical_device_image_format_properties(
+                self.physical,
+                format,
+                vk::ImageType::TYPE_2D,
+                vk::ImageTiling::OPTIMAL,
+                usage,
+                vk::ImageCreateFlags::empty(),
+            )
+        };
+        properties.map_or(0, |properties| properties.sample_counts.as_raw())
+    }
+
+    /// The validation layer's warnings and errors so far; always empty without [`GpuOptions::validation`].
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Removes and returns the validation messages (for tests that provoke some).
+    pub fn take_validation_messages(&self) -> Vec<String> {
+        std::mem::take(&mut self.messages.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The raw device, for calls that this module does not wrap.
+    #[doc(hidden)]
+    pub fn raw(&self) -> &ash::Device {
+        &self.device
+    }
+
+    /// The raw loader, instance and physical device, for the window.
+    #[doc(hidden)]
+    pub fn raw_instance(&self) -> (&ash::Entry, &ash::Instance, vk::PhysicalDevice) {
+        (&self.entry, &self.instance, self.physical)
+    }
+
+    /// The queue family of the single queue.
+    #[doc(hidden)]
+    pub fn queue_family(&self) -> u32 {
+        self.queue_family
+    }
+
+    /// The single queue, locked: Vulkan requires its use to be serialised.
+    #[doc(hidden)]
+    pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The allocator, for what brings its own buffers and images; it must be gone before the device is.
+    pub fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.allocator)
+    }
+
+    pub(super) fn recipes(&self) -> &Mutex<Vec<Weak<dyn Remake>>> {
+        &self.recipes
+    }
+
+    /// The names of all entry points that it was opened with.
+    pub fn shader_names(&self) -> impl Iterator<Item = &'static str> {
+        self.shaders.names()
+    }
+
+    pub(super) fn shaders(&self) -> &Shaders {
+        &self.shaders
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// How many calls of this kind the device has had.
+    #[doc(hidden)]
+    pub fn calls(&self, call: DriverCall) -> u32 {
+        self.faults.made(call)
+    }
+
+    /// Makes the call fail that comes after `calls` more of its kind.
+    #[doc(hidden)]
+    pub fn fail_after(&self, calls: u32, call: DriverCall) {
+        self.faults.fail(call, self.faults.made(call) + calls + 1);
+    }
+
+    pub(crate) fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
+        self.pipeline_cache
+    }
+
+    pub(crate) fn push_descriptor(&self) -> &ash::khr::push_descriptor::Device {
+        &self.push_descriptor
+    }
+
+    pub(crate) fn debug(&self) -> Option<&ash::ext::debug_utils::Device> {
+        self.debug.as_ref()
+    }
+
+    /// Held while the labels of any command buffer change: where one begins or ends, and where a pool is reset or destroyed.
+    /// The validation layer of Debian 12 keeps the labels of all command buffers in one table and forgets those of a reset
+    /// buffer without locking it, so threads that record different buffers crash in it.
+    pub(crate) fn lock_labels(&self) -> MutexGuard<'_, ()> {
+        self.labels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Names an object for captures and validation messages.
+    pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+            // SAFETY: the object belongs to this device. Failing to set a name does no harm.
+            let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        }
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        // SAFETY: every resource holds an Arc of self, so none is left. The order is allocator (it frees device memory),
+        // pipeline cache, device, messenger (it receives the device's last messages), instance.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            ManuallyDrop::drop(&mut self.allocator);
+            self.device.destroy_pipeline_cache(self.pipeline_cache, None);
+            self.device.destroy_device(None);
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.instance.destroy_instance(None);
+        }
+    }
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gpu")
+            .field("name", &self.facts.name)
+            .field("driver", &self.facts.driver)
+            .finish_non_exhaustive()
+    }
+}
+
+fn create_instance(
+    entry: &ash::Entry,
+    options: &GpuOptions,
+    messages: &validation::Messages,
+) -> Result<(ash::Instance, bool)> {
+    // SAFETY: the loader is alive, here and in the rest of this function.
+    let available = unsafe { entry.enumerate_instance_extension_properties(None) }
+        .map_err(|e| GpuError::NoLoader(format!("listing its extensions failed: {e}")))?;
+    let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+
+    let mut extensions = Vec::new();
+    for extension in &options.window_extensions {
+        if !has(extension) {
+            return Err(GpuError::NoInstanceExtension(extension.to_string_lossy().into_owned()));
+        }
+        extensions.push(extension.as_ptr());
+    }
+    let has_debug_utils = has(ash::ext::debug_utils::NAME) || options.validation;
+    if has_debug_utils {
+        extensions.push(ash::ext::debug_utils::NAME.as_ptr());
+    }
+
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"leadr")
+        .engine_name(c"leadr-vk")
+        .api_version(vk::API_VERSION_1_3);
+    let layers = [validation::LAYER.as_ptr()];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&validation::ENABLED);
+    let settings = validation::settings();
+    let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
+    let mut messenger = validation::messenger_info(messages);
+    let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+    if options.validation {
+        // SAFETY: as above.
+        let known = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
+        if !known.iter().any(|l| l.layer_name_as_c_str() == Ok(validation::LAYER)) {
+            return Err(GpuError::NoValidationLayer);
+        }
+        info = info.enabled_layer_names(&layers).push_next(&mut messenger);
+        // SAFETY: as above.
+        let of_layer = unsafe { entry.enumerate_instance_extension_properties(Some(validation::LAYER)) };
+        let takes_settings =
+            |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(ash::ext::layer_settings::NAME);
+        if of_layer.unwrap_or_default().iter().any(takes_settings) {
+            extensions.push(ash::ext::layer_settings::NAME.as_ptr());
+            info = info.push_next(&mut settings);
+        } else {
+            extensions.push(ash::ext::validation_features::NAME.as_ptr());
+            info = info.push_next(&mut features);
+        }
+    }
+    let info = info.enabled_extension_names(&extensions);
+    // SAFETY: all pointers in `info` outlive the call.
+    match unsafe { entry.create_instance(&info, None) } {
+        Ok(instance) => Ok((instance, has_debug_utils)),
+        Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(GpuError::NoDriver),
+        Err(result) => Err(GpuError::Vulkan { what: "creating the Vulkan instance".to_owned(), result }),
+    }
+}
+
+fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extensions: &[&CStr]) -> Result<ash::Device> {
+    let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+    let queues =
+        [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
+    let features = select::features(chosen.wires);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true)
+        .shader_demote_to_helper_invocation(true)
+        .shader_terminate_invocation(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&names)
+        .enabled_features(&features)
+        .push_next(&mut v13);
+    // SAFETY: the features and extensions were found on this device; all pointers outlive the call.
+    unsafe { instance.create_device(chosen.physical, &info, None) }.doing(format!("opening {}", chosen.name))
+}
+
+fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut v11);
+    // SAFETY: the device is Vulkan 1.3 and knows the chain.
+    unsafe { instance.get_physical_device_properties2(chosen.physical, &mut all) };
+    let limits = all.properties.limits;
+    let text = |s: std::result::Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = text(driver.driver_name_as_c_str().map_err(drop));
+    let info = text(driver.driver_info_as_c_str().map_err(drop));
+    Facts {
+        name: chosen.name.clone(),
+        driver: format!("{name} {info}"),
+        driver_id: driver.driver_id,
+        limits,
+        kind: chosen.kind,
+        largest_allocation: v11.max_memory_allocation_size,
+        wires: chosen.wires,
+    }
+}

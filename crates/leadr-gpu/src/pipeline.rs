@@ -1,0 +1,386 @@
+//! Compute and graphics pipelines.
+
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::Instant;
+
+use ash::vk;
+
+use super::error::Doing;
+use super::pipeline_layout::{PipelineCore, Spec, SpecValue, StageModule, check_constants, shader};
+use super::remake::{Put, Remake};
+use super::shaders::{Shader, Stage};
+use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
+
+/// What can be bound: a compute or a graphics pipeline.
+pub trait Pipeline {
+    /// The part that both kinds share, as it is now.
+    #[doc(hidden)]
+    fn core(&self) -> Arc<PipelineCore>;
+}
+
+/// Makes a pipeline of the shaders that there are now.
+type Make = dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync;
+
+/// What a pipeline is made of, so that it can be made again of other shaders.
+struct Recipe {
+    /// Names of its entry points.
+    shaders: Vec<String>,
+    make: Box<Make>,
+    made: RwLock<Arc<PipelineCore>>,
+}
+
+impl Recipe {
+    /// A pipeline, and how it is made; the device can make it again as long as it is there.
+    fn new(
+        gpu: &Arc<Gpu>,
+        shaders: Vec<String>,
+        make: impl Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync + 'static,
+    ) -> Result<Arc<Self>> {
+        let made = RwLock::new(Arc::new(make(gpu)?));
+        let recipe = Arc::new(Self { shaders, make: Box::new(make), made });
+        let known: Arc<dyn Remake> = recipe.clone();
+        gpu.remember(Arc::downgrade(&known));
+        Ok(recipe)
+    }
+
+    fn core(&self) -> Arc<PipelineCore> {
+        self.made.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Remake for Recipe {
+    fn uses(&self, names: &[&str]) -> bool {
+        self.shaders.iter().any(|shader| names.contains(&shader.as_str()))
+    }
+
+    fn make_again(self: Arc<Self>) -> Result<Put> {
+        let gpu = self.core().gpu().clone();
+        let core = Arc::new((self.make)(&gpu)?);
+        Ok(Box::new(move || *self.made.write().unwrap_or_else(PoisonError::into_inner) = core))
+    }
+}
+
+/// Specialization constants that outlive the call.
+fn owned(spec: Spec<'_>) -> Vec<(String, SpecValue)> {
+    spec.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+}
+
+fn borrowed(spec: &[(String, SpecValue)]) -> Vec<(&str, SpecValue)> {
+    spec.iter().map(|(name, value)| (name.as_str(), *value)).collect()
+}
+
+/// A compute pipeline. Clones share the same pipeline.
+#[derive(Clone)]
+pub struct ComputePipeline {
+    recipe: Arc<Recipe>,
+}
+
+impl Pipeline for ComputePipeline {
+    fn core(&self) -> Arc<PipelineCore> {
+        self.recipe.core()
+    }
+}
+
+impl ComputePipeline {
+    /// A pipeline of the compute entry point `name`, such as `"passes/sky.comp"`, with specialization constants and the
+    /// layouts of all structs in its buffers and push constants.
+    ///
+    /// # Errors
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that the shader does not declare or declares
+    /// differently, and for structs of the shader that are missing from `structs`; or a failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<Self> {
+        let (entry, spec, structs) = (name.to_owned(), owned(spec), structs.to_vec());
+        let make = move |gpu: &Arc<Gpu>| Self::make(gpu, &entry, &borrowed(&spec), &structs);
+        Ok(Self { recipe: Recipe::new(gpu, vec![name.to_owned()], make)? })
+    }
+
+    fn make(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<PipelineCore> {
+        let shader = shader(gpu, name, Stage::Compute)?;
+        check_constants(name, &[shader], spec)?;
+        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, &[shader], structs)?;
+        let stage = StageModule::new(gpu, &core, shader, spec)?;
+        let info = vk::ComputePipelineCreateInfo::default().stage(stage.info()).layout(core.layout);
+        core.raw = made(gpu, name, |device, cache| {
+            // SAFETY: everything the description points to outlives the call.
+            unsafe { device.create_compute_pipelines(cache, &[info], None) }
+        })?;
+        gpu.name(core.raw, name);
+        core.local_size = shader.local_size;
+        Ok(core)
+    }
+
+    /// The work group size in the shader (specialization constants at their defaults).
+    pub fn local_size(&self) -> [u32; 3] {
+        self.core().local_size
+    }
+}
+
+/// What the vertices form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topology {
+    /// Every three vertices form a triangle.
+    Triangles,
+    /// Every vertex is a point.
+    Points,
+    /// Every group of this many vertices is a patch for the tessellation stages.
+    Patches(u32),
+}
+
+/// How a pipeline uses the depth attachment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Depth {
+    /// Format of the attachment, normally `D32_SFLOAT`.
+    pub format: vk::Format,
+    /// Which fragments pass: `GREATER_OR_EQUAL` for reversed depth; `ALWAYS` switches the test off.
+    pub compare: vk::CompareOp,
+    /// Whether passing fragments write their depth.
+    pub write: bool,
+    /// Constant and slope factor of the depth bias.
+    pub bias: Option<[f32; 2]>,
+}
+
+impl Default for Depth {
+    /// Reversed depth in `D32_SFLOAT` (clear it to 0), tested and written.
+    fn default() -> Self {
+        Self { format: vk::Format::D32_SFLOAT, compare: vk::CompareOp::GREATER_OR_EQUAL, write: true, bias: None }
+    }
+}
+
+/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers; triangles are drawn
+/// without blending, from both sides unless it says otherwise.
+#[derive(Clone, Copy, Debug)]
+pub struct GraphicsDesc<'a> {
+    /// Vertex entry point, such as `"passes/gbuffer.vert"`.
+    pub vertex: &'a str,
+    /// Tessellation control and evaluation entry points.
+    pub tessellation: Option<[&'a str; 2]>,
+    /// Fragment entry point; `None` writes depth only.
+    pub fragment: Option<&'a str>,
+    /// Formats of the colour attachments in order.
+    pub colors: &'a [vk::Format],
+    /// How many of them, from the last, stay as they are: the fragment stage does not write them.
+    pub kept_colors: usize,
+    /// Depth attachment, if any.
+    pub depth: Option<Depth>,
+    /// Samples of each texel of the attachments.
+    pub samples: u32,
+    /// Which triangles have `gl_FrontFacing`: those that run clockwise on the screen (y down) if true, otherwise the
+    /// others.
+    pub clockwise_front: bool,
+    /// Whether the others are left out.
+    pub front_only: bool,
+    /// Whether only the edges of triangles are drawn, a pixel wide; some devices cannot.
+    pub wires: bool,
+    /// What the vertices form.
+    pub topology: Topology,
+    /// Specialization constants of all stages.
+    pub spec: Spec<'a>,
+    /// Layouts of all structs in the stages' buffers and push constants.
+    pub structs: &'a [StructLayout],
+}
+
+impl Default for GraphicsDesc<'_> {
+    /// Triangles, counter-clockwise front, and no attachments.
+    fn default() -> Self {
+        Self {
+            vertex: "",
+            tessellation: None,
+            fragment: None,
+            colors: &[],
+            kept_colors: 0,
+            depth: None,
+            samples: 1,
+            clockwise_front: false,
+            front_only: false,
+            wires: false,
+            topology: Topology::Triangles,
+            spec: &[],
+            structs: &[],
+        }
+    }
+}
+
+/// A graphics pipeline for dynamic rendering; viewport and scissor are set while recording. Clones share the same pipeline.
+#[derive(Clone)]
+pub struct GraphicsPipeline {
+    recipe: Arc<Recipe>,
+}
+
+impl Pipeline for GraphicsPipeline {
+    fn core(&self) -> Arc<PipelineCore> {
+        self.recipe.core()
+    }
+}
+
+/// A description that outlives the call.
+struct OwnedDesc {
+    vertex: String,
+    tessellation: Option<[String; 2]>,
+    fragment: Option<String>,
+    colors: Vec<vk::Format>,
+    spec: Vec<(String, SpecValue)>,
+    structs: Vec<StructLayout>,
+    /// All that borrows nothing.
+    rest: GraphicsDesc<'static>,
+}
+
+impl OwnedDesc {
+    fn of(desc: &GraphicsDesc<'_>) -> Self {
+        let GraphicsDesc { kept_colors, depth, samples, clockwise_front, front_only, wires, topology, .. } = *desc;
+        Self {
+            vertex: desc.vertex.to_owned(),
+            tessellation: desc.tessellation.map(|names| names.map(str::to_owned)),
+            fragment: desc.fragment.map(str::to_owned),
+            colors: desc.colors.to_vec(),
+            spec: owned(desc.spec),
+            structs: desc.structs.to_vec(),
+            rest: GraphicsDesc {
+                kept_colors,
+                depth,
+                samples,
+                clockwise_front,
+                front_only,
+                wires,
+                topology,
+                ..GraphicsDesc::default()
+            },
+        }
+    }
+
+    fn shaders(&self) -> Vec<String> {
+        let tessellation = self.tessellation.iter().flatten();
+        std::iter::once(&self.vertex).chain(tessellation).chain(&self.fragment).cloned().collect()
+    }
+
+    fn with<R>(&self, make: impl FnOnce(&GraphicsDesc<'_>) -> R) -> R {
+        let spec = borrowed(&self.spec);
+        make(&GraphicsDesc {
+            vertex: &self.vertex,
+            tessellation: self.tessellation.as_ref().map(|names| names.each_ref().map(String::as_str)),
+            fragment: self.fragment.as_deref(),
+            colors: &self.colors,
+            spec: &spec,
+            structs: &self.structs,
+            ..self.rest
+        })
+    }
+}
+
+impl GraphicsPipeline {
+    /// A pipeline named `name` in captures and messages.
+    ///
+    /// # Errors
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares or that a stage
+    /// declares differently, for structs without a description, and for stages that contradict each other;
+    /// [`GpuError::Usage`] for patches without tessellation stages, or for wires on a device that draws none; or a failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
+        let (desc, named) = (OwnedDesc::of(desc), name.to_owned());
+        let shaders = desc.shaders();
+        let make = move |gpu: &Arc<Gpu>| desc.with(|desc| Self::make(gpu, &named, desc));
+        Ok(Self { recipe: Recipe::new(gpu, shaders, make)? })
+    }
+
+    fn make(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<PipelineCore> {
+        if desc.tessellation.is_some() != matches!(desc.topology, Topology::Patches(_)) {
+            return Err(GpuError::usage(name, "tessellation stages and patches must come together"));
+        }
+        if desc.wires && !gpu.draws_wires() {
+            return Err(GpuError::usage(name, "this device cannot draw the edges of triangles (fillModeNonSolid)"));
+        }
+        let mut shaders: Vec<&Shader> = vec![shader(gpu, desc.vertex, Stage::Vertex)?];
+        if let Some([control, evaluation]) = desc.tessellation {
+            shaders.push(shader(gpu, control, Stage::TessellationControl)?);
+            shaders.push(shader(gpu, evaluation, Stage::TessellationEvaluation)?);
+        }
+        if let Some(fragment) = desc.fragment {
+            shaders.push(shader(gpu, fragment, Stage::Fragment)?);
+        }
+        check_constants(name, &shaders, desc.spec)?;
+        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::GRAPHICS, &shaders, desc.structs)?;
+        let stages: Vec<StageModule<'_>> =
+            shaders.iter().map(|shader| StageModule::new(gpu, &core, shader, desc.spec)).collect::<Result<_>>()?;
+        core.raw = create_graphics(gpu, name, desc, &stages, core.layout)?;
+        drop(stages);
+        gpu.name(core.raw, name);
+        Ok(core)
+    }
+}
+
+fn create_graphics(
+    gpu: &Gpu,
+    name: &str,
+    desc: &GraphicsDesc<'_>,
+    stages: &[StageModule],
+    layout: vk::PipelineLayout,
+) -> Result<vk::Pipeline> {
+    let stages: Vec<_> = stages.iter().map(StageModule::info).collect();
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+    let (topology, patch_points) = match desc.topology {
+        Topology::Triangles => (vk::PrimitiveTopology::TRIANGLE_LIST, 0),
+        Topology::Points => (vk::PrimitiveTopology::POINT_LIST, 0),
+        Topology::Patches(points) => (vk::PrimitiveTopology::PATCH_LIST, points),
+    };
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+    let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(patch_points);
+    let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+    let bias = desc.depth.and_then(|depth| depth.bias);
+    let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(if desc.wires { vk::PolygonMode::LINE } else { vk::PolygonMode::FILL })
+        .cull_mode(if desc.front_only { vk::CullModeFlags::BACK } else { vk::CullModeFlags::NONE })
+        .front_face(if desc.clockwise_front { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE })
+        .depth_bias_enable(bias.is_some())
+        .depth_bias_constant_factor(bias.map_or(0.0, |[constant, _]| constant))
+        .depth_bias_slope_factor(bias.map_or(0.0, |[_, slope]| slope))
+        .line_width(1.0);
+    let multisample = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::from_raw(desc.samples));
+    let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
+    if let Some(wanted) = desc.depth {
+        depth = depth.depth_test_enable(true).depth_compare_op(wanted.compare).depth_write_enable(wanted.write);
+    }
+    let replace = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    let keep = vk::PipelineColorBlendAttachmentState::default();
+    let written = desc.colors.len().saturating_sub(desc.kept_colors);
+    let blends: Vec<_> = (0..desc.colors.len()).map(|i| if i < written { replace } else { keep }).collect();
+    let color = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .color_attachment_formats(desc.colors)
+        .depth_attachment_format(desc.depth.map_or(vk::Format::UNDEFINED, |depth| depth.format));
+    let mut info = vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stages)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&rasterization)
+        .multisample_state(&multisample)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&color)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    if patch_points > 0 {
+        info = info.tessellation_state(&tessellation);
+    }
+    made(gpu, name, |device, cache| {
+        // SAFETY: everything the description points to outlives the call.
+        unsafe { device.create_graphics_pipelines(cache, &[info], None) }
+    })
+}
+
+/// The one pipeline that `create` makes.
+fn made(
+    gpu: &Gpu,
+    name: &str,
+    create: impl FnOnce(
+        &ash::Device,
+        vk::PipelineCache,
+    ) -> std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+) -> Result<vk::Pipeline> {
+    let begun = Instant::now();
+    let made = gpu.faults().check(DriverCall::Pipeline);
+    let made = made.and_then(|()| create(gpu.raw(), gpu.pipeline_cache()).map_err(|(_, result)| result));
+    tracing::trace!("pipeline {name} took the driver {:.1} ms", begun.elapsed().as_secs_f64() * 1e3);
+    Ok(made.doing(format!("creating pipeline {name}"))?[0])
+}

@@ -1,0 +1,307 @@
+//! The parts that compute and graphics pipelines share. The layout follows from the shaders: set 0 holds push descriptors,
+//! each resource's binding number follows from its name, and the push constant range is the largest of the stages' ranges.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::error::Doing;
+use super::shaders::{ConstantKind, ResourceKind, Shader, Stage, descriptor_type, stage_flags};
+use super::spirv::{leave_loops_to_driver, specialized};
+use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
+
+/// The value of a specialization constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpecValue {
+    /// `bool`
+    Bool(bool),
+    /// `uint`
+    U32(u32),
+    /// `int`
+    I32(i32),
+    /// `float`
+    F32(f32),
+}
+
+impl SpecValue {
+    fn bits(self) -> u32 {
+        match self {
+            Self::Bool(value) => u32::from(value),
+            Self::U32(value) => value,
+            Self::I32(value) => value.cast_unsigned(),
+            Self::F32(value) => value.to_bits(),
+        }
+    }
+
+    fn kind(self) -> ConstantKind {
+        match self {
+            Self::Bool(_) => ConstantKind::Bool,
+            Self::U32(_) => ConstantKind::U32,
+            Self::I32(_) => ConstantKind::I32,
+            Self::F32(_) => ConstantKind::F32,
+        }
+    }
+}
+
+/// Specialization constants by their GLSL names. Constants that are not listed keep the shader's defaults.
+pub type Spec<'a> = &'a [(&'a str, SpecValue)];
+
+/// The part that compute and graphics pipelines share.
+#[doc(hidden)]
+pub struct PipelineCore {
+    gpu: Arc<Gpu>,
+    pub(crate) name: String,
+    pub(crate) bind_point: vk::PipelineBindPoint,
+    pub(crate) raw: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    set_layout: vk::DescriptorSetLayout,
+    /// The resources that must be bound; the index is the binding number.
+    pub(crate) slots: Vec<Slot>,
+    /// Resources that the shaders declare but do not use: binding them is allowed and has no effect.
+    pub(crate) unused: Vec<&'static str>,
+    pub(crate) push: Option<PushConstants>,
+    /// Work group size of a compute pipeline, specialization constants at their defaults.
+    pub(crate) local_size: [u32; 3],
+}
+
+/// A resource of a pipeline.
+#[derive(Debug)]
+pub(crate) struct Slot {
+    pub(crate) name: &'static str,
+    pub(crate) kind: ResourceKind,
+    stages: vk::ShaderStageFlags,
+}
+
+/// The push constants of a pipeline.
+pub(crate) struct PushConstants {
+    /// [`StructLayout::rust`] of their type.
+    pub(crate) rust: &'static str,
+    /// The stages that use them; empty if all uses were optimised away.
+    pub(crate) stages: vk::ShaderStageFlags,
+    pub(crate) bytes: usize,
+}
+
+impl Drop for PipelineCore {
+    fn drop(&mut self) {
+        let device = self.gpu.raw();
+        // SAFETY: commands that use the pipeline hold an Arc of it until they are done; null handles are ignored.
+        unsafe {
+            device.destroy_pipeline(self.raw, None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+impl PipelineCore {
+    /// The layouts that serve all stages, in a core without a pipeline yet.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] when the stages contradict each other or the Rust twins of their structs, [`GpuError::Usage`]
+    /// for more push constants than the device supports, or a failed Vulkan call.
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        bind_point: vk::PipelineBindPoint,
+        shaders: &[&Shader],
+        structs: &[StructLayout],
+    ) -> Result<Self> {
+        shared_struct::check(name, shaders, structs)?;
+        let (slots, unused) = resources(name, shaders)?;
+        let mut core = Self {
+            gpu: gpu.clone(),
+            name: name.to_owned(),
+            bind_point,
+            raw: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            slots,
+            unused,
+            push: push_constants(name, shaders, structs)?,
+            local_size: [1; 3],
+        };
+        core.create_set_layout()?;
+        core.create_layout()?;
+        Ok(core)
+    }
+
+    /// The device.
+    pub(super) fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
+    fn create_set_layout(&mut self) -> Result<()> {
+        let bindings: Vec<_> = (0u32..)
+            .zip(&self.slots)
+            .map(|(number, slot)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(descriptor_type(slot.kind))
+                    .descriptor_count(1)
+                    .stage_flags(slot.stages)
+            })
+            .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        // SAFETY: the device is alive, and `bindings` outlives the call; dropping `self` destroys the layout.
+        self.set_layout = unsafe { self.gpu.raw().create_descriptor_set_layout(&info, None) }
+            .doing(format!("creating the descriptor layout of {}", self.name))?;
+        self.gpu.name(self.set_layout, &self.name);
+        Ok(())
+    }
+
+    fn create_layout(&mut self) -> Result<()> {
+        let sets = [self.set_layout];
+        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+        let mut ranges = Vec::new();
+        if let Some(push) = self.push.as_ref().filter(|push| push.bytes > 0) {
+            let (bytes, most) = (push.bytes as u32, self.gpu.limits().max_push_constants_size);
+            if bytes > most {
+                let fault = format!("{bytes} bytes of push constants exceed the device's {most}");
+                return Err(GpuError::usage(&self.name, fault));
+            }
+            ranges.push(vk::PushConstantRange::default().stage_flags(push.stages).size(bytes));
+            info = info.push_constant_ranges(&ranges);
+        }
+        // SAFETY: the device and the set layout are alive, and all that `info` points to outlives the call.
+        self.layout = unsafe { self.gpu.raw().create_pipeline_layout(&info, None) }
+            .doing(format!("creating the pipeline layout of {}", self.name))?;
+        self.gpu.name(self.layout, &self.name);
+        Ok(())
+    }
+
+    /// The binding number of a resource.
+    fn binding(&self, name: &str) -> Option<u32> {
+        self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
+    }
+
+    /// The names that may be bound, for messages.
+    pub(crate) fn resource_names(&self) -> String {
+        let names: Vec<&str> = self.slots.iter().map(|slot| slot.name).chain(self.unused.iter().copied()).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    }
+}
+
+/// A stage of a pipeline while the pipeline is being created.
+pub(crate) struct StageModule<'a> {
+    gpu: &'a Gpu,
+    module: vk::ShaderModule,
+    stage: vk::ShaderStageFlags,
+}
+
+impl Drop for StageModule<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once made.
+        unsafe { self.gpu.raw().destroy_shader_module(self.module, None) };
+    }
+}
+
+impl<'a> StageModule<'a> {
+    /// Creates the module, with its resources numbered as in `core` and its constants settled.
+    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, shader: &Shader, spec: Spec<'_>) -> Result<Self> {
+        let mut words = specialized(&shader.spirv(|name| core.binding(name)), |id| {
+            let constant = shader.constants.iter().find(|constant| constant.id == id)?;
+            spec.iter().find(|(name, _)| *name == constant.name).map(|(_, value)| value.bits())
+        });
+        if shader.stage == Stage::Fragment && !gpu.is_software() {
+            // Written out, the shaders that filter and shade are so long that GPUs lose a fifth of a frame to them; in software
+            // loops keep their variables in memory (docs/measurements/gpu.md, performance.md).
+            leave_loops_to_driver(&mut words);
+        }
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: shaderc compiled the words for Vulkan 1.3; binding numbers and marks of loops were changed, constants settled, and
+        // blocks left out that cannot be reached. The validation layer checks the result in every test that makes a pipeline.
+        let module =
+            unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
+        gpu.name(module, shader.name);
+        Ok(Self { gpu, module, stage: stage_flags(shader.stage) })
+    }
+
+    pub(crate) fn info(&self) -> vk::PipelineShaderStageCreateInfo<'_> {
+        const MAIN: &CStr = c"main";
+        vk::PipelineShaderStageCreateInfo::default().stage(self.stage).module(self.module).name(MAIN)
+    }
+}
+
+/// The shader with this name.
+///
+/// # Errors
+/// [`GpuError::NoShader`], or [`GpuError::Shader`] when it belongs to another stage.
+pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Shader> {
+    let shader = gpu.shaders().find(name)?;
+    if shader.stage == stage {
+        return Ok(shader);
+    }
+    let fault = format!("it is a {:?} shader where a {stage:?} shader is needed", shader.stage);
+    Err(GpuError::Shader { name: name.to_owned(), fault })
+}
+
+/// Checks that every constant is declared by a shader, and with that type.
+///
+/// # Errors
+/// [`GpuError::Shader`] that names the pipeline and the constant.
+pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_>) -> Result<()> {
+    let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+    for (i, (name, value)) in spec.iter().enumerate() {
+        if spec[..i].iter().any(|(earlier, _)| earlier == name) {
+            return fault(format!("constant {name} is given twice"));
+        }
+        let mut declared = shaders.iter().flat_map(|shader| shader.constants).filter(|c| c.name == *name).peekable();
+        if declared.peek().is_none() {
+            let all = shaders.iter().flat_map(|shader| shader.constants).map(|c| c.name);
+            let mut names: Vec<&str> = all.collect();
+            names.sort_unstable();
+            names.dedup();
+            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            return fault(format!("no constant {name} is declared by its shaders; they declare {names}"));
+        }
+        if let Some(other) = declared.find(|constant| constant.kind != value.kind()) {
+            return fault(format!("constant {name} is {:?}, not {:?}", other.kind, value.kind()));
+        }
+    }
+    Ok(())
+}
+
+/// The union of the stages' resources: those in use, and the names of the unused ones.
+fn resources(pipeline: &str, shaders: &[&Shader]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
+    let mut all: Vec<Slot> = Vec::new();
+    for shader in shaders {
+        for resource in shader.resources {
+            let used =
+                if resource.binding_word.is_some() { stage_flags(shader.stage) } else { vk::ShaderStageFlags::empty() };
+            match all.iter_mut().find(|known| known.name == resource.name) {
+                Some(known) if known.kind == resource.kind => known.stages |= used,
+                Some(known) => {
+                    let (name, one, other) = (resource.name, known.kind.words(), resource.kind.words());
+                    let fault = format!("{name} is {one} in one stage and {other} in {}", shader.name);
+                    return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+                }
+                None => all.push(Slot { name: resource.name, kind: resource.kind, stages: used }),
+            }
+        }
+    }
+    let (slots, unused): (Vec<Slot>, Vec<Slot>) = all.into_iter().partition(|slot| !slot.stages.is_empty());
+    Ok((slots, unused.into_iter().map(|slot| slot.name).collect()))
+}
+
+/// The push constants of all stages, which share one block.
+fn push_constants(pipeline: &str, shaders: &[&Shader], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
+    let mut found: Option<(&str, PushConstants)> = None;
+    for shader in shaders {
+        let Some(push) = &shader.push else { continue };
+        let Some(twin) = structs.iter().find(|twin| twin.glsl == push.block) else { continue };
+        let empty = PushConstants { rust: twin.rust, stages: vk::ShaderStageFlags::empty(), bytes: 0 };
+        let (block, constants) = found.get_or_insert((push.block, empty));
+        if *block != push.block {
+            let fault = format!("one stage has push constants {block}, {} has {}", shader.name, push.block);
+            return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+        }
+        if push.bytes > 0 {
+            constants.stages |= stage_flags(shader.stage);
+            constants.bytes = constants.bytes.max((push.bytes as usize).next_multiple_of(4));
+        }
+    }
+    Ok(found.map(|(_, constants)| constants))
+}

@@ -1,0 +1,74 @@
+//! The shaders that a device draws with: those of the tables that it was opened with, and newer ones in their place.
+
+use std::collections::BTreeMap;
+use std::sync::{PoisonError, RwLock, RwLockReadGuard};
+
+use ash::vk;
+pub use leadr_glsl::{Constant, ConstantKind, Member, Push, Resource, ResourceKind, Shader, Stage, Struct};
+
+use super::{GpuError, Result};
+
+type Newer = BTreeMap<&'static str, &'static Shader>;
+
+/// The shaders of a device, by name.
+pub(crate) struct Shaders {
+    tables: Vec<&'static [Shader]>,
+    /// Shaders that were compiled since the build, in place of those of the same name.
+    newer: RwLock<Newer>,
+}
+
+impl Shaders {
+    pub(crate) fn new(tables: Vec<&'static [Shader]>) -> Self {
+        Self { tables, newer: RwLock::default() }
+    }
+
+    /// The entry point with this name, such as `"passes/shade.frag"`.
+    ///
+    /// # Errors
+    /// [`GpuError::NoShader`] when no table has it.
+    pub(crate) fn find(&self, name: &str) -> Result<&'static Shader> {
+        if let Some(newer) = self.newer().get(name) {
+            return Ok(*newer);
+        }
+        let in_table = |table: &&'static [Shader]| {
+            table.binary_search_by(|shader| shader.name.cmp(name)).ok().map(|index| &table[index])
+        };
+        self.tables.iter().find_map(in_table).ok_or_else(|| GpuError::NoShader { name: name.to_owned() })
+    }
+
+    /// The names of all entry points.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.tables.iter().flat_map(|table| table.iter()).map(|shader| shader.name)
+    }
+
+    /// Puts shaders in place of those of the same name, and returns what was there instead of those of the tables.
+    pub(crate) fn replace(&self, shaders: Newer) -> Newer {
+        std::mem::replace(&mut *self.newer.write().unwrap_or_else(PoisonError::into_inner), shaders)
+    }
+
+    /// The shaders that are in place of those of the tables.
+    pub(crate) fn newer(&self) -> RwLockReadGuard<'_, Newer> {
+        self.newer.read().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Vulkan's name of a stage.
+pub(crate) fn stage_flags(stage: Stage) -> vk::ShaderStageFlags {
+    match stage {
+        Stage::Vertex => vk::ShaderStageFlags::VERTEX,
+        Stage::TessellationControl => vk::ShaderStageFlags::TESSELLATION_CONTROL,
+        Stage::TessellationEvaluation => vk::ShaderStageFlags::TESSELLATION_EVALUATION,
+        Stage::Fragment => vk::ShaderStageFlags::FRAGMENT,
+        Stage::Compute => vk::ShaderStageFlags::COMPUTE,
+    }
+}
+
+/// Vulkan's name of a kind of resource.
+pub(crate) fn descriptor_type(kind: ResourceKind) -> vk::DescriptorType {
+    match kind {
+        ResourceKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+        ResourceKind::Storage => vk::DescriptorType::STORAGE_BUFFER,
+        ResourceKind::Sampled => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+        ResourceKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
+    }
+}

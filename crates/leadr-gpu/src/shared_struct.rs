@@ -1,0 +1,156 @@
+//! Structs that Rust writes and shaders read. Both sides declare them; pipelines are created only if both agree.
+
+use bytemuck::NoUninit;
+
+use super::shaders::{Member, Shader, Struct};
+use super::{GpuError, Result};
+
+/// A struct that buffers and push constants carry to shaders, declared with `shared_struct!`.
+pub trait SharedStruct: NoUninit {
+    /// Its memory layout.
+    const LAYOUT: StructLayout;
+}
+
+/// The memory layout of a shared struct in Rust.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StructLayout {
+    /// Name of the struct or block in GLSL.
+    pub glsl: &'static str,
+    /// Path in Rust.
+    pub rust: &'static str,
+    /// Bytes, padding included.
+    pub size: usize,
+    /// Members in order. Those whose names begin with `padding` do not exist in GLSL.
+    pub members: &'static [Member],
+}
+
+/// Declares a struct that shaders read, and implements [`SharedStruct`](crate::SharedStruct) for it.
+///
+/// The name after `for` is that of the struct or block in GLSL, where the members have the same names, offsets and sizes.
+/// GLSL pads by its own rules (`std140`, `std430`); in Rust each gap is a member whose name begins with `padding`.
+///
+/// ```
+/// leadr_gpu::shared_struct! {
+///     /// What `uniform View { mat4 clip_from_world; vec3 eye; } view;` holds.
+///     pub struct ViewGpu for "View" {
+///         /// Column by column.
+///         pub clip_from_world: [[f32; 4]; 4],
+///         /// World position, metres.
+///         pub eye: [f32; 3],
+///         padding: u32,
+///     }
+/// }
+/// assert_eq!(<ViewGpu as leadr_gpu::SharedStruct>::LAYOUT.members[1].offset, 64);
+/// ```
+#[macro_export]
+macro_rules! shared_struct {
+    (
+        $(#[$meta:meta])*
+        $vis:vis struct $name:ident for $glsl:literal {
+            $($(#[$member_meta:meta])* $member_vis:vis $member:ident: $kind:ty),+ $(,)?
+        }
+    ) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, ::bytemuck::Pod, ::bytemuck::Zeroable)]
+        $vis struct $name {
+            $($(#[$member_meta])* $member_vis $member: $kind),+
+        }
+
+        impl $crate::SharedStruct for $name {
+            const LAYOUT: $crate::StructLayout = $crate::StructLayout {
+                glsl: $glsl,
+                rust: concat!(module_path!(), "::", stringify!($name)),
+                size: size_of::<Self>(),
+                members: &[$($crate::shaders::Member {
+                    name: stringify!($member),
+                    offset: std::mem::offset_of!(Self, $member),
+                    size: size_of::<$kind>(),
+                }),+],
+            };
+        }
+    };
+}
+
+/// Checks that every struct of these shaders is among `twins` and has the memory layout of its twin.
+///
+/// # Errors
+/// [`GpuError::Shader`] that names the pipeline, the struct and the difference; also for a twin that no shader declares.
+pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout]) -> Result<()> {
+    let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+    for shader in shaders {
+        for found in shader.structs {
+            let Some(twin) = twins.iter().find(|twin| twin.glsl == found.name) else {
+                return fault(format!(
+                    "struct {} of {} has no twin in Rust: name one among the pipeline's `structs`",
+                    found.name, shader.name
+                ));
+            };
+            if let Some(difference) = difference(found, twin) {
+                return fault(format!("struct {} of {} is not {}: {difference}", found.name, shader.name, twin.rust));
+            }
+        }
+    }
+    let declared = |name: &str| shaders.iter().flat_map(|shader| shader.structs).any(|found| found.name == name);
+    match twins.iter().find(|twin| !declared(twin.glsl)) {
+        Some(twin) => fault(format!("no shader declares a struct {} for {}", twin.glsl, twin.rust)),
+        None => Ok(()),
+    }
+}
+
+/// The difference between a GLSL struct and its twin, if there is one.
+fn difference(glsl: &Struct, rust: &StructLayout) -> Option<String> {
+    let ours: Vec<&Member> = rust.members.iter().filter(|member| !member.name.starts_with("padding")).collect();
+    for (i, theirs) in glsl.members.iter().enumerate() {
+        let Member { name, offset, size } = *theirs;
+        match ours.get(i) {
+            None => return Some(format!("Rust has no member {name}")),
+            Some(ours) if ours.name != name => return Some(format!("member {name} is {} in Rust", ours.name)),
+            Some(ours) if *ours != theirs => {
+                let (there, bytes) = (ours.offset, ours.size);
+                return Some(format!("{name} is {size} bytes at {offset} in GLSL, {bytes} bytes at {there} in Rust"));
+            }
+            Some(_) => {}
+        }
+    }
+    if let Some(extra) = ours.get(glsl.members.len()) {
+        return Some(format!("GLSL has no member {}", extra.name));
+    }
+    match glsl.pitch {
+        Some(pitch) if pitch as usize != rust.size => {
+            Some(format!("what follows it comes after {pitch} bytes in GLSL, {} in Rust", rust.size))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MEMBERS: [Member; 2] =
+        [Member { name: "place", offset: 0, size: 12 }, Member { name: "weight", offset: 12, size: 4 }];
+    const GLSL: Struct = Struct { name: "Light", members: &MEMBERS, pitch: Some(16) };
+
+    fn against(members: &'static [Member], size: usize) -> String {
+        let twin = StructLayout { glsl: "Light", rust: "test::Light", size, members };
+        difference(&GLSL, &twin).unwrap_or_default()
+    }
+
+    #[test]
+    fn twins_agree_in_names_offsets_sizes_and_pitch() {
+        assert_eq!(against(&MEMBERS, 16), "");
+        const PADDED: [Member; 3] = [MEMBERS[0], MEMBERS[1], Member { name: "padding", offset: 16, size: 16 }];
+        assert_eq!(against(&PADDED, 16), "", "padding has no part in GLSL");
+        assert!(against(&PADDED, 32).contains("after 16 bytes in GLSL, 32 in Rust"));
+        const RENAMED: [Member; 2] = [MEMBERS[0], Member { name: "power", offset: 12, size: 4 }];
+        assert!(against(&RENAMED, 16).contains("member weight is power in Rust"));
+        const MOVED: [Member; 2] = [MEMBERS[0], Member { name: "weight", offset: 16, size: 4 }];
+        assert!(against(&MOVED, 20).contains("weight is 4 bytes at 12 in GLSL, 4 bytes at 16 in Rust"));
+        const WIDER: [Member; 2] = [Member { name: "place", offset: 0, size: 16 }, MEMBERS[1]];
+        assert!(against(&WIDER, 16).contains("place is 12 bytes at 0 in GLSL, 16 bytes at 0 in Rust"));
+        assert!(against(&MEMBERS[..1], 12).contains("Rust has no member weight"));
+        const MORE: [Member; 3] = [MEMBERS[0], MEMBERS[1], Member { name: "radius", offset: 16, size: 4 }];
+        assert!(against(&MORE, 20).contains("GLSL has no member radius"));
+    }
+}

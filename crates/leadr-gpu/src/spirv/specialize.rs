@@ -1,0 +1,596 @@
+//! SPIR-V whose specialization constants are settled before the driver sees it.
+//!
+//! One entry point holds every technique, light and kind of surface; a pipeline needs a third of it. Drivers translate all of it before they
+//! leave out what constants rule out, which took llvmpipe a second for each pipeline that filters and shades, and which no cache of that driver
+//! spares. Here it takes milliseconds: constants are propagated along the edges that can be taken (Wegman and Zadeck 1991), and blocks that
+//! cannot be reached are dropped. Instructions that stay are not changed.
+
+use std::ops::Range;
+
+use super::fold::{self, Kind, fold};
+use super::{BOUND, HEADER, Instruction, OP_LOOP_MERGE, all_instructions, instructions};
+
+const OP_NAME: u32 = 5;
+const OP_TYPE_BOOL: u32 = 20;
+const OP_TYPE_INT: u32 = 21;
+const OP_TYPE_FLOAT: u32 = 22;
+const OP_CONSTANT_TRUE: u32 = 41;
+const OP_CONSTANT_FALSE: u32 = 42;
+const OP_CONSTANT: u32 = 43;
+const OP_SPEC_CONSTANT_TRUE: u32 = 48;
+const OP_SPEC_CONSTANT_FALSE: u32 = 49;
+const OP_SPEC_CONSTANT: u32 = 50;
+const OP_SPEC_CONSTANT_OP: u32 = 52;
+const OP_FUNCTION: u32 = 54;
+const OP_FUNCTION_END: u32 = 56;
+const OP_DECORATE: u32 = 71;
+const OP_UNDEF: u32 = 1;
+const OP_PHI: u32 = 245;
+const OP_SELECTION_MERGE: u32 = 247;
+const OP_LABEL: u32 = 248;
+const OP_BRANCH: u32 = 249;
+const OP_BRANCH_CONDITIONAL: u32 = 250;
+const OP_SWITCH: u32 = 251;
+const OP_UNREACHABLE: u32 = 255;
+const OP_NO_LINE: u32 = 317;
+const OP_TERMINATE_INVOCATION: u32 = 4416;
+const OP_DEMOTE: u32 = 5380;
+const SPEC_ID: u32 = 1;
+
+/// What is known of a value.
+#[derive(Clone, Copy, PartialEq)]
+enum Known {
+    /// No path to it has been found.
+    Nothing,
+    Value(u32),
+    /// It differs from run to run.
+    Varies,
+}
+
+impl Known {
+    /// What is known where both may be.
+    fn or(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Nothing, known) | (known, Self::Nothing) => known,
+            (Self::Value(a), Self::Value(b)) if a == b => self,
+            _ => Self::Varies,
+        }
+    }
+}
+
+/// What a module says outside of its functions.
+struct Globals {
+    /// What each identifier is known to be.
+    known: Vec<Known>,
+    /// The kind of each type.
+    kinds: Vec<Option<Kind>>,
+    /// Which identifiers are no longer there.
+    lost: Vec<bool>,
+}
+
+/// A block of a function.
+struct Block {
+    label: u32,
+    /// Its words, from its label to behind its last instruction.
+    words: Range<usize>,
+    /// Where its last instruction begins, and its merge instruction if it has one.
+    last: usize,
+    merge: Option<usize>,
+    reached: bool,
+    /// Labels of the blocks before it, of edges that can be taken.
+    before: Vec<u32>,
+}
+
+/// The module with these values in place of its specialization constants, others at their defaults, and without what can then not be
+/// reached. `value`: of the constant of a number. A module whose functions are not understood is returned with its constants alone
+/// settled.
+pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
+    let Some(bound) = module.get(BOUND).filter(|_| module.len() >= HEADER).map(|bound| *bound as usize) else {
+        return module.to_vec();
+    };
+    let mut out = module[..HEADER].to_vec();
+    let mut globals = Globals { known: vec![Known::Varies; bound], lost: vec![false; bound], kinds: vec![None; bound] };
+    let functions = settle_constants(module, value, &mut globals, &mut out);
+    let mut at = functions;
+    let (mut fresh, mut undefined) = (bound as u32, Vec::new());
+    let mut bodies = Vec::new();
+    while at < module.len() {
+        let end = instructions(module, at)
+            .find(|i| i.operation == OP_FUNCTION_END)
+            .map_or(module.len(), |i| i.at + i.words.len());
+        match Function::parse(module, at..end, &mut globals) {
+            Some(mut function) => {
+                function.follow(module, &mut globals);
+                function.write(module, &mut globals, &mut bodies, &mut |kind| {
+                    undefined.extend([3 << 16 | OP_UNDEF, kind, fresh]);
+                    fresh += 1;
+                    fresh - 1
+                });
+            }
+            None => bodies.extend_from_slice(&module[at..end]),
+        }
+        at = end;
+    }
+    out.extend(undefined);
+    out.extend(bodies);
+    out[BOUND] = fresh;
+    without_lost_names(&out, &globals.lost)
+}
+
+/// Writes what comes before the first function with its constants settled, and returns where that begins.
+fn settle_constants(
+    module: &[u32],
+    value: impl Fn(u32) -> Option<u32>,
+    globals: &mut Globals,
+    out: &mut Vec<u32>,
+) -> usize {
+    let spec_id = |i: &Instruction<'_>| i.operation == OP_DECORATE && i.words.get(2) == Some(&SPEC_ID);
+    let mut given = vec![None; globals.known.len()];
+    for i in all_instructions(module).take_while(|i| i.operation != OP_FUNCTION).filter(spec_id) {
+        given[i.words[1] as usize] = value(i.words[3]);
+    }
+    for i in all_instructions(module) {
+        let words = i.words;
+        match i.operation {
+            OP_FUNCTION => return i.at,
+            OP_DECORATE if spec_id(&i) => continue,
+            OP_TYPE_BOOL => globals.kinds[words[1] as usize] = Some(Kind::Bool),
+            OP_TYPE_INT if words[2] == 32 => globals.kinds[words[1] as usize] = Some(Kind::Int),
+            OP_TYPE_FLOAT if words[2] == 32 => globals.kinds[words[1] as usize] = Some(Kind::Float),
+            OP_CONSTANT_TRUE | OP_CONSTANT_FALSE | OP_SPEC_CONSTANT_TRUE | OP_SPEC_CONSTANT_FALSE => {
+                let default = u32::from(matches!(i.operation, OP_CONSTANT_TRUE | OP_SPEC_CONSTANT_TRUE));
+                let bits = given[words[2] as usize].unwrap_or(default);
+                globals.known[words[2] as usize] = Known::Value(bits);
+                push_constant(Kind::Bool, words[1], words[2], bits, out);
+                continue;
+            }
+            OP_CONSTANT | OP_SPEC_CONSTANT if words.len() == 4 => {
+                let bits = given[words[2] as usize].unwrap_or(words[3]);
+                if globals.kinds[words[1] as usize].is_some() {
+                    globals.known[words[2] as usize] = Known::Value(bits);
+                }
+                out.extend([4 << 16 | OP_CONSTANT, words[1], words[2], bits]);
+                continue;
+            }
+            OP_SPEC_CONSTANT_OP => {
+                if let (Known::Value(bits), Some(kind)) =
+                    (globals.folded(words[1], words[3], &words[4..]), globals.kinds[words[1] as usize])
+                {
+                    globals.known[words[2] as usize] = Known::Value(bits);
+                    push_constant(kind, words[1], words[2], bits, out);
+                    continue;
+                }
+                globals.known[words[2] as usize] = Known::Varies;
+            }
+            _ => (),
+        }
+        out.extend_from_slice(words);
+    }
+    module.len()
+}
+
+fn push_constant(kind: Kind, of_type: u32, id: u32, bits: u32, out: &mut Vec<u32>) {
+    match kind {
+        Kind::Bool => out.extend([3 << 16 | if bits == 0 { OP_CONSTANT_FALSE } else { OP_CONSTANT_TRUE }, of_type, id]),
+        Kind::Int | Kind::Float => out.extend([4 << 16 | OP_CONSTANT, of_type, id, bits]),
+    }
+}
+
+impl Globals {
+    /// What an operation of this type makes of its operands.
+    fn folded(&self, of_type: u32, operation: u32, operands: &[u32]) -> Known {
+        let scalar = self.kinds.get(of_type as usize).copied().flatten().is_some();
+        if !scalar || !fold::is_known(operation) || operands.len() > 3 {
+            return Known::Varies;
+        }
+        let of =
+            |i: usize| operands.get(i).and_then(|&id| self.known.get(id as usize)).copied().unwrap_or(Known::Varies);
+        let all = [of(0), of(1), of(2)];
+        let values = all.map(|known| if let Known::Value(bits) = known { Some(bits) } else { None });
+        match fold(operation, values) {
+            Some(bits) => Known::Value(bits),
+            None if all[..operands.len()].contains(&Known::Nothing) => Known::Nothing,
+            None => Known::Varies,
+        }
+    }
+
+    fn of(&self, id: u32) -> Known {
+        self.known[id as usize]
+    }
+}
+
+/// A function while it is followed.
+struct Function {
+    /// What comes before its first block, and behind its last one.
+    head: Range<usize>,
+    tail: Range<usize>,
+    blocks: Vec<Block>,
+    /// The block of each label, by identifier.
+    places: Vec<Option<usize>>,
+}
+
+/// Whether an instruction ends a block.
+fn ends_block(operation: u32) -> bool {
+    (OP_BRANCH..=OP_UNREACHABLE).contains(&operation) || operation == OP_TERMINATE_INVOCATION
+}
+
+impl Function {
+    /// The function in these words; nothing for one that holds what is not known here.
+    fn parse(module: &[u32], words: Range<usize>, globals: &mut Globals) -> Option<Self> {
+        let mut blocks: Vec<Block> = Vec::new();
+        let mut places = vec![None; module[BOUND] as usize];
+        let mut open = false;
+        let (mut head, mut tail) = (words.start..words.start, words.end..words.end);
+        for i in instructions(&module[..words.end], words.start) {
+            match i.operation {
+                OP_LABEL => {
+                    if open {
+                        return None;
+                    }
+                    open = true;
+                    if blocks.is_empty() {
+                        head.end = i.at;
+                    }
+                    *places.get_mut(*i.words.get(1)? as usize)? = Some(blocks.len());
+                    blocks.push(Block {
+                        label: i.words[1],
+                        words: i.at..i.at,
+                        last: i.at,
+                        merge: None,
+                        reached: false,
+                        before: Vec::new(),
+                    });
+                }
+                OP_FUNCTION_END => tail.start = i.at,
+                _ if !open => (),
+                OP_LOOP_MERGE | OP_SELECTION_MERGE => blocks.last_mut()?.merge = Some(i.at),
+                operation if ends_block(operation) => {
+                    let block = blocks.last_mut()?;
+                    block.last = i.at;
+                    block.words.end = i.at + i.words.len();
+                    open = false;
+                }
+                operation if operation == OP_PHI || fold::is_known(operation) => {
+                    *globals.known.get_mut(*i.words.get(2)? as usize)? = Known::Nothing;
+                }
+                _ => (),
+            }
+        }
+        (!open && !blocks.is_empty()).then_some(Self { head, tail, blocks, places })
+    }
+
+    fn block(&self, label: u32) -> usize {
+        self.places[label as usize].unwrap_or(0)
+    }
+
+    /// Where the conditional branch at the end of a block goes whatever happens; none of one that closes a loop, which stays as it is.
+    fn always(&self, module: &[u32], block: usize, globals: &Globals) -> Option<u32> {
+        let i = last_of(module, &self.blocks[block]);
+        match (i.operation == OP_BRANCH_CONDITIONAL).then(|| globals.of(i.words[1]))? {
+            Known::Value(bits) if !self.closes_loop(module, block) => Some(i.words[if bits != 0 { 2 } else { 3 }]),
+            _ => None,
+        }
+    }
+
+    /// The labels that a block may go on to. An edge back to the head of a loop is never ruled out: a loop must have one.
+    fn targets(&self, module: &[u32], block: usize, globals: &Globals) -> Vec<u32> {
+        let i = last_of(module, &self.blocks[block]);
+        match i.operation {
+            OP_BRANCH => vec![i.words[1]],
+            OP_BRANCH_CONDITIONAL if globals.of(i.words[1]) == Known::Nothing => Vec::new(),
+            OP_BRANCH_CONDITIONAL => {
+                self.always(module, block, globals).map_or_else(|| i.words[2..4].to_vec(), |taken| vec![taken])
+            }
+            OP_SWITCH => match globals.of(i.words[1]) {
+                Known::Nothing => Vec::new(),
+                Known::Value(bits) => vec![case_of(i.words, bits)],
+                Known::Varies => i.words[2..3].iter().chain(i.words[3..].iter().skip(1).step_by(2)).copied().collect(),
+            },
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether one of the blocks that a block branches to is the head of a loop around it.
+    fn closes_loop(&self, module: &[u32], block: usize) -> bool {
+        last_of(module, &self.blocks[block]).words[2..4].iter().any(|label| self.block(*label) <= block)
+    }
+
+    /// Finds what can be reached, and what is constant there.
+    fn follow(&mut self, module: &[u32], globals: &mut Globals) {
+        self.blocks[0].reached = true;
+        loop {
+            let mut changed = false;
+            for block in 0..self.blocks.len() {
+                if self.blocks[block].reached {
+                    changed |= self.visit(module, block, globals);
+                }
+            }
+            if !changed {
+                return;
+            }
+        }
+    }
+
+    fn visit(&mut self, module: &[u32], block: usize, globals: &mut Globals) -> bool {
+        let mut changed = false;
+        let Block { words, before, .. } = &self.blocks[block];
+        for i in instructions(&module[..words.end], words.start) {
+            let known = match i.operation {
+                OP_PHI => {
+                    let pairs = i.words[3..].as_chunks::<2>().0;
+                    let taken = pairs.iter().filter(|[_, from]| before.contains(from));
+                    taken.fold(Known::Nothing, |known, [value, _]| known.or(globals.of(*value)))
+                }
+                operation if fold::is_known(operation) => globals.folded(i.words[1], operation, &i.words[3..]),
+                _ => continue,
+            };
+            let slot = &mut globals.known[i.words[2] as usize];
+            // What was known only becomes less.
+            let known = slot.or(known);
+            changed |= *slot != known;
+            *slot = known;
+        }
+        let label = self.blocks[block].label;
+        for target in self.targets(module, block, globals) {
+            let next = self.block(target);
+            let next = &mut self.blocks[next];
+            if !next.before.contains(&label) {
+                next.before.push(label);
+                changed = true;
+            }
+            next.reached = true;
+        }
+        changed
+    }
+
+    /// Writes what can be reached. `undefined`: an identifier without a value, of this type.
+    fn write(&self, module: &[u32], globals: &mut Globals, out: &mut Vec<u32>, undefined: &mut impl FnMut(u32) -> u32) {
+        // Blocks that merge instructions name must be there, reached or not.
+        let mut named: Vec<Option<u32>> = vec![None; self.blocks.len()];
+        for block in self.blocks.iter().filter(|block| block.reached) {
+            let Some(merge) = block.merge.filter(|_| !self.is_settled(module, block, globals)) else { continue };
+            let words = &module[merge..];
+            let rest = self.block(words[1]);
+            named[rest] = named[rest].or(Some(OP_UNREACHABLE));
+            if words[0] & 0xffff == OP_LOOP_MERGE {
+                named[self.block(words[2])] = Some(block.label);
+            }
+        }
+        out.extend_from_slice(&module[self.head.clone()]);
+        for (block, named) in self.blocks.iter().zip(&named) {
+            match named {
+                _ if block.reached => self.write_block(module, block, globals, out, undefined),
+                Some(OP_UNREACHABLE) => out.extend([2 << 16 | OP_LABEL, block.label, 1 << 16 | OP_UNREACHABLE]),
+                Some(head) => out.extend([2 << 16 | OP_LABEL, block.label, 2 << 16 | OP_BRANCH, *head]),
+                None => (),
+            }
+            if !block.reached {
+                let gone =
+                    instructions(&module[..block.words.end], block.words.start).skip(usize::from(named.is_some()));
+                gone.filter_map(|i| result_of(&i)).for_each(|id| globals.lost[id as usize] = true);
+            }
+        }
+        out.extend_from_slice(&module[self.tail.clone()]);
+    }
+
+    /// Whether a block ends in a choice between two ways, one of which is always taken.
+    fn is_settled(&self, module: &[u32], block: &Block, globals: &Globals) -> bool {
+        self.always(module, self.block(block.label), globals).is_some()
+            && block.merge.is_none_or(|merge| module[merge] & 0xffff == OP_SELECTION_MERGE)
+    }
+
+    fn write_block(
+        &self,
+        module: &[u32],
+        block: &Block,
+        globals: &Globals,
+        out: &mut Vec<u32>,
+        undefined: &mut impl FnMut(u32) -> u32,
+    ) {
+        let always = self.always(module, self.block(block.label), globals);
+        let settled = self.is_settled(module, block, globals);
+        // A loop whose end is never reached begins anew only by name.
+        let lost_end =
+            block.merge.filter(|&merge| module[merge] & 0xffff == OP_LOOP_MERGE).map(|merge| module[merge + 2]);
+        let lost_end = lost_end.filter(|label| !self.blocks[self.block(*label)].reached);
+        for i in instructions(&module[..block.words.end], block.words.start) {
+            match i.operation {
+                OP_PHI => {
+                    let pairs = i.words[3..].as_chunks::<2>().0;
+                    let start = out.len();
+                    out.extend([OP_PHI, i.words[1], i.words[2]]);
+                    out.extend(pairs.iter().filter(|[_, from]| block.before.contains(from)).flatten());
+                    if let Some(label) = lost_end {
+                        out.extend([undefined(i.words[1]), label]);
+                    }
+                    out[start] |= ((out.len() - start) as u32) << 16;
+                }
+                OP_SELECTION_MERGE if settled => (),
+                OP_BRANCH_CONDITIONAL => match always {
+                    Some(taken) => out.extend([2 << 16 | OP_BRANCH, taken]),
+                    None => out.extend_from_slice(i.words),
+                },
+                OP_SWITCH => match globals.of(i.words[1]) {
+                    // What breaks out of a switch may do so from within others: it stays one.
+                    Known::Value(bits) => out.extend([3 << 16 | OP_SWITCH, i.words[1], case_of(i.words, bits)]),
+                    _ => out.extend_from_slice(i.words),
+                },
+                _ => out.extend_from_slice(i.words),
+            }
+        }
+    }
+}
+
+fn last_of<'a>(module: &'a [u32], block: &Block) -> Instruction<'a> {
+    let words = &module[block.last..block.words.end];
+    Instruction { operation: words[0] & 0xffff, at: block.last, words }
+}
+
+/// Where a switch goes on for a value.
+fn case_of(words: &[u32], value: u32) -> u32 {
+    let cases = words[3..].as_chunks::<2>().0;
+    cases.iter().find(|[case, _]| *case == value).map_or(words[2], |[_, label]| *label)
+}
+
+/// The identifier that an instruction of a function defines.
+fn result_of(i: &Instruction<'_>) -> Option<u32> {
+    match i.operation {
+        OP_LABEL => i.words.get(1).copied(),
+        OP_NO_LINE
+        | 0
+        | 8
+        | 62
+        | 63
+        | 99
+        | 218..=221
+        | 224
+        | 225
+        | 228
+        | OP_LOOP_MERGE
+        | OP_SELECTION_MERGE
+        | OP_DEMOTE => None,
+        operation if ends_block(operation) => None,
+        _ => i.words.get(2).copied(),
+    }
+}
+
+/// The module without names and decorations of what it no longer has.
+fn without_lost_names(module: &[u32], lost: &[bool]) -> Vec<u32> {
+    let mut out = module[..HEADER].to_vec();
+    for i in all_instructions(module) {
+        let named = matches!(i.operation, OP_NAME | OP_DECORATE).then(|| i.words.get(1)).flatten();
+        if named.is_none_or(|&id| lost.get(id as usize) != Some(&true)) {
+            out.extend_from_slice(i.words);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use super::*;
+    use crate::shaders::{ConstantKind, Shader};
+
+    /// The shaders of the renderer and the probes.
+    fn shaders() -> impl Iterator<Item = &'static Shader> {
+        leadr_shaders::SHADERS.iter().chain(leadr_probes::PROBES)
+    }
+
+    fn shader(name: &str) -> &'static Shader {
+        shaders().find(|shader| shader.name == name).unwrap()
+    }
+
+    /// What does not hold together in the functions of a module.
+    fn faults(module: &[u32]) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut before: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        let (mut labels, mut merges, mut phis) = (BTreeSet::new(), Vec::new(), Vec::new());
+        let (mut label, mut open) = (0, false);
+        for i in all_instructions(module) {
+            let mut goes_to = |targets: &[u32]| {
+                targets.iter().for_each(|target| _ = before.entry(*target).or_default().insert(label));
+            };
+            match i.operation {
+                OP_LABEL => {
+                    if open || !labels.insert(i.words[1]) {
+                        faults.push(format!("block {} begins in another, or twice", i.words[1]));
+                    }
+                    (label, open) = (i.words[1], true);
+                }
+                OP_PHI => phis
+                    .push((label, i.words[3..].as_chunks::<2>().0.iter().map(|pair| pair[1]).collect::<BTreeSet<_>>())),
+                OP_LOOP_MERGE => merges.extend(&i.words[1..3]),
+                OP_SELECTION_MERGE => merges.push(i.words[1]),
+                OP_BRANCH => goes_to(&i.words[1..2]),
+                OP_BRANCH_CONDITIONAL => goes_to(&i.words[2..4]),
+                OP_SWITCH => {
+                    goes_to(&i.words[2..3]);
+                    i.words[3..].as_chunks::<2>().0.iter().for_each(|case| goes_to(&case[1..]));
+                }
+                OP_DECORATE if i.words[2] == SPEC_ID => faults.push("a constant still has a number".to_owned()),
+                OP_SPEC_CONSTANT | OP_SPEC_CONSTANT_TRUE | OP_SPEC_CONSTANT_FALSE => {
+                    faults.push(format!("constant {} is open", i.words[2]));
+                }
+                _ => (),
+            }
+            open &= !ends_block(i.operation);
+        }
+        let targets: BTreeSet<u32> = before.keys().copied().chain(merges).collect();
+        faults.extend(targets.difference(&labels).map(|lost| format!("{lost} is not there")));
+        let none = BTreeSet::new();
+        for (label, from) in phis {
+            let expected = before.get(&label).unwrap_or(&none);
+            if from != *expected {
+                faults.push(format!("block {label} takes values from {from:?}, and comes after {expected:?}"));
+            }
+        }
+        faults
+    }
+
+    /// Every value of truth constants and of small numbers in turn, with the rest at their defaults.
+    fn settings(shader: &Shader) -> Vec<(u32, u32)> {
+        let of = |kind| match kind {
+            ConstantKind::Bool => 0..2,
+            ConstantKind::U32 | ConstantKind::I32 => 0..6,
+            ConstantKind::F32 => 0..0,
+        };
+        shader.constants.iter().flat_map(|constant| of(constant.kind).map(|value| (constant.id, value))).collect()
+    }
+
+    #[test]
+    fn all_shaders_hold_together_whatever_their_constants_are() {
+        let mut smaller = 0;
+        for shader in shaders() {
+            let name = shader.name;
+            let module = shader.spirv(|_| None);
+            let open = |fault: &String| fault.contains("constant");
+            assert_eq!(faults(&module).iter().find(|fault| !open(fault)), None, "{name} as it was compiled");
+            for (id, value) in settings(shader).into_iter().chain([(u32::MAX, 0)]) {
+                let special = specialized(&module, |constant| (constant == id).then_some(value));
+                assert_eq!(faults(&special).first(), None, "{name} with constant {id} at {value}");
+                assert_eq!(faults(&specialized(&special, |_| None)).first(), None, "{name}, settled twice");
+                smaller += usize::from(special.len() < module.len());
+            }
+        }
+        assert!(smaller > 100, "{smaller}");
+    }
+
+    #[test]
+    fn what_cannot_be_reached_is_left_out() {
+        let shader = shader("passes/filter/filter_shade.frag");
+        let module = shader.spirv(|_| None);
+        let of = |family: u32| {
+            let constant = shader.constants.iter().find(|constant| constant.name == "FAMILY").unwrap();
+            specialized(&module, |id| (id == constant.id).then_some(family)).len()
+        };
+        // No light at all, and LEADR.
+        assert!(of(0) < of(4) && of(4) < module.len(), "{} {} {}", of(0), of(4), module.len());
+    }
+
+    #[test]
+    fn lost_edges_and_open_constants_are_noticed() {
+        let shader = shader("probes/selftest/selftest_branches.comp");
+        let module = shader.spirv(|_| None);
+        assert!(faults(&module).iter().any(|fault| fault.contains("is open")));
+        let special = specialized(&module, |_| None);
+        let label = all_instructions(&special).filter(|i| i.operation == OP_LABEL).last().unwrap();
+        let mut broken = special.clone();
+        broken[label.at + 1] = 0;
+        assert!(faults(&broken).iter().any(|fault| fault.contains("is not there")));
+        let phi = all_instructions(&special).find(|i| i.operation == OP_PHI).unwrap();
+        let mut broken = special.clone();
+        broken[phi.at + 4] = 0;
+        assert!(faults(&broken).iter().any(|fault| fault.contains("takes values")));
+    }
+
+    #[test]
+    fn no_module_is_too_short() {
+        let module = shader("probes/selftest/selftest_branches.comp").spirv(|_| None);
+        for words in 0..HEADER {
+            assert_eq!(specialized(&module[..words], |_| None), &module[..words]);
+        }
+        assert_eq!(specialized(&module[..HEADER], |_| None), &module[..HEADER]);
+    }
+}

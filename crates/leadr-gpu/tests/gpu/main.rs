@@ -1,0 +1,5 @@
+//! The layer over Vulkan: resources, pipelines, names, recording.
+
+mod device;
+mod names;
+mod recording;

@@ -1,0 +1,119 @@
+//! Recordings: they run ahead, keep what they use, are submitted once, and change nothing before.
+
+use leadr_gpu::{
+    Buffer, CommandRecorder, Commands, ComputePipeline, Descriptor, GpuError, Image, ImageDesc, Memory, Result,
+    SharedStruct, Timestamps, Use, vk,
+};
+
+use leadr_testing::gpu::{Count, TestGpu, test_gpu};
+
+fn doubling(gpu: &TestGpu) -> ComputePipeline {
+    ComputePipeline::new(gpu, "probes/selftest/selftest.comp", &[], &[Count::LAYOUT]).unwrap()
+}
+
+fn record_double(cmd: &mut Commands, double: &ComputePipeline, from: &Buffer, to: &Buffer) {
+    cmd.full_barrier();
+    cmd.bind(double, &[("In", Descriptor::Storage(from)), ("Out", Descriptor::Storage(to))]);
+    cmd.push_constants(&Count { count: 64 });
+    cmd.dispatch([1, 1, 1]);
+}
+
+#[test]
+fn a_recorder_runs_ahead_and_keeps_what_it_uses() {
+    let Some(gpu) = test_gpu() else { return };
+    let double = doubling(&gpu);
+    let buffers: Vec<Buffer> =
+        (0..5).map(|i| Buffer::from_slice(&gpu, &format!("b{i}"), &[1.0f32; 64]).unwrap()).collect();
+    let mut ring: Vec<CommandRecorder> =
+        (0..2).map(|i| CommandRecorder::new(&gpu, &format!("frame {i}")).unwrap()).collect();
+    for frame in 0..4 {
+        let recorder = &mut ring[frame % 2];
+        recorder
+            .record("frame", |cmd| {
+                // Dropped by the CPU while the device still uses it.
+                let lost = Buffer::new(&gpu, "lost", 256, Memory::Device).unwrap();
+                cmd.fill_buffer(&lost, 0);
+                record_double(cmd, &double, &buffers[frame], &buffers[frame + 1]);
+            })
+            .unwrap();
+        recorder.submit(&[], &[]).unwrap();
+    }
+    assert_eq!(buffers[4].read_all::<f32>().unwrap(), [16.0; 64]);
+}
+
+#[test]
+fn a_recording_is_submitted_once() {
+    let Some(gpu) = test_gpu() else { return };
+    let double = doubling(&gpu);
+    let [from, to] = ["from", "to"].map(|name| Buffer::from_slice(&gpu, name, &[1.0f32; 64]).unwrap());
+    let mut recorder = CommandRecorder::new(&gpu, "frame").unwrap();
+    let refused = |result: Result<()>| {
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("frame") && error.contains("record first"), "{error}");
+    };
+    refused(recorder.submit(&[], &[]));
+    recorder.record("frame", |cmd| record_double(cmd, &double, &from, &to)).unwrap();
+    recorder.submit(&[], &[]).unwrap();
+    // Under way or done, it is not submitted again.
+    refused(recorder.submit(&[], &[]));
+    recorder.wait().unwrap();
+    refused(recorder.submit(&[], &[]));
+    let failed = recorder.record("frame", |cmd| cmd.dispatch([1, 1, 1]));
+    assert!(failed.is_err());
+    refused(recorder.submit(&[], &[]));
+    // A refusal does no harm.
+    recorder.record("frame", |cmd| record_double(cmd, &double, &to, &from)).unwrap();
+    recorder.submit(&[], &[]).unwrap();
+    recorder.wait().unwrap();
+    assert_eq!(from.read_all::<f32>().unwrap(), [4.0; 64]);
+}
+
+#[test]
+fn images_remember_what_was_submitted_not_what_was_recorded() {
+    let Some(gpu) = test_gpu() else { return };
+    let desc = ImageDesc::new(vk::Format::R32_SFLOAT, 4, 4).storage();
+    let image = Image::new(&gpu, "image", desc).unwrap();
+    let texels: Vec<f32> = (0..16u8).map(f32::from).collect();
+    image.write(0, 0, &texels).unwrap();
+    let refused = gpu.submit("refused", |cmd| {
+        cmd.transition(&image, Use::ComputeReadWrite);
+        cmd.fail(GpuError::Usage { name: "test".to_owned(), fault: "refused on purpose".to_owned() });
+    });
+    assert!(refused.is_err());
+    // From the wrong layout, the barrier of this read would draw a complaint of the validation layer.
+    assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
+    let mut dropped = CommandRecorder::new(&gpu, "dropped").unwrap();
+    dropped.record("never submitted", |cmd| cmd.transition(&image, Use::ComputeReadWrite)).unwrap();
+    assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
+    gpu.assert_silent();
+    // Within a recording, each barrier starts from the last.
+    gpu.submit("there and back", |cmd| {
+        cmd.transition(&image, Use::ComputeReadWrite);
+        cmd.transition(&image, Use::CopySource);
+        cmd.transition(&image, Use::Sampled);
+    })
+    .unwrap();
+    assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
+}
+
+/// Otherwise reading the marks would wait for ever.
+#[test]
+fn timestamps_remember_what_was_submitted() {
+    let Some(gpu) = test_gpu() else { return };
+    let timestamps = Timestamps::new(&gpu, 4).unwrap();
+    let mark = |names: &[&str], misuse: bool| {
+        gpu.submit("marks", |cmd| {
+            cmd.reset_timestamps(&timestamps);
+            names.iter().for_each(|name| cmd.timestamp(&timestamps, name));
+            if misuse {
+                cmd.dispatch([1, 1, 1]);
+            }
+        })
+    };
+    mark(&["start", "end"], false).unwrap();
+    assert!(mark(&["one", "two", "three"], true).is_err());
+    let names: Vec<String> = timestamps.marks().unwrap().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["start", "end"]);
+    let error = gpu.submit("no reset", |cmd| cmd.timestamp(&timestamps, "late")).unwrap_err().to_string();
+    assert!(error.contains("not reset"), "{error}");
+}

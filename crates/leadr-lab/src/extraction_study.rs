@@ -1,0 +1,91 @@
+//! How exactly known facets are found again by power iteration, and how long that takes (thesis Table 4.I and Figure 4.5).
+
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+use glam::{DVec2, DVec3};
+use serde::Serialize;
+
+use leadr_reflectance::extraction::power_iteration::{Backscattering, extract_polar, extract_radial};
+use leadr_reflectance::extraction::samples::direction;
+use leadr_reflectance::facets::beckmann::Beckmann;
+use leadr_reflectance::facets::radial_table::angle_at;
+use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
+
+/// Of the backscattering's peak: what is darker counts for nothing.
+const DARK: f64 = 1e-3;
+/// Angles at which fits are compared.
+const ANGLES: u32 = 2000;
+
+/// One extraction.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Extraction {
+    /// Angles at which the material was asked.
+    pub angles: usize,
+    /// And azimuths.
+    pub azimuths: usize,
+    /// Time, seconds.
+    pub seconds: f64,
+    /// Largest relative error of the backscattering where it is at least a thousandth of its peak.
+    pub error: f64,
+}
+
+/// `f_r(o, o)` of ideal mirrors with Smith's masking (thesis eq. 4.3).
+fn backscattering(slopes: &impl SlopeDistribution, o: DVec3) -> f64 {
+    slopes.ndf(o) / (4.0 * o.z * slopes.visible_area(o))
+}
+
+fn worst(of: &impl SlopeDistribution, found: &impl SlopeDistribution, azimuths: u32) -> f64 {
+    let peak = backscattering(of, DVec3::Z);
+    let all = (0..ANGLES).flat_map(|i| (0..azimuths).map(move |k| (i, k)));
+    let error = |(i, k)| {
+        let o = direction(angle_at(f64::from(i) / f64::from(ANGLES)), TAU * f64::from(k) / f64::from(azimuths));
+        let expected = backscattering(of, o);
+        if expected > DARK * peak { (backscattering(found, o) / expected - 1.0).abs() } else { 0.0 }
+    };
+    all.map(error).fold(0.0, f64::max)
+}
+
+fn beckmann(x: f64, y: f64) -> Beckmann {
+    Beckmann::new(DVec2::ZERO, 0.5 * DVec3::new(x * x, y * y, 0.0))
+}
+
+/// Round Beckmann slopes of roughness `alpha` from so many angles; `None` if nothing is found.
+#[must_use]
+pub fn round(alpha: f64, angles: usize) -> Option<Extraction> {
+    let slopes = beckmann(alpha, alpha);
+    let at = |i: usize| backscattering(&slopes, direction(angle_at(i as f64 / angles as f64), 0.0));
+    let samples: Vec<f64> = (0..angles).map(at).collect();
+    let start = Instant::now();
+    let found = extract_radial(&samples, Backscattering::Smith)?;
+    let seconds = start.elapsed().as_secs_f64();
+    Some(Extraction { angles, azimuths: 1, seconds, error: worst(&slopes, &found.slopes, 1) })
+}
+
+/// Brushed ones of two roughnesses from so many angles and azimuths.
+#[must_use]
+pub fn brushed(alpha: DVec2, angles: usize, azimuths: usize) -> Option<Extraction> {
+    let slopes = beckmann(alpha.x, alpha.y);
+    let at = |i: usize, k: usize| {
+        backscattering(&slopes, direction(angle_at(i as f64 / angles as f64), TAU * k as f64 / azimuths as f64))
+    };
+    let rows: Vec<Vec<f64>> = (0..azimuths).map(|k| (0..angles).map(|i| at(i, k)).collect()).collect();
+    let start = Instant::now();
+    let found = extract_polar(&rows, Backscattering::Smith)?;
+    let seconds = start.elapsed().as_secs_f64();
+    Some(Extraction { angles, azimuths, seconds, error: worst(&slopes, &found.slopes, 17) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_angles_are_nearer() {
+        let few = round(0.05, 24).unwrap();
+        let many = round(0.05, 96).unwrap();
+        assert!(many.error < 0.1 * few.error && few.error < 0.1, "{few:?} {many:?}");
+        let brushed = brushed(DVec2::new(0.1, 0.3), 48, 48).unwrap();
+        assert!(brushed.error < 0.01, "{brushed:?}");
+    }
+}

@@ -1,0 +1,13 @@
+//! The laboratory: the papers' experiments as one report, studies of the rules, and ray casts to compare with.
+//!
+//! `cargo run --release -p leadr-lab -- report` measures all of it again and writes one page.
+
+pub mod command;
+pub mod cracks;
+pub mod extraction_study;
+pub mod multiscattering_study;
+pub mod panorama_study;
+pub mod quadrature_study;
+pub mod ray_cast;
+pub mod report;
+pub mod shadowing_errors;

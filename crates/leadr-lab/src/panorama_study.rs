@@ -1,0 +1,105 @@
+//! How far nine spherical harmonics are from the irradiance of a panorama, with its lights in the image and taken out.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use leadr_maps::RgbImage;
+use leadr_reflectance::color::luminance;
+use leadr_reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
+use leadr_render::light::panorama::{EnvironmentLight, LightExtraction, split};
+
+/// Errors of irradiance by nine harmonics and the lights beside them, luminance.
+#[derive(Clone, Debug)]
+pub struct IrradianceErrors {
+    /// What was taken out.
+    pub lights: Vec<EnvironmentLight>,
+    /// Root mean square over all normals, over that of the irradiance.
+    pub rms: f64,
+    /// Largest error in relation to the irradiance of that normal, with its sign.
+    pub worst: f64,
+    /// Relative error on level ground.
+    pub level: f64,
+}
+
+/// Normals that the errors are taken over, spread evenly.
+const NORMALS: usize = 2000;
+/// Blocks of texels that are one direction of the exact sum: at most so many around the horizon.
+const BLOCKS: usize = 256;
+
+/// Light from one direction.
+struct Ray {
+    direction: DVec3,
+    flux: f64,
+}
+
+/// The errors for a panorama whose lights are taken out in such a way.
+#[must_use]
+pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceErrors {
+    let parts = split(image, how);
+    let mut rest = image.clone();
+    for &(index, texel) in &parts.rest {
+        rest.texels[index] = texel;
+    }
+    // What is bright is summed texel by texel in both.
+    let exact: Vec<Ray> = rays(image);
+    let mut sh: Sh9 = [DVec3::ZERO; 9];
+    for_texels(&rest, |direction, flux| {
+        for (c, basis) in sh.iter_mut().zip(sh_basis(direction)) {
+            *c += DVec3::splat(flux * basis);
+        }
+    });
+    let truth = |n: DVec3| exact.iter().map(|ray| ray.flux * ray.direction.dot(n).max(0.0)).sum::<f64>();
+    let ours = |n: DVec3| {
+        let direct =
+            parts.lights.iter().map(|l| luminance(l.irradiance.as_dvec3()) * l.direction.as_dvec3().dot(n).max(0.0));
+        sh_irradiance(&sh, n).x.max(0.0) + direct.sum::<f64>()
+    };
+    let (mut squares, mut whole, mut worst) = (0.0, 0.0, 0.0f64);
+    for i in 0..NORMALS {
+        let z = 1.0 - (2.0 * i as f64 + 1.0) / NORMALS as f64;
+        let (sin, cos) = (i as f64 * PI * (3.0 - 5f64.sqrt())).sin_cos();
+        let n = DVec3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z);
+        let (t, o) = (truth(n), ours(n));
+        squares += (o - t).powi(2);
+        whole += t * t;
+        if (o / t - 1.0).abs() > worst.abs() {
+            worst = o / t - 1.0;
+        }
+    }
+    let level = ours(DVec3::Z) / truth(DVec3::Z) - 1.0;
+    IrradianceErrors { lights: parts.lights, rms: (squares / whole).sqrt(), worst, level }
+}
+
+/// The panorama in directions few enough for sums over many normals.
+fn rays(image: &RgbImage) -> Vec<Ray> {
+    let blocks = (image.width as usize).min(BLOCKS);
+    let mut sums = vec![DVec3::ZERO; blocks * blocks];
+    let mut fluxes = vec![0.0; sums.len()];
+    let mut index = 0;
+    let (width, height) = (image.width as usize, image.height as usize);
+    for_texels(image, |direction, flux| {
+        let (row, column) = (index / width, index % width);
+        let block = row * blocks / 2 / height.max(1) * blocks + column * blocks / width;
+        sums[block] += flux * direction;
+        fluxes[block] += flux;
+        index += 1;
+    });
+    let rays = sums.into_iter().zip(fluxes).filter(|(_, flux)| *flux > 0.0);
+    // Not normalised: the mean cosine of a block is that of its mean direction.
+    rays.map(|(sum, flux)| Ray { direction: sum / flux, flux }).collect()
+}
+
+/// Every texel's direction, and its luminance times its solid angle, by rows.
+fn for_texels(image: &RgbImage, mut each: impl FnMut(DVec3, f64)) {
+    let (width, height) = (f64::from(image.width), f64::from(image.height));
+    for (row, texels) in image.texels.chunks_exact(image.width as usize).enumerate() {
+        let edge = |row: f64| (PI * row / height).cos();
+        let solid_angle = 2.0 * PI / width * (edge(row as f64) - edge(row as f64 + 1.0));
+        let (sin, cos) = (PI * (row as f64 + 0.5) / height).sin_cos();
+        for (column, &texel) in texels.iter().enumerate() {
+            let (y, x) = (2.0 * PI * (0.5 - (column as f64 + 0.5) / width)).sin_cos();
+            each(DVec3::new(sin * x, sin * y, cos), luminance(Vec3::from(texel).as_dvec3()) * solid_angle);
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Diffuse facets under one light, clamped cosine and all.
+
+use super::Row;
+use super::surfaces::{Surface, spherical, surfaces};
+use glam::DVec3;
+use leadr_reflectance::facets::projected_area::face_viewer;
+use leadr_reflectance::integrals::diffuse::{leadr_diffuse_light, leadr_diffuse_light_sh};
+use leadr_reflectance::integrals::reference::diffuse_directional;
+use leadr_reflectance::random::Random;
+use leadr_reflectance::slopes::grid::grid_lambda;
+use leadr_reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// Panels of the converged integrals between their kinks.
+const PANELS: usize = 6;
+
+/// Surfaces, a light for each, and the converged cosine.
+pub struct LightSet {
+    surfaces: Vec<Surface>,
+    lights: Vec<DVec3>,
+    truth: Vec<f64>,
+}
+
+impl LightSet {
+    /// `n` surfaces; lights up to 88° from the displacement direction, an eighth of them below the horizon.
+    #[must_use]
+    pub fn new(n: usize, seed: u64) -> Self {
+        let surfaces = surfaces(n, seed);
+        let mut r = Random(seed + 2);
+        let lights: Vec<DVec3> = (0..n)
+            .map(|_| {
+                let top = if r.unit() < 0.125 { 120f64 } else { 88.0 };
+                spherical(r.range(0.0, top.to_radians()), r.range(0.0, TAU))
+            })
+            .collect();
+        let truth = surfaces
+            .par_iter()
+            .zip(&lights)
+            .map(|(s, &wi)| PI * diffuse_directional(s.wo, wi, s.m, s.s, false, PANELS))
+            .collect();
+        Self { surfaces, lights, truth }
+    }
+
+    /// Errors of a rule for the mean cosine, absolute: a facet that faces the light has 1.
+    #[must_use]
+    pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, DVec3) -> f64 + Sync) -> Row {
+        let errors: Vec<Vec<f64>> = self
+            .surfaces
+            .par_iter()
+            .zip(&self.lights)
+            .zip(&self.truth)
+            .map(|((s, &wi), truth)| vec![rule(s, wi) - truth])
+            .collect();
+        Row::new(name, evaluations, &self.surfaces, &errors)
+    }
+
+    /// Harmonics with converged moments, the paper's grids, and the rules by two clamps.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s, wi| grid_cosine(s, wi, n));
+        let terms = |n: u32| {
+            self.row(&format!("visible {n} terms"), n, |s, wi| {
+                PI * leadr_diffuse_light_visible(s.wo, wi, s.m, s.s, false, n)
+            })
+        };
+        let harmonics = self.row("harmonics, 3 terms", 3, |s, wi| {
+            let v = visible_diffuse_moments(s.wo, s.m, s.s, 3);
+            PI * leadr_diffuse_light_sh(&v, s.wo, wi, s.m, s.s, false)
+        });
+        vec![
+            grid(1),
+            grid(3),
+            grid(5),
+            grid(7),
+            grid(9),
+            grid(16),
+            grid(32),
+            grid(64),
+            grid(128),
+            harmonics,
+            terms(2),
+            terms(3),
+        ]
+    }
+}
+
+/// The paper's grid as the renderer uses it.
+#[must_use]
+pub fn grid_cosine(surface: &Surface, wi: DVec3, n: u32) -> f64 {
+    let lambda = grid_lambda(n);
+    let m = face_viewer(surface.wo, surface.m, surface.s, lambda);
+    PI * leadr_diffuse_light(surface.wo, wi, m, surface.s, false, n, lambda)
+}

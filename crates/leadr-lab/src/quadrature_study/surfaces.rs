@@ -1,0 +1,87 @@
+//! Random surfaces and viewers.
+
+use glam::{DVec2, DVec3};
+use leadr_reflectance::facets::projected_area::{meso_area, slope_spread};
+use leadr_reflectance::random::Random;
+use std::f64::consts::TAU;
+
+/// A viewer and Gaussian slopes, tangent frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Viewer, unit.
+    pub wo: DVec3,
+    /// Mean slope.
+    pub m: DVec2,
+    /// Covariance `(s_xx, s_yy, s_xy)`.
+    pub s: DVec3,
+}
+
+impl Surface {
+    /// The larger of the two slope deviations.
+    #[must_use]
+    pub fn roughness(&self) -> f64 {
+        self.s.x.max(self.s.y).sqrt()
+    }
+}
+
+/// The direction at polar angle `theta` and azimuth `phi`, in radians.
+#[must_use]
+pub fn spherical(theta: f64, phi: f64) -> DVec3 {
+    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+}
+
+/// Viewers up to 85°, deviations of uniform logarithm in .01–2, correlations in ±.9, mean slopes in the unit disc, the
+/// mesosurface facing the viewer with a projected area above .01.
+#[must_use]
+pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
+    let mut r = Random(seed);
+    let mut out = Vec::with_capacity(n);
+    while out.len() < n {
+        let wo = spherical(r.range(0.0, 85f64.to_radians()), r.range(0.0, TAU));
+        let (x, y, c) = (r.log(0.01, 2.0), r.log(0.01, 2.0), r.range(-0.9, 0.9));
+        let m = DVec2::new(r.range(-1.0, 1.0), r.range(-1.0, 1.0));
+        if m.length() <= 1.0 && wo.z - wo.x * m.x - wo.y * m.y > 0.01 {
+            out.push(Surface { wo, m, s: DVec3::new(x * x, y * y, c * x * y) });
+        }
+    }
+    out
+}
+
+/// Wide lobes: viewers as the pixels of a sphere show them, to 83°; the larger deviation of uniform logarithm in .4–2, the smaller .15–1
+/// times as large; two in five surfaces isotropic, of the others every second aligned with the axes and the rest correlated to ±.7;
+/// half of the mean slopes 0, the others to .7 per axis.
+#[must_use]
+pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
+    let mut r = Random(seed);
+    let mut out = Vec::with_capacity(n);
+    while out.len() < n {
+        let wo = spherical(r.unit().sqrt().asin().min(1.45), r.range(0.0, TAU));
+        let (large, ratio) = (r.log(0.4, 2.0), r.log(0.15, 1.0));
+        let small = if r.unit() < 0.4 { large } else { ratio * large };
+        let (x, y) = if r.unit() < 0.5 { (small, large) } else { (large, small) };
+        let c = if r.unit() < 0.5 || x == y { 0.0 } else { r.range(-0.7, 0.7) };
+        let m = DVec2::new(r.range(-0.7, 0.7), r.range(-0.7, 0.7)) * if r.unit() < 0.5 { 0.0 } else { 1.0 };
+        if meso_area(wo, m) > 0.05 {
+            out.push(Surface { wo, m, s: DVec3::new(x * x, y * y, c * x * y) });
+        }
+    }
+    out
+}
+
+/// Viewers to 88°, deviations of uniform logarithm in .01–2.5, correlations in ±.95, mean slopes of any direction to 4, the
+/// mesosurface turned away by at most one deviation.
+#[must_use]
+pub fn wild_surfaces(n: usize, seed: u64) -> Vec<Surface> {
+    let mut r = Random(seed);
+    let mut out = Vec::with_capacity(n);
+    while out.len() < n {
+        let wo = spherical(r.range(0.0, 88f64.to_radians()), r.range(0.0, TAU));
+        let (x, y, c) = (r.log(0.01, 2.5), r.log(0.01, 2.5), r.range(-0.95, 0.95));
+        let m = DVec2::from_angle(r.range(0.0, TAU)) * r.range(0.0, 4.0);
+        let s = DVec3::new(x * x, y * y, c * x * y);
+        if meso_area(wo, m) > -slope_spread(wo, s) {
+            out.push(Surface { wo, m, s });
+        }
+    }
+    out
+}

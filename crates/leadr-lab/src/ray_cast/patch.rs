@@ -1,0 +1,331 @@
+//! A [`Tile`] stretched, sheared and tilted to slopes of any mean and covariance, and what a viewer sees of it.
+//!
+//! An affine map of the plane and a plane added to the heights turn triangles into triangles and rays into rays, so one
+//! tile serves every surface, and the moments of its slopes are met exactly, not in expectation.
+
+use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use super::cast::{Place, escapes, first_hit};
+use super::tile::Tile;
+use leadr_reflectance::facets::beckmann::beckmann_p22;
+use leadr_reflectance::facets::projected_area::meso_area;
+use leadr_reflectance::frame::{frame_about, from_frame};
+use leadr_reflectance::random::Random;
+use leadr_reflectance::slopes::grid::normal_of_slope;
+
+/// An endless displaced patch: the facets of a [`Tile`] with slopes of exactly this mean and covariance.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch<'a> {
+    tile: &'a Tile,
+    mean: DVec2,
+    covariance: DVec3,
+    /// Slopes are `mean + factor · (slope on the lattice)`.
+    factor: DMat2,
+}
+
+/// A facet that a ray met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facet {
+    /// Its slope.
+    pub slope: DVec2,
+    /// Its unit normal.
+    pub normal: DVec3,
+    place: Place,
+}
+
+impl Facet {
+    /// Where the ray met it, over the lattice of the tile, which repeats after its size.
+    #[must_use]
+    pub fn over(&self) -> DVec2 {
+        self.place.position.truncate()
+    }
+}
+
+/// Means of `K` values over rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<const K: usize> {
+    /// Over all rays.
+    pub mean: [f64; K],
+    /// Over two halves of the rays that share none: their difference estimates the noise of the rays (not how far this one
+    /// tile differs from others; for that, use tiles of other seeds).
+    pub halves: [[f64; K]; 2],
+}
+
+impl<const K: usize> Estimate<K> {
+    fn new(halves: [[f64; K]; 2]) -> Self {
+        Self { mean: std::array::from_fn(|k| 0.5 * (halves[0][k] + halves[1][k])), halves }
+    }
+
+    /// Half the difference of the halves: one sample of the mean's standard error.
+    #[must_use]
+    pub fn half_difference(&self) -> [f64; K] {
+        std::array::from_fn(|k| 0.5 * (self.halves[0][k] - self.halves[1][k]))
+    }
+}
+
+/// How often facets of one slope are seen and lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenAndLit {
+    /// Fraction that the viewer sees.
+    pub seen: f64,
+    /// Fraction that the light reaches.
+    pub lit: f64,
+    /// Fraction that is both.
+    pub both: f64,
+    /// Triangles the slope was found on.
+    pub facets: usize,
+}
+
+/// Lower triangular `C` with `C Cᵀ` the covariance.
+fn cholesky(s: DVec3) -> DMat2 {
+    let x = s.x.max(0.0).sqrt();
+    let k = if x > 0.0 { s.z / x } else { 0.0 };
+    DMat2::from_cols(DVec2::new(x, k), DVec2::new(0.0, (s.y - k * k).max(0.0).sqrt()))
+}
+
+impl<'a> Patch<'a> {
+    /// A surface of mean slope `m` and slope covariance `s = (s_xx, s_yy, s_xy)`, which must be positive semidefinite.
+    #[must_use]
+    pub fn new(tile: &'a Tile, m: DVec2, s: DVec3) -> Self {
+        Self { tile, mean: m, covariance: s, factor: cholesky(s) * cholesky(tile.covariance()).inverse() }
+    }
+
+    /// A direction in the frame of the lattice. Its height is the projected area of the mesosurface.
+    fn lattice(&self, w: DVec3) -> DVec3 {
+        (self.factor.transpose() * w.xy()).extend(meso_area(w, self.mean))
+    }
+
+    fn facet(&self, place: Place) -> Facet {
+        let [x, y] = place.cell;
+        let slope = self.mean + self.factor * self.tile.slopes(x, y)[usize::from(place.upper)];
+        Facet { slope, normal: normal_of_slope(slope), place }
+    }
+
+    /// `A(w)`: area of all facets that face `w`, projected along it, per unit of macrosurface. Exact for these triangles;
+    /// for Gaussian slopes it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
+    #[must_use]
+    pub fn facing_area(&self, w: DVec3) -> f64 {
+        self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s).max(0.0))
+    }
+
+    /// Whether the light from `wi` reaches a facet: it faces it, and nothing is in between.
+    #[must_use]
+    pub fn is_lit(&self, facet: &Facet, wi: DVec3) -> bool {
+        meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.place, self.lattice(wi))
+    }
+
+    /// Means of `f` over what a viewer in direction `wo` sees, by `n`² rays spread evenly over one repeat (jittered, the
+    /// same for the same `seed`): the pixel's mean when `f` is a facet's radiance. `f` may draw numbers of its own.
+    ///
+    /// `None` where the mesosurface turns away from the viewer, so that an endless surface shows nothing.
+    #[must_use]
+    pub fn mean_over_visible<const K: usize>(
+        &self,
+        wo: DVec3,
+        n: u32,
+        seed: u64,
+        f: impl Fn(&Facet, &mut Random) -> [f64; K] + Sync,
+    ) -> Option<Estimate<K>> {
+        let direction = self.lattice(wo);
+        if direction.z <= 0.0 {
+            return None;
+        }
+        let n = n.max(2);
+        let cell = f64::from(self.tile.size()) / f64::from(n);
+        let rows: Vec<[f64; K]> = (0..n)
+            .into_par_iter()
+            .map(|y| {
+                let mut sum = [0.0; K];
+                for x in 0..n {
+                    let mut random = Random::stream(seed, u64::from(y) << 32 | u64::from(x));
+                    let jitter = DVec2::new(random.unit(), random.unit());
+                    let over = (DVec2::new(f64::from(x), f64::from(y)) + jitter) * cell;
+                    let place = first_hit(self.tile, over, direction).expect("an upward direction");
+                    let values = f(&self.facet(place), &mut random);
+                    for (sum, value) in sum.iter_mut().zip(values) {
+                        *sum += value;
+                    }
+                }
+                sum
+            })
+            .collect();
+        // In the order of the rows, so that threads change no bit.
+        let half = |first: usize| {
+            let rows = rows.iter().skip(first).step_by(2);
+            let count = f64::from(n) * rows.len() as f64;
+            let sums = rows.fold([0.0; K], |a, b| std::array::from_fn(|k| a[k] + b[k]));
+            sums.map(|sum| sum / count)
+        };
+        Some(Estimate::new([half(0), half(1)]))
+    }
+
+    /// Mean and covariance of the slopes that a viewer sees: `x, y, xx, yy, xy`.
+    #[must_use]
+    pub fn visible_slopes(&self, wo: DVec3, n: u32, seed: u64) -> Option<(DVec2, DVec3)> {
+        let e = self.mean_over_visible(wo, n, seed, |f, _| {
+            let s = f.slope - self.mean;
+            [s.x, s.y, s.x * s.x, s.y * s.y, s.x * s.y]
+        })?;
+        let [x, y, xx, yy, xy] = e.mean;
+        Some((self.mean + DVec2::new(x, y), DVec3::new(xx - x * x, yy - y * y, xy - x * y)))
+    }
+
+    /// Fraction of the area that faces `w`, projected along it, that something else hides. An endless surface hides
+    /// `1 − a(w) / A(w)`; here it is found the other way round, by rays that start on `n`² facets.
+    #[must_use]
+    pub fn masked_fraction(&self, w: DVec3, n: u32, seed: u64) -> f64 {
+        let direction = self.lattice(w);
+        let n = n.max(1);
+        let cell = f64::from(self.tile.size()) / f64::from(n);
+        let rows: Vec<[f64; 2]> = (0..n)
+            .into_par_iter()
+            .map(|y| {
+                let mut sums = [0.0; 2];
+                for x in 0..n {
+                    let mut random = Random::stream(seed, u64::from(y) << 32 | u64::from(x));
+                    let jitter = DVec2::new(random.unit(), random.unit());
+                    let over = (DVec2::new(f64::from(x), f64::from(y)) + jitter) * cell;
+                    let corner = over.floor();
+                    let place = Place::over(self.tile, corner.as_ivec2().to_array(), over - corner);
+                    let area = meso_area(w, self.facet(place).slope);
+                    if area > 0.0 {
+                        sums[0] += area;
+                        sums[1] += area * f64::from(!escapes(self.tile, &place, direction));
+                    }
+                }
+                sums
+            })
+            .collect();
+        let [all, hidden] = rows.into_iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        hidden / all.max(f64::MIN_POSITIVE)
+    }
+
+    /// Radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it: with masking
+    /// alone (every facet that faces the light is lit), and with shadows.
+    #[must_use]
+    pub fn diffuse_light(&self, wo: DVec3, wi: DVec3, n: u32, seed: u64) -> Option<Estimate<2>> {
+        self.mean_over_visible(wo, n, seed, |facet, _| {
+            let radiance = facet.normal.dot(wi).max(0.0) * FRAC_1_PI;
+            [radiance, if radiance > 0.0 && self.is_lit(facet, wi) { radiance } else { 0.0 }]
+        })
+    }
+
+    /// Radiance of white diffuse facets under an environment, by `directions` rays to it from every facet: with masking
+    /// alone, and with shadows (what is blocked is black: light is not reflected twice).
+    #[must_use]
+    pub fn diffuse_environment(
+        &self,
+        wo: DVec3,
+        n: u32,
+        directions: u32,
+        seed: u64,
+        radiance: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Option<Estimate<2>> {
+        let directions = directions.max(1);
+        self.mean_over_visible(wo, n, seed, |facet, random| {
+            let frame = frame_about(facet.normal);
+            let mut sums = [0.0; 2];
+            for _ in 0..directions {
+                let wi = from_frame(&frame, cosine_direction(random));
+                let incident = radiance(wi) / f64::from(directions);
+                sums[0] += incident;
+                sums[1] += if self.is_lit(facet, wi) { incident } else { 0.0 };
+            }
+            sums
+        })
+    }
+
+    /// Radiance of perfect mirrors (`F = 1`) under an environment: with masking alone, and with shadows.
+    #[must_use]
+    pub fn specular_environment(
+        &self,
+        wo: DVec3,
+        n: u32,
+        seed: u64,
+        radiance: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Option<Estimate<2>> {
+        self.mean_over_visible(wo, n, seed, |facet, _| {
+            let wi = 2.0 * facet.normal.dot(wo) * facet.normal - wo;
+            let incident = radiance(wi);
+            [incident, if self.is_lit(facet, wi) { incident } else { 0.0 }]
+        })
+    }
+
+    /// How often facets of about this slope (within `radius` standard deviations) are seen from `wo` and lit from `wi`,
+    /// by up to `rays` starts on them. `None` where no triangle has such a slope.
+    #[must_use]
+    pub fn visibility_of_slope(
+        &self,
+        slope: DVec2,
+        radius: f64,
+        wo: DVec3,
+        wi: DVec3,
+        rays: u32,
+        seed: u64,
+    ) -> Option<SeenAndLit> {
+        let size = self.tile.size() as i32;
+        // On the lattice the slopes are whitened up to the tile's own, nearly unit, covariance.
+        let centre = self.factor.inverse() * (slope - self.mean);
+        if !centre.is_finite() {
+            return None;
+        }
+        let rows: Vec<Vec<([i32; 2], bool)>> = (0..size)
+            .into_par_iter()
+            .map(|y| {
+                let near = |s: DVec2| s.distance_squared(centre) <= radius * radius;
+                let cells = (0..size).flat_map(|x| {
+                    let [lower, upper] = self.tile.slopes(x, y);
+                    [([x, y], false, near(lower)), ([x, y], true, near(upper))]
+                });
+                cells.filter(|c| c.2).map(|c| (c.0, c.1)).collect()
+            })
+            .collect();
+        let found = rows.concat();
+        if found.is_empty() || rays == 0 {
+            return None;
+        }
+        let counts = (0..rays)
+            .into_par_iter()
+            .map(|i| {
+                let mut random = Random::stream(seed, u64::from(i));
+                // In order through all of them, so that few rays spread as evenly as many.
+                let at = (u64::from(i) * found.len() as u64 / u64::from(rays)) as usize;
+                let (cell, upper) = found[at];
+                let (a, b) = (random.unit(), random.unit());
+                let offset = if upper { DVec2::new(a.min(b), a.max(b)) } else { DVec2::new(a.max(b), a.min(b)) };
+                let facet = self.facet(Place::over(self.tile, cell, offset));
+                let (seen, lit) = (self.is_lit(&facet, wo), self.is_lit(&facet, wi));
+                [seen, lit, seen && lit].map(u64::from)
+            })
+            .reduce(|| [0; 3], |a, b| std::array::from_fn(|k| a[k] + b[k]));
+        let [seen, lit, both] = counts.map(|count| count as f64 / f64::from(rays));
+        Some(SeenAndLit { seen, lit, both, facets: found.len() })
+    }
+
+    /// Radiance of perfect mirrors (`F = 1`) under a directional light of unit irradiance on a plane facing it: the density
+    /// of Gaussian slopes at the half vector, times how often such facets are seen (masking alone) and seen and lit
+    /// (with shadows), per projected area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. The arguments of
+    /// [`visibility_of_slope`](Self::visibility_of_slope).
+    #[must_use]
+    pub fn specular_light(&self, wo: DVec3, wi: DVec3, radius: f64, rays: u32, seed: u64) -> Option<[f64; 2]> {
+        let half = (wo + wi).normalize();
+        let area = meso_area(wo, self.mean);
+        if half.z <= 0.0 || area <= 0.0 {
+            return None;
+        }
+        let slope = -half.xy() / half.z;
+        let visibility = self.visibility_of_slope(slope, radius, wo, wi, rays, seed)?;
+        let density = beckmann_p22(slope, self.mean, self.covariance) / (4.0 * area * half.z.powi(4));
+        Some([density * visibility.seen, density * visibility.both])
+    }
+}
+
+/// A direction about z with density `cos θ / π`.
+pub(crate) fn cosine_direction(random: &mut Random) -> DVec3 {
+    let (u, v) = (random.unit(), random.unit());
+    let (sin, cos) = (TAU * v).sin_cos();
+    let r = u.sqrt();
+    DVec3::new(r * cos, r * sin, (1.0 - u).sqrt())
+}

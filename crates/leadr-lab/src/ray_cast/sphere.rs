@@ -1,0 +1,144 @@
+//! Pictures of a sphere in infinitely fine relief: every pixel is a [`Patch`](super::Patch) seen at its own angle.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::patch::{Facet, Patch};
+use leadr_reflectance::frame::{Frame, to_frame};
+use leadr_reflectance::random::Random;
+
+/// One pixel of the sphere: an orthographic viewer at `+z` looks at a unit sphere, x to the right, y up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpherePixel {
+    /// Tangents and the sphere's normal. x runs up the meridian through the pixel, towards the top of the sphere.
+    pub frame: Frame,
+    /// The viewer in that frame.
+    pub wo: DVec3,
+}
+
+impl SpherePixel {
+    /// The centre of pixel `(x, y)` of `size`² pixels, row 0 on top, in which the sphere has the `radius` in halves of the
+    /// picture; `None` beside it.
+    #[must_use]
+    pub fn new(x: u32, y: u32, size: u32, radius: f64) -> Option<Self> {
+        let at = |i: u32| ((2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0) / radius;
+        let p = DVec2::new(at(x), -at(y));
+        let square = p.length_squared();
+        if square >= 1.0 {
+            return None;
+        }
+        let z = p.extend((1.0 - square).sqrt());
+        let x = (DVec3::Y - z * z.y).normalize_or(DVec3::X);
+        let frame = Frame { x, y: z.cross(x), z };
+        Some(Self { frame, wo: to_frame(&frame, DVec3::Z) })
+    }
+}
+
+/// `K` pictures of a sphere and the noise in them.
+#[derive(Clone, Debug)]
+pub struct SphereTruth<const K: usize> {
+    /// Pixels along a side.
+    pub size: u32,
+    /// Radius of the sphere, in halves of the picture.
+    pub radius: f64,
+    /// Values by pixel, row by row from the top, by two halves of the rays; `None` beside the sphere.
+    pub halves: Vec<Option<[[f64; K]; 2]>>,
+}
+
+/// How a picture differs from the truth. All relative to the mean of the truth over the same pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereError {
+    /// Root mean square with the truth's own noise subtracted; negative where the noise was overestimated (then
+    /// minus the root of what the mean square lacks): the difference is too small to be seen.
+    pub rmse: f64,
+    /// The same with the noise.
+    pub rmse_with_noise: f64,
+    /// Standard error of a pixel of the truth.
+    pub noise: f64,
+    /// Mean difference, positive when the picture is too bright.
+    pub bias: f64,
+    /// Mean difference over the pixels whose normal has `z < 0.35`, relative to their own mean.
+    pub rim_bias: f64,
+}
+
+impl<const K: usize> SphereTruth<K> {
+    /// Casts `rays`² rays per pixel (an even number): `value` is asked what a facet sends to the viewer, knowing the pixel it is in (its
+    /// normals and directions are in the pixel's frame) and how lit it is by way of `patch`.
+    #[must_use]
+    pub fn cast(
+        patch: &Patch<'_>,
+        size: u32,
+        radius: f64,
+        rays: u32,
+        seed: u64,
+        value: impl Fn(&SpherePixel, &Facet, &mut Random) -> [f64; K] + Sync,
+    ) -> Self {
+        let halves = (0..size * size)
+            .into_par_iter()
+            .map(|i| {
+                let pixel = SpherePixel::new(i % size, i / size, size, radius)?;
+                let seed = seed.wrapping_mul(0x2545_f491_4f6c_dd1d).wrapping_add(u64::from(i));
+                let estimate =
+                    patch.mean_over_visible(pixel.wo, rays.next_multiple_of(2), seed, |f, r| value(&pixel, f, r));
+                estimate.map(|e| e.halves)
+            })
+            .collect();
+        Self { size, radius, halves }
+    }
+
+    /// The mean of both halves of picture `k` at a pixel.
+    #[must_use]
+    pub fn at(&self, k: usize, x: u32, y: u32) -> Option<f64> {
+        self.halves[(y * self.size + x) as usize].map(|h| 0.5 * (h[0][k] + h[1][k]))
+    }
+
+    /// Compares picture `k` with `model`, which gives the value of a pixel, or NaN for pixels to leave out. The halves are independent, so the mean product
+    /// of the differences to both is the mean square of the true difference, without the noise.
+    #[must_use]
+    pub fn compare(&self, k: usize, model: impl Fn(u32, u32, &SpherePixel) -> f64) -> SphereError {
+        let mut sums = Sums::default();
+        let mut rim = Sums::default();
+        for (i, halves) in self.halves.iter().enumerate() {
+            let (x, y) = (i as u32 % self.size, i as u32 / self.size);
+            if let (Some([a, b]), Some(pixel)) = (halves, SpherePixel::new(x, y, self.size, self.radius)) {
+                let value = model(x, y, &pixel);
+                if value.is_nan() {
+                    continue;
+                }
+                sums.add(value, a[k], b[k]);
+                if pixel.frame.z.z < 0.35 {
+                    rim.add(value, a[k], b[k]);
+                }
+            }
+        }
+        let (n, mean) = (sums.count.max(1.0), sums.truth / sums.count.max(1.0));
+        let root = |square: f64| (square.abs() / n).sqrt().copysign(square) / mean;
+        SphereError {
+            rmse: root(sums.product),
+            rmse_with_noise: root(sums.product + sums.noise),
+            noise: root(sums.noise),
+            bias: sums.difference / sums.truth,
+            rim_bias: rim.difference / rim.truth,
+        }
+    }
+}
+
+#[derive(Default)]
+struct Sums {
+    count: f64,
+    truth: f64,
+    difference: f64,
+    product: f64,
+    noise: f64,
+}
+
+impl Sums {
+    fn add(&mut self, value: f64, a: f64, b: f64) {
+        let truth = 0.5 * (a + b);
+        self.count += 1.0;
+        self.truth += truth;
+        self.difference += value - truth;
+        self.product += (value - a) * (value - b);
+        self.noise += 0.25 * (a - b) * (a - b);
+    }
+}

@@ -1,0 +1,88 @@
+//! What a report was made with.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::Serialize;
+
+use leadr_gpu::Gpu;
+use leadr_tools::program::{VERSION, commit};
+
+/// Device, program and time of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Facts {
+    /// As the driver names it.
+    pub device: String,
+    /// Driver and version.
+    pub driver: String,
+    /// When the run began, UTC.
+    pub date: String,
+    /// The call that repeats it.
+    pub call: String,
+    /// Whether pictures are small and samples few, instead of what the papers show.
+    pub quick: bool,
+}
+
+impl Facts {
+    /// The facts of a run that begins now.
+    #[must_use]
+    pub fn gather(gpu: &Gpu, quick: bool) -> Self {
+        let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        Self {
+            device: gpu.device_name().to_owned(),
+            driver: gpu.driver_info().to_owned(),
+            date: utc(seconds),
+            call: format!("leadr {}", arguments.join(" ")),
+            quick,
+        }
+    }
+
+    /// Names and values for the head of the page.
+    #[must_use]
+    pub fn rows(&self) -> Vec<(String, String)> {
+        let size = if self.quick { "quick: small pictures, few samples" } else { "full" };
+        [
+            ("device", self.device.as_str()),
+            ("driver", &self.driver),
+            ("program", &format!("leadr {VERSION}, commit {}", commit())),
+            ("date", &self.date),
+            ("command", &self.call),
+            ("form", size),
+        ]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .to_vec()
+    }
+}
+
+/// `2026-01-31 23:59 UTC` from seconds since 1970, by the Gregorian calendar.
+fn utc(seconds: u64) -> String {
+    let (mut day, minute) = (seconds / 86_400, seconds / 60 % 1440);
+    let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let mut year = 1970;
+    while day >= 365 + u64::from(leap(year)) {
+        day -= 365 + u64::from(leap(year));
+        year += 1;
+    }
+    let lengths = [31, 28 + u64::from(leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    let mut month = 0;
+    while day >= lengths[month] {
+        day -= lengths[month];
+        month += 1;
+    }
+    format!("{year:04}-{:02}-{:02} {:02}:{:02} UTC", month + 1, day + 1, minute / 60, minute % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::utc;
+
+    #[test]
+    fn dates_are_the_calendars() {
+        assert_eq!(utc(0), "1970-01-01 00:00 UTC");
+        assert_eq!(utc(951_782_399), "2000-02-28 23:59 UTC");
+        assert_eq!(utc(951_782_400), "2000-02-29 00:00 UTC");
+        assert_eq!(utc(1_000_000_000), "2001-09-09 01:46 UTC");
+        assert_eq!(utc(4_107_542_399), "2100-02-28 23:59 UTC");
+        assert_eq!(utc(4_107_542_400), "2100-03-01 00:00 UTC");
+    }
+}

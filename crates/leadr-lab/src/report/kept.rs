@@ -1,0 +1,154 @@
+//! Sections kept beside the page as soon as they are made, so that an interrupted run can resume.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::case::Case;
+use super::facts::Facts;
+use super::section::Section;
+use super::sections::SectionEntry;
+use super::studio::PICTURES;
+use leadr_maps::limits::read_file;
+use leadr_maps::new_file::write_atomic;
+use leadr_tools::error::LabError;
+use leadr_tools::program::build;
+
+/// Folder of the kept sections, below that of the report.
+const FOLDER: &str = "kept";
+
+/// A section with everything it produced.
+#[derive(Debug)]
+pub struct Made {
+    /// Which section.
+    pub entry: &'static SectionEntry,
+    /// What it says.
+    pub section: Section,
+    /// How long it took.
+    pub seconds: f64,
+    /// The pictures it compared with the truth.
+    pub cases: Vec<Case>,
+    /// Its pictures, as paths from the page and PNG bytes.
+    pub pictures: BTreeMap<String, Vec<u8>>,
+}
+
+/// What sections on one page must have in common: the build, the device, and whether the run was quick.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    program: String,
+    device: String,
+    driver: String,
+    quick: bool,
+}
+
+impl Origin {
+    /// The origin of this run.
+    #[must_use]
+    pub fn of(facts: &Facts) -> Self {
+        Self { program: build(), device: facts.device.clone(), driver: facts.driver.clone(), quick: facts.quick }
+    }
+}
+
+/// The file of a kept section.
+#[derive(Serialize, Deserialize)]
+struct File {
+    origin: Origin,
+    section: Section,
+    seconds: f64,
+    cases: Vec<Case>,
+    pictures: Vec<String>,
+}
+
+fn place(folder: &Path, entry: &SectionEntry) -> PathBuf {
+    folder.join(FOLDER).join(entry.key).with_extension("json")
+}
+
+/// Keeps a section: its pictures first, then the file that names them.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError> {
+    let pictures = folder.join(FOLDER).join(PICTURES);
+    std::fs::create_dir_all(&pictures).map_err(|e| LabError::io("make the folder", &pictures, e))?;
+    for (file, bytes) in &made.pictures {
+        write_atomic(folder.join(FOLDER).join(file), bytes)?;
+    }
+    let file = File {
+        origin: origin.clone(),
+        section: made.section.clone(),
+        seconds: made.seconds,
+        cases: made.cases.clone(),
+        pictures: made.pictures.keys().cloned().collect(),
+    };
+    let json = serde_json::to_vec(&file).map_err(|e| LabError::json(&e))?;
+    write_atomic(place(folder, made.entry), &json)?;
+    Ok(())
+}
+
+/// A section that an earlier run of the same origin kept whole.
+#[must_use]
+pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
+    let file: File = serde_json::from_slice(&read_file(&place(folder, entry)).ok()?).ok()?;
+    let pictures = file.pictures.into_iter().map(|picture| {
+        let bytes = read_file(&folder.join(FOLDER).join(&picture)).ok()?;
+        Some((picture, bytes))
+    });
+    (file.origin == *origin).then_some(())?;
+    Some(Made {
+        entry,
+        section: file.section,
+        seconds: file.seconds,
+        cases: file.cases,
+        pictures: pictures.collect::<Option<_>>()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::verdict::{Anatomy, Errors};
+    use leadr_tools::html::Html;
+
+    #[test]
+    fn what_is_kept_is_found_again_whole_and_by_its_origin_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let origin =
+            Origin { program: "1 abc".to_owned(), device: "d".to_owned(), driver: "e".to_owned(), quick: true };
+        let errors = Errors { flip: f64::NAN, rrmse: 0.3125, bias: -0.125 };
+        let case = Case {
+            section: "zoom".to_owned(),
+            subject: "σ".to_owned(),
+            look: "leadr".to_owned(),
+            truth: "displacement".to_owned(),
+            object: errors,
+            interior: errors,
+            anatomy: Anatomy { outline: 0.5, highlights: 0.25 },
+            normal_map: None,
+            noise: f64::NAN,
+            figures: Vec::new(),
+        };
+        let mut html = Html::new();
+        html.paragraph("a < b");
+        let section = Section { html, data: serde_json::json!({ "a": [1, 2.5] }), findings: vec!["f".to_owned()] };
+        let pictures = BTreeMap::from([("pictures/a.png".to_owned(), vec![1, 2, 3])]);
+        let [zoom, spheres] = ["zoom", "spheres"].map(|key| SectionEntry::find(key).unwrap());
+        let made = Made { entry: zoom, section, seconds: 2.5, cases: vec![case], pictures };
+        assert!(find(folder, &origin, zoom).is_none(), "nothing is there yet");
+        keep(folder, &origin, &made).unwrap();
+        let found = find(folder, &origin, zoom).unwrap();
+        assert_eq!(format!("{found:?}"), format!("{made:?}"), "NaN included");
+        assert!(find(folder, &origin, spheres).is_none());
+        for other in [
+            Origin { program: "2".to_owned(), ..origin.clone() },
+            Origin { device: "x".to_owned(), ..origin.clone() },
+            Origin { driver: "x".to_owned(), ..origin.clone() },
+            Origin { quick: false, ..origin.clone() },
+        ] {
+            assert!(find(folder, &other, zoom).is_none(), "{other:?}");
+        }
+        std::fs::remove_file(folder.join("kept/pictures/a.png")).unwrap();
+        assert!(find(folder, &origin, zoom).is_none(), "a picture is missing");
+    }
+}

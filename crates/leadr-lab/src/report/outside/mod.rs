@@ -1,0 +1,148 @@
+//! Truths by a renderer that this project did not write, stored beside this file by `scripts/external-truth`: block means of
+//! pictures, what they show, and how noisy they are.
+
+pub mod panoramas;
+pub mod reliefs;
+
+use glam::Vec3;
+use serde::Deserialize;
+
+use leadr_tools::error::LabError;
+use leadr_tools::metrics::Mask;
+
+use leadr_maps::{MapFault, RgbImage, decode_environment};
+use leadr_render::camera::Camera;
+use leadr_render::settings::Terms;
+
+/// What one truth shows, as the scripts write it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct OutsideCase {
+    /// `group/subject/…/terms`.
+    pub name: String,
+    /// `sphere` or `plane`.
+    pub scene: String,
+    /// Name of its panorama.
+    pub panorama: String,
+    /// Name of its height map.
+    pub relief: String,
+    /// Factor on the heights; 0 is flat.
+    pub scale: f32,
+    /// Beckmann roughness.
+    pub alpha: f32,
+    /// `specular` or `diffuse`: light of the environment.
+    pub terms: String,
+    /// Pixels of the whole picture.
+    pub size: [u32; 2],
+    camera: StoredCamera,
+    /// Pixels along a stored block.
+    pub block: u32,
+    /// Standard error of the truth's pixels, relative like rRMSE.
+    pub noise: f64,
+    /// Its first texel among those of all truths.
+    start: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+struct StoredCamera {
+    position: [f32; 3],
+    target: [f32; 3],
+    up: [f32; 3],
+    fov_degrees: f32,
+}
+
+impl OutsideCase {
+    /// Where it is seen from.
+    #[must_use]
+    pub fn camera(&self) -> Camera {
+        let StoredCamera { position, target, up, fov_degrees } = self.camera;
+        Camera { up: up.into(), ..Camera::looking_at(Vec3::from(position), Vec3::from(target), fov_degrees) }
+    }
+
+    /// The term of the light.
+    #[must_use]
+    pub fn terms(&self) -> Terms {
+        if self.terms == "diffuse" { Terms::DIFFUSE_ENVIRONMENT } else { Terms::SPECULAR_ENVIRONMENT }
+    }
+
+    /// The part of the name that its tables are grouped by: `sphere`, `flat` or `plane`.
+    #[must_use]
+    pub fn group(&self) -> &str {
+        self.name.split('/').next().unwrap_or_default()
+    }
+}
+
+/// A truth and the blocks of it that are judged.
+#[derive(Clone, Debug)]
+pub struct OutsideTruth {
+    /// What it shows.
+    pub case: OutsideCase,
+    /// Block means.
+    pub image: RgbImage,
+    /// Blocks wholly on the object.
+    pub mask: Mask,
+}
+
+/// All truths that are stored.
+///
+/// # Errors
+/// If the stored files do not fit each other.
+pub fn truths() -> Result<Vec<OutsideTruth>, LabError> {
+    let cases: Vec<OutsideCase> =
+        serde_json::from_str(include_str!("truths.json")).map_err(|e| LabError(format!("truths.json: {e}")))?;
+    let all = decode_environment(include_bytes!("truths.hdr")).map_err(|e| LabError(format!("truths.hdr: {e}")))?;
+    cases
+        .into_iter()
+        .map(|case| {
+            let [width, height] = case.size.map(|n| n / case.block.max(1));
+            let end = case.start + (width * height) as usize;
+            let texels = all.texels.get(case.start..end).map(<[_]>::to_vec);
+            let texels = texels.ok_or_else(|| LabError(format!("truths.hdr ends before {}", case.name)))?;
+            let inside = texels.iter().map(|t| t.iter().any(|&c| c > 0.0)).collect();
+            let image = RgbImage::new(width, height, texels).map_err(|e| LabError(format!("{}: {e}", case.name)))?;
+            Ok(OutsideTruth { case, image, mask: Mask { width, height, inside } })
+        })
+        .collect()
+}
+
+/// Means of blocks of `side × side` pixels.
+///
+/// # Errors
+/// If the picture is smaller than a block.
+pub fn block_means(image: &RgbImage, side: u32) -> Result<RgbImage, MapFault> {
+    let (width, height) = (image.width / side, image.height / side);
+    let mean = |x: u32, y: u32| {
+        let mut sum = [0.0f32; 3];
+        for (dx, dy) in (0..side * side).map(|i| (i % side, i / side)) {
+            let texel = image.at(x * side + dx, y * side + dy);
+            (0..3).for_each(|c| sum[c] += texel[c]);
+        }
+        sum.map(|s| s / (side * side) as f32)
+    };
+    RgbImage::new(width, height, (0..width * height).map(|i| mean(i % width, i / width)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_stored_is_whole_and_names_known_things() {
+        let truths = truths().unwrap();
+        assert!(truths.len() > 60, "{}", truths.len());
+        for OutsideTruth { case, image, mask } in &truths {
+            assert!(panoramas::NAMES.contains(&case.panorama.as_str()), "{}", case.panorama);
+            assert!(reliefs::NAMES.contains(&case.relief.as_str()), "{}", case.relief);
+            assert!(case.noise > 0.0 && case.noise < 0.1, "{}: {}", case.name, case.noise);
+            let share = mask.count() as f64 / mask.inside.len() as f64;
+            assert!((0.2..=1.0).contains(&share), "{}: {share}", case.name);
+            image.check_radiance().unwrap();
+            assert_eq!(case.camera().target.truncate(), glam::Vec2::ZERO);
+        }
+    }
+
+    #[test]
+    fn blocks_are_means() {
+        let image = RgbImage::new(4, 2, (0..8).map(|i| [i as f32, 1.0, 0.0]).collect()).unwrap();
+        assert_eq!(block_means(&image, 2).unwrap().texels, [[2.5, 1.0, 0.0], [4.5, 1.0, 0.0]]);
+    }
+}

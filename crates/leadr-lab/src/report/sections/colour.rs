@@ -1,0 +1,355 @@
+//! Paint that follows the relief: the whole picture at one sample.
+
+use glam::Vec3;
+use serde::Serialize;
+
+use crate::ray_cast::{Spectrum, Tile};
+use crate::report::section::Section;
+use crate::report::studio::{Studio, fault};
+use crate::report::subject::Subject;
+use crate::report::truth::Truth;
+use crate::report::verdict::{Shot, judge, without_grain};
+use leadr_maps::{MapFault, RgbImage};
+use leadr_render::camera::Camera;
+use leadr_render::scene::{MaterialMap, Object};
+use leadr_render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_scenes::plane::{even, plane};
+use leadr_scenes::stage::{Stage, Views};
+use leadr_tools::error::LabError;
+use leadr_tools::html::{Cell, Html, Table, number};
+use leadr_tools::metrics::Mask;
+
+const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), red on grey: on the tops, in the cracks, on the slopes that \
+    face one way, and nowhere. Near, a pixel sees about three bumps, far about fifty. One sample of LEADR under sky and sun is compared with the supersampled \
+    reference whose bumps shadow each other: with colours that follow the relief, and with colours and light filtered \
+    apart from each other (--relief-color off). The goal is a fifth of that error. The mean colour is the share of red, green and blue in \
+    the light of the whole picture, so that neither brightness nor the place of a few bumps counts. Over the pixels, both count. Pictures of \
+    several reliefs of the same kind are averaged, since which few bumps a pixel sees is an accident; the error of a single relief stands beside it. \
+    What is left of that accident in the mean, and of the noise of the truth, is taken off the errors of the pixels by which the goal is judged. Where nothing is painted, what is left is what the model of masking \
+    and shadowing gets wrong about brightness, and no colour can be nearer than that.";
+
+/// The part of the error of independent filtering that is the goal.
+const GOAL: f64 = 0.2;
+const RED: [u8; 4] = [200, 25, 20, 128];
+const GREY: [u8; 4] = [110, 120, 130, 128];
+/// Texels of the tile, which is one repeat of the plane.
+const TEXELS: u32 = 256;
+/// How many of them a pixel is wide. Pixels of the truth are as wide as near ones; those of far truths are blocks of them.
+const DISTANCES: [(u32, &str); 2] = [(NEAR, "near"), (FAR, "far")];
+const NEAR: u32 = 16;
+const FAR: u32 = 64;
+/// Samples of a pixel of the truth, which covers 256 texels or more.
+const SAMPLES: u32 = 64;
+const QUICK_SAMPLES: u32 = 16;
+const SIGMA: f32 = 0.6;
+/// Reliefs whose pictures are averaged. Grain is told by them, so even a quick report draws several.
+const RELIEFS: u32 = 8;
+const QUICK_RELIEFS: u32 = 3;
+const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
+
+/// What is red.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+enum Paint {
+    Tops,
+    Cracks,
+    OneSide,
+    Nothing,
+}
+
+const PAINTS: [(Paint, &str); 4] =
+    [(Paint::Tops, "tops"), (Paint::Cracks, "cracks"), (Paint::OneSide, "one side"), (Paint::Nothing, "nothing")];
+
+#[derive(Serialize)]
+struct Entry {
+    paint: Paint,
+    texels_per_pixel: u32,
+    degrees: f32,
+    followed: f64,
+    apart: f64,
+    mean_followed: f64,
+    mean_apart: f64,
+    noise: f64,
+    /// As `followed` and `apart`, of single reliefs: their mean.
+    followed_one: f64,
+    apart_one: f64,
+    /// Of the filter ([`without_grain`]).
+    followed_filter: f64,
+    apart_filter: f64,
+}
+
+/// A view of one relief: the truth, and one sample with colours that follow it and with colours filtered apart.
+struct Shown {
+    truth: Shot,
+    followed: Shot,
+    apart: Shot,
+}
+
+impl Shown {
+    /// The mean of views of several reliefs, whose truths are independent.
+    fn mean(all: &[Self]) -> Result<Self, MapFault> {
+        let each = |of: fn(&Self) -> &Shot| all.iter().map(|one| of(one).clone()).collect::<Vec<_>>();
+        Ok(Self {
+            truth: Shot::mean_of_truths(&each(|one| &one.truth))?,
+            followed: Shot::mean(&each(|one| &one.followed))?,
+            apart: Shot::mean(&each(|one| &one.apart))?,
+        })
+    }
+
+    /// Relative RMSE over the pixels of both.
+    fn errors(&self) -> Result<[f64; 2], MapFault> {
+        let of = |shot| Ok(judge(&self.truth, shot, 1.0)?.object.rrmse);
+        Ok([of(&self.followed)?, of(&self.apart)?])
+    }
+}
+
+/// The share of each channel in the light of the object.
+fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
+    let inside = image.texels.iter().zip(&object.inside).filter(|&(_, &inside)| inside);
+    let sums = inside.fold([0.0; 3], |sums, (texel, _)| [0, 1, 2].map(|c| sums[c] + f64::from(texel[c])));
+    let all = sums.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    sums.map(|sum| sum / all)
+}
+
+/// The distance of two colours, relative to the first.
+fn apart_by(truth: [f64; 3], found: [f64; 3]) -> f64 {
+    let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    length([0, 1, 2].map(|c| found[c] - truth[c])) / length(truth)
+}
+
+fn painted(tile: &Tile, paint: Paint) -> Object {
+    let heights = tile.heights();
+    let mut order: Vec<usize> = (0..heights.len()).collect();
+    order.sort_by(|&a, &b| heights[a].total_cmp(&heights[b]));
+    let n = tile.size() as usize;
+    let mut colors = vec![GREY; heights.len()];
+    for (below, &i) in order.iter().enumerate() {
+        let rank = below as f32 / heights.len() as f32;
+        let rise = heights[i / n * n + (i + 1) % n] - heights[i / n * n + (i + n - 1) % n];
+        let red = match paint {
+            Paint::Tops => rank > 0.7,
+            Paint::Cracks => rank < 0.3,
+            Paint::OneSide => rise > 0.0,
+            Paint::Nothing => false,
+        };
+        if red {
+            colors[i] = RED;
+        }
+    }
+    let field = HeightField { width: TEXELS, height: TEXELS, texels: heights.to_vec(), border: Border::Wrap };
+    // Half a repeat around the one that is seen throws its shadows.
+    Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
+        .with_heights(field, SIGMA / TEXELS as f32)
+        .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
+        .with_specular_f0(0.0)
+        .with_relief_color()
+}
+
+/// From so far away that rays are parallel, about one repeat of the relief; and the size of its far picture.
+fn seen(degrees: f32) -> (Camera, (u32, u32)) {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let columns = TEXELS / FAR;
+    let rows = ((columns as f32 * cosine).round() as u32).max(1);
+    let (toward, distance) = (Vec3::new(0.8 * sine, -0.6 * sine, cosine), 200.0);
+    let fov = 2.0 * (0.5 * rows as f32 / columns as f32 / distance).atan().to_degrees();
+    // A repeat, turned, reaches beyond the plane's corners.
+    let fov = 0.9 * fov;
+    (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
+}
+
+/// A relief from `degrees` at all distances.
+fn shown(
+    studio: &Studio,
+    subject: &mut Subject,
+    degrees: f32,
+    seed: u64,
+) -> Result<[Shown; DISTANCES.len()], LabError> {
+    let (camera, (columns, rows)) = seen(degrees);
+    let state = subject.seen_by(&camera);
+    let size = |per_pixel: u32| (columns * FAR / per_pixel, rows * FAR / per_pixel);
+    let settings = Truth::Shadowed.settings(size(NEAR), studio.pick(QUICK_SAMPLES, SAMPLES), seed);
+    let truth = studio.shoot_truth(&mut subject.renderer, &state, &RenderSettings { shadows: false, ..settings })?;
+    let mut at = |per_pixel: u32| -> Result<Shown, LabError> {
+        let mut one = |relief_color| {
+            let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
+            let settings =
+                RenderSettings { size: size(per_pixel), samples: 1, shading, shadows: false, ..Default::default() };
+            studio.shoot(&mut subject.renderer, &state, &settings)
+        };
+        let truth = truth.of_blocks(per_pixel / NEAR).map_err(fault)?;
+        Ok(Shown { truth, followed: one(true)?, apart: one(false)? })
+    };
+    Ok([at(NEAR)?, at(FAR)?])
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
+    let reliefs = studio.pick(QUICK_RELIEFS, RELIEFS);
+    studio.steps(PAINTS.len() * DEGREES.len() * reliefs as usize);
+    for (paint, name) in PAINTS {
+        let mut pictures: [[Vec<Shown>; DEGREES.len()]; DISTANCES.len()] = Default::default();
+        for relief in 1..=reliefs {
+            let camera = seen(45.0).0;
+            let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, u64::from(relief));
+            let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
+            let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
+            for (angle, degrees) in DEGREES.into_iter().enumerate() {
+                for (distance, shown) in
+                    shown(studio, &mut subject, degrees, u64::from(relief))?.into_iter().enumerate()
+                {
+                    pictures[distance][angle].push(shown);
+                }
+                studio.step();
+            }
+        }
+        for ((per_pixel, distance), pictures) in DISTANCES.into_iter().zip(&pictures) {
+            let mut table = Table::new(
+                format!(
+                    "Painted: {name}, {distance}; rRMSE of the whole picture, reliefs: {reliefs}, against {} samples of the reference in each pixel of {NEAR} texels",
+                    studio.pick(QUICK_SAMPLES, SAMPLES)
+                ),
+                [
+                    "seen from",
+                    "truth",
+                    "following the relief",
+                    "apart",
+                    "rRMSE",
+                    "rRMSE apart",
+                    "without grain",
+                    "apart",
+                    "part",
+                    "part of single reliefs",
+                    "mean colour",
+                    "mean colour apart",
+                    "part",
+                    "noise",
+                ],
+            );
+            let seen_there = entries.len();
+            for (degrees, all) in DEGREES.into_iter().zip(pictures) {
+                let file = |what: &str| format!("colour-{}-{distance}-{degrees}-{what}", name.replace(' ', "-"));
+                let mean = Shown::mean(all).map_err(fault)?;
+                let mut figures = Vec::new();
+                for (shot, word) in [(&mean.truth, "truth"), (&mean.followed, "following"), (&mean.apart, "apart")] {
+                    let figure = studio.picture(&file(word), &shot.image, 1.0, word, vec![])?;
+                    figures.push(Cell::Figure(figure.enlarged(per_pixel / 2)));
+                }
+                let object = mean.truth.object().map_err(fault)?;
+                let color = mean_color(&mean.truth.image, &object);
+                let [mean_followed, mean_apart] =
+                    [&mean.followed, &mean.apart].map(|shot| apart_by(color, mean_color(&shot.image, &object)));
+                let [followed, apart] = mean.errors().map_err(fault)?;
+                let singles: Vec<_> = all.iter().map(Shown::errors).collect::<Result<_, _>>().map_err(fault)?;
+                let [followed_one, apart_one] =
+                    [0, 1].map(|i| singles.iter().map(|errors| errors[i]).sum::<f64>() / singles.len() as f64);
+                let [followed_filter, apart_filter] = [(0, followed), (1, apart)]
+                    .map(|(i, mean)| without_grain(mean, &singles.iter().map(|errors| errors[i]).collect::<Vec<_>>()));
+                let part = mean_followed / mean_apart;
+                let numbers = [
+                    followed,
+                    apart,
+                    followed_filter,
+                    apart_filter,
+                    followed_filter / apart_filter,
+                    followed_one / apart_one,
+                    mean_followed,
+                    mean_apart,
+                    part,
+                    mean.truth.noise,
+                ];
+                table.row(
+                    std::iter::once(Cell::from(format!("{degrees}°"))).chain(figures).chain(numbers.map(Cell::from)),
+                );
+                entries.push(Entry {
+                    paint,
+                    texels_per_pixel: per_pixel,
+                    degrees,
+                    followed,
+                    apart,
+                    mean_followed,
+                    mean_apart,
+                    noise: mean.truth.noise,
+                    followed_one,
+                    apart_one,
+                    followed_filter,
+                    apart_filter,
+                });
+            }
+            html.table(&table);
+            findings.push(finding(&format!("{name}, {distance}"), &entries[seen_there..]));
+        }
+    }
+    Section::new(INTRO, findings, &html, &entries)
+}
+
+/// Of all views of a paint at a distance.
+fn finding(name: &str, entries: &[Entry]) -> String {
+    let rms = |error: fn(&Entry) -> f64| {
+        (entries.iter().map(|entry| error(entry).powi(2)).sum::<f64>() / entries.len() as f64).sqrt()
+    };
+    let verdict = |followed: f64, apart: f64| {
+        let kept = if followed <= GOAL * apart { "kept" } else { "missed" };
+        format!("{} of it; the goal of {} is {kept}", number(followed / apart), number(GOAL))
+    };
+    let (followed, apart) = (rms(|entry| entry.followed), rms(|entry| entry.apart));
+    let (mean, mean_apart) = (rms(|entry| entry.mean_followed), rms(|entry| entry.mean_apart));
+    let (filter, filter_apart) = (rms(|entry| entry.followed_filter), rms(|entry| entry.apart_filter));
+    let verdicts = if entries.iter().all(|entry| entry.paint == Paint::Nothing) {
+        ["which is the model's error of brightness".to_owned(), "as they must where nothing is painted".to_owned()]
+    } else {
+        [verdict(filter, filter_apart), verdict(mean, mean_apart)]
+    };
+    format!(
+        "Painted: {name}. From 15° to 80° the mean colour of one sample errs by {} where colours follow the relief and by {} where they are \
+         filtered apart, {}. Its pixels err by {} and by {}; without grain and noise by {} and by {}, {} (noise of the truth {}); those of a single relief by {} and by {}.",
+        number(mean),
+        number(mean_apart),
+        verdicts[1],
+        number(followed),
+        number(apart),
+        number(filter),
+        number(filter_apart),
+        verdicts[0],
+        number(rms(|entry| entry.noise)),
+        number(rms(|entry| entry.followed_one)),
+        number(rms(|entry| entry.apart_one))
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paint_covers_what_it_says() {
+        let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
+        for (paint, share) in [(Paint::Tops, 0.3), (Paint::Cracks, 0.3), (Paint::OneSide, 0.5), (Paint::Nothing, 0.0)] {
+            let object = painted(&tile, paint);
+            let colors = &object.material.as_ref().unwrap().colors;
+            let red = colors.iter().filter(|texel| **texel == RED).count() as f32 / colors.len() as f32;
+            assert!((red - share).abs() < 0.02, "{paint:?}: {red}");
+        }
+    }
+
+    #[test]
+    fn goals_are_kept_and_missed() {
+        let entry = |followed, followed_filter| Entry {
+            paint: Paint::Tops,
+            texels_per_pixel: NEAR,
+            degrees: 15.0,
+            followed,
+            apart: 0.5,
+            mean_followed: followed / 10.0,
+            mean_apart: 0.05,
+            noise: 0.0,
+            followed_one: followed,
+            apart_one: 0.5,
+            followed_filter,
+            apart_filter: 0.5,
+        };
+        assert_eq!(finding("tops", &[entry(0.05, 0.05)]).matches("is kept").count(), 2);
+        assert_eq!(finding("tops", &[entry(0.2, 0.2)]).matches("is missed").count(), 2);
+        // The goal of pixels is that of the filter.
+        assert_eq!(finding("tops", &[entry(0.11, 0.09)]).matches("is kept").count(), 1);
+    }
+}

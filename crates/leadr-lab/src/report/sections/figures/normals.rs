@@ -1,0 +1,102 @@
+//! Figures 1 and 2 of the supplement: from normals to slopes, and from the density of slopes to Beckmann's of normals.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+use super::page::Page;
+use crate::report::studio::Studio;
+use leadr_reflectance::facets::beckmann::{Beckmann, beckmann_p22};
+use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
+use leadr_reflectance::quadrature::composite_gauss;
+use leadr_tools::error::LabError;
+use leadr_tools::html::{Plot, Scale, number};
+
+const AZIMUTH: f64 = 0.7;
+/// Beckmann roughness of the second figure.
+const ALPHA: f64 = 0.5;
+
+fn slope_of(n: DVec3) -> DVec2 {
+    -n.xy() / n.z
+}
+
+/// Area of slopes per solid angle of normals at `theta`, by differences.
+fn jacobian(theta: f64) -> f64 {
+    const STEP: f64 = 1e-5;
+    let ((st, ct), (sp, cp)) = (theta.sin_cos(), AZIMUTH.sin_cos());
+    let n = DVec3::new(st * cp, st * sp, ct);
+    let change = |along: DVec3| {
+        let at = |step: f64| slope_of((n + along * step).normalize());
+        (at(STEP) - at(-STEP)) / (2.0 * STEP)
+    };
+    let polar = change(DVec3::new(ct * cp, ct * sp, -st));
+    polar.perp_dot(change(DVec3::new(-sp, cp, 0.0))).abs()
+}
+
+/// `exp(−tan²θ / α²) / (π α² cos⁴θ)`, as Beckmann's distribution is usually written.
+fn closed_form(theta: f64) -> f64 {
+    let square = ALPHA * ALPHA;
+    (-theta.tan().powi(2) / square).exp() / (PI * square * theta.cos().powi(4))
+}
+
+pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
+    page.begin(
+        "Supplement Figure 1",
+        "How much area of slopes belongs to a solid angle of normals: by differences of the slope over the sphere, and the closed form 1 / cos³θ.",
+    );
+    let angles = || (0..=85).map(|degrees| (f64::from(degrees), f64::from(degrees).to_radians()));
+    let mut plot =
+        Plot::new("Jacobian of the normal-to-slope map", ("θ, degrees", Scale::Linear), ("Jacobian", Scale::Log));
+    plot.line("by differences", angles().map(|(degrees, theta)| (degrees, jacobian(theta))).collect());
+    plot.guide("1 / cos³θ", angles().map(|(degrees, theta)| (degrees, theta.cos().powi(-3))).collect());
+    page.html.plot(&plot);
+    let worst = angles().map(|(_, theta)| (jacobian(theta) * theta.cos().powi(3) - 1.0).abs()).fold(0.0, f64::max);
+    page.check("largest relative difference up to 85°", worst);
+    page.find(&format!("the Jacobian by differences is 1 / cos³θ to {} up to 85°.", number(worst)));
+
+    page.begin(
+        "Supplement Figure 2",
+        "Beckmann's density of normals for α = .5: the Gaussian density of slopes over cos⁴θ, and Beckmann's own form. The lower line is the density of slopes alone.",
+    );
+    let facets = Beckmann::isotropic(DVec2::ZERO, ALPHA);
+    let s = facets.covariance();
+    let normal = |theta: f64| DVec3::new(theta.sin() * AZIMUTH.cos(), theta.sin() * AZIMUTH.sin(), theta.cos());
+    let slopes = |theta: f64| beckmann_p22(slope_of(normal(theta)), DVec2::ZERO, s);
+    let of_slopes = |theta: f64| slopes(theta) / theta.cos().powi(4);
+    let mut plot =
+        Plot::new("Beckmann's D of Gaussian slopes", ("θ, degrees", Scale::Linear), ("density", Scale::Linear));
+    let line = |of: &dyn Fn(f64) -> f64| angles().map(|(degrees, theta)| (degrees, of(theta))).collect();
+    plot.line("P22 / cos⁴θ", line(&of_slopes));
+    plot.line("P22", line(&slopes));
+    plot.guide("exp(−tan²θ / α²) / (π α² cos⁴θ)", line(&closed_form));
+    page.html.plot(&plot);
+    let peak = angles().map(|(_, theta)| closed_form(theta)).fold(0.0, f64::max);
+    let worst = |of: &dyn Fn(f64) -> f64| {
+        angles().map(|(_, theta)| (of(theta) - closed_form(theta)).abs() / peak).fold(0.0, f64::max)
+    };
+    let (by_slopes, by_library) = (worst(&of_slopes), worst(&|theta| facets.ndf(normal(theta))));
+    let whole = composite_gauss(0.0, 0.5 * PI, 64, 8);
+    let area: f64 =
+        whole.iter().map(|&(theta, w)| w * TAU * theta.sin() * theta.cos() * facets.ndf(normal(theta))).sum();
+    page.check("largest difference relative to the peak", by_slopes.max(by_library));
+    page.check("projected area of the facets", area);
+    page.find(&format!(
+        "both forms differ by at most {} of the peak, the library's D by {}; its facets project to an area of 1 {} {}.",
+        number(by_slopes),
+        number(by_library),
+        if area < 1.0 { "−" } else { "+" },
+        number((area - 1.0).abs())
+    ));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_see_the_jacobian() {
+        assert!((jacobian(1.0) * 1f64.cos().powi(3) - 1.0).abs() < 1e-7);
+        assert!((jacobian(0.0) - 1.0).abs() < 1e-7);
+    }
+}

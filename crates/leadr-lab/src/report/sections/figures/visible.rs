@@ -1,0 +1,171 @@
+//! LEADR Figure 2: which slopes a viewer sees.
+
+use std::array::from_fn;
+
+use glam::{DVec2, DVec3};
+
+use super::page::Page;
+use crate::ray_cast::{Patch, Spectrum, Tile};
+use crate::report::studio::Studio;
+use leadr_reflectance::facets::beckmann::beckmann_p22;
+use leadr_reflectance::facets::projected_area::visible_area;
+use leadr_reflectance::quadrature::composite_gauss;
+use leadr_reflectance::slopes::grid::facet_area;
+use leadr_tools::error::LabError;
+use leadr_tools::html::{Plot, Scale, Table, number};
+
+/// Standard deviation of the slopes.
+const SIGMA: f64 = 0.5;
+/// Degrees between the viewer and the mean normal.
+const ANGLES: [f64; 3] = [0.0, 45.0, 80.0];
+const BINS: usize = 40;
+/// The slopes that are counted, in standard deviations to either side.
+const REACH: f64 = 4.0;
+/// Cells of the profile that are drawn.
+const SHOWN: usize = 160;
+
+/// Lower and upper end of a bin.
+fn bin(k: usize) -> (f64, f64) {
+    let edge = |k: usize| SIGMA * REACH * (2.0 * k as f64 / BINS as f64 - 1.0);
+    (edge(k), edge(k + 1))
+}
+
+fn viewer(degrees: f64) -> DVec3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    DVec3::new(sin, 0.0, cos)
+}
+
+/// The share of the visible area in each bin of the slope along the view: `max(0, wo·(−x, −y, 1)) P22 / A`, integrated over the other slope.
+fn predicted(wo: DVec3) -> [f64; BINS] {
+    let s = DVec3::new(SIGMA * SIGMA, SIGMA * SIGMA, 0.0);
+    let area = visible_area(wo, DVec2::ZERO, s);
+    let across = composite_gauss(-6.0 * SIGMA, 6.0 * SIGMA, 12, 4);
+    from_fn(|k| {
+        let (low, high) = bin(k);
+        let along = composite_gauss(low, high, 1, 4);
+        let pairs = along.iter().flat_map(|&(x, u)| across.iter().map(move |&(y, v)| (DVec2::new(x, y), u * v)));
+        pairs.map(|(slope, w)| w * facet_area(wo, slope) * beckmann_p22(slope, DVec2::ZERO, s)).sum::<f64>() / area
+    })
+}
+
+/// The same by rays on random surfaces.
+fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError> {
+    let mut mean = [0.0; BINS];
+    for (tile, seed) in tiles.iter().zip(1..) {
+        let patch = Patch::new(tile, DVec2::ZERO, DVec3::new(SIGMA * SIGMA, SIGMA * SIGMA, 0.0));
+        let seen = patch.mean_over_visible::<BINS>(wo, rays, seed, |facet, _| {
+            let at = (facet.slope.x / (SIGMA * REACH) * 0.5 + 0.5) * BINS as f64;
+            from_fn(|k| f64::from(at.floor() == k as f64))
+        });
+        let seen = seen.ok_or_else(|| LabError("a viewer above the surface sees none of it".to_owned()))?;
+        mean = from_fn(|k| mean[k] + seen.mean[k] / tiles.len() as f64);
+    }
+    Ok(mean)
+}
+
+/// Half of the summed differences: the largest difference that any event can have in probability.
+fn total_variation(a: &[f64; BINS], b: &[f64; BINS]) -> f64 {
+    0.5 * a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>()
+}
+
+/// The heights of a row of the tile, and those that are seen along it: a point is hidden by what rises above its line of sight.
+fn profile(tile: &Tile, degrees: f64) -> (Vec<f64>, Vec<bool>) {
+    let row = &tile.heights()[..tile.size() as usize];
+    let heights: Vec<f64> = row.iter().map(|&h| SIGMA * f64::from(h)).collect();
+    let cot = degrees.to_radians().tan().recip();
+    let mut highest = f64::NEG_INFINITY;
+    let mut seen: Vec<bool> = heights
+        .iter()
+        .enumerate()
+        .rev()
+        .map(|(x, h)| {
+            let level = h - x as f64 * cot;
+            let seen = level >= highest;
+            highest = highest.max(level);
+            seen
+        })
+        .collect();
+    seen.reverse();
+    (heights, seen)
+}
+
+pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
+    page.begin(
+        "LEADR Figure 2",
+        "A Gaussian surface whose slopes deviate by .5, seen from 0°, 45° and 80°: the slopes that are seen, as the model has them and as counted by rays. \
+        The viewer is on the side of positive x, whose facets have negative slopes. The profile is a cut through the surface; its bold parts are those that \
+        the viewer at 80° sees of the cut.",
+    );
+    let (count, size, rays) = studio.pick((1, 256, 256), (4, 1024, 1024));
+    let tiles: Vec<Tile> = (1..=count).map(|seed| Tile::new(Spectrum::Gaussian, size, 8.0, seed)).collect();
+    let (heights, seen) = profile(&tiles[0], ANGLES[2]);
+    let mut cut =
+        Plot::new("A profile, seen from 80° on the right", ("cells", Scale::Linear), ("height, cells", Scale::Linear));
+    let points = |shown: &dyn Fn(usize) -> bool| {
+        let at = |x: usize| (x as f64, if shown(x) { heights[x] } else { f64::NAN });
+        (0..SHOWN.min(heights.len())).map(at).collect()
+    };
+    cut.guide("profile", points(&|_| true));
+    cut.line("seen from 80°", points(&|x| seen[x]));
+    page.html.plot(&cut);
+    let mut plot = Plot::new(
+        "Visible slopes: model (lines) and counted (dashed)",
+        ("slope along the view", Scale::Linear),
+        ("density", Scale::Linear),
+    );
+    let mut table = Table::new(
+        "Total variation distance between distributions of the slope along the view, 0 to 1",
+        ["angle", "counted – model", "counted – all slopes, seen or not"],
+    );
+    let all = predicted(DVec3::Z);
+    let mut distances = Vec::new();
+    for degrees in ANGLES {
+        let wo = viewer(degrees);
+        let (model, found) = (predicted(wo), counted(&tiles, wo, rays)?);
+        let line = |shares: &[f64; BINS]| {
+            let at = |k: usize| (0.5 * (bin(k).0 + bin(k).1), shares[k] / (bin(k).1 - bin(k).0));
+            (0..BINS).map(at).collect()
+        };
+        plot.line(&format!("model, {degrees}°"), line(&model));
+        plot.guide(&format!("counted, {degrees}°"), line(&found));
+        let (distance, blind) = (total_variation(&found, &model), total_variation(&found, &all));
+        page.check(format!("total variation distance, {degrees}°"), distance);
+        page.check(format!("total variation distance to all slopes, {degrees}°"), blind);
+        table.row([format!("{degrees}°").into(), distance.into(), blind.into()]);
+        distances.push(format!(
+            "{} at {degrees}° ({} if every slope counted as seen)",
+            number(distance),
+            number(blind)
+        ));
+    }
+    page.html.plot(&plot);
+    page.html.table(&table);
+    page.find(&format!(
+        "the slopes that rays count differ from the model's by a total variation distance of {}.",
+        distances.join(", ")
+    ));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_sum_to_one_and_lean_to_the_viewer() {
+        let [front, steep] = [0.0, 80.0].map(|degrees| predicted(viewer(degrees)));
+        for shares in [&front, &steep] {
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-3, "{shares:?}");
+        }
+        assert!(total_variation(&front, &steep) > 0.3);
+        assert!(steep[..BINS / 2].iter().sum::<f64>() > 0.9);
+    }
+
+    #[test]
+    fn a_profile_is_seen_whole_from_above_and_in_part_from_the_side() {
+        let tile = Tile::new(Spectrum::Gaussian, 64, 8.0, 1);
+        let seen = |degrees: f64| profile(&tile, degrees).1.iter().filter(|&&seen| seen).count();
+        assert_eq!(seen(1.0), 64);
+        assert!((1..50).contains(&seen(85.0)), "{}", seen(85.0));
+    }
+}

@@ -1,0 +1,465 @@
+//! Measured materials: their facets by power iteration, and how they look displaced, near and far.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec2;
+use serde::Serialize;
+
+use crate::extraction_study::{Extraction, brushed, round};
+use crate::report::look::Look;
+use crate::report::section::Section;
+use crate::report::shared::shared;
+use crate::report::studio::{Studio, fault};
+use crate::report::subject::{Subject, framed_from};
+use crate::report::truth::Truth;
+use crate::report::verdict::{SILHOUETTE, Shot, judge, without_grain};
+use leadr_maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
+use leadr_maps::{HeightMap, MapFault, RgbImage, procedural};
+use leadr_measured::Measured;
+use leadr_reflectance::extraction::fit::{Fit, FitOptions, fit};
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::materials::brdf::Brdf;
+use leadr_render::settings::{RenderSettings, Technique, Terms};
+use leadr_scenes::dressed::sphere_stage;
+use leadr_scenes::stage::SPHERE_REPEAT;
+use leadr_tools::error::LabError;
+use leadr_tools::fit::specimen::{Lacquer, as_beckmann, dressed};
+use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
+use leadr_tools::html::{Cell, Html, Plot, Scale, Table, number};
+use leadr_tools::metrics::Mask;
+use leadr_tools::metrics::compare::{bias_over, rrmse_over};
+
+const INTRO: &str = "Facets of known slopes found again by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured materials \
+    and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
+    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. Bumps \
+    let all light through there, in the truth and in what is compared with it; once, far away, all their shadows are in the truth, and the program's defaults stand beside it. \
+    Narrow lobes show which facets a pixel happens to have: each far sphere is drawn with several reliefs of the same kind, and their mean has less of that accident, and what is left of it is taken off the error by which the goal is judged. \
+    Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
+
+/// Roughnesses of Table 4.I, with the thesis' largest errors.
+const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
+/// Brushed slopes of the timings.
+const BRUSHED: DVec2 = DVec2::new(0.1, 0.3);
+/// The goal far away.
+const GOAL: f64 = 0.03;
+/// Metres for a unit of height: bumps whose slopes deviate by .25, and grooves of 4 mm.
+const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
+/// Width of the bumps as a part of a repeat.
+const FEATURE: f32 = 0.006;
+/// Where a displaced sphere is seen from.
+#[derive(Clone, Copy)]
+struct Place {
+    name: &'static str,
+    /// Pixels of the truth along a pixel of the picture, and how many times as far the view is as the middle one; 1 is the near view.
+    block: u32,
+    /// Whether bumps hide light from each other: in the truth, and by default in what is compared with it. Otherwise in neither.
+    shadowed: bool,
+    /// Samples of the truth for each of its pixels, of all reliefs together.
+    samples: u32,
+    /// Reliefs.
+    reliefs: u32,
+}
+
+/// Far pictures are 14 pixels wide: of the sphere, a pixel sees some 3,600 texels of relief.
+const PLACES: [Place; 3] = [
+    Place { name: "near", block: 1, shadowed: false, samples: 64, reliefs: 1 },
+    Place { name: "far", block: 14, shadowed: false, samples: 64, reliefs: 8 },
+    Place { name: "far, shadowed", block: 14, shadowed: true, samples: 32, reliefs: 8 },
+];
+
+/// A material and its fit.
+struct Specimen {
+    name: String,
+    material: Box<dyn Brdf + Sync>,
+    fit: Fit,
+}
+
+/// Errors of spheres of one material.
+#[derive(Serialize)]
+struct SphereRow {
+    material: String,
+    form: &'static str,
+    rrmse: f64,
+    delta_e: f64,
+}
+
+/// Error of one displaced sphere.
+#[derive(Serialize)]
+struct DisplacedRow {
+    material: String,
+    relief: &'static str,
+    place: &'static str,
+    form: &'static str,
+    /// Of the mean of all reliefs.
+    rrmse: f64,
+    bias: f64,
+    noise: f64,
+    /// The mean of those of single reliefs.
+    rrmse_of_one: f64,
+    /// Of the filter ([`without_grain`]).
+    rrmse_of_filter: f64,
+}
+
+#[derive(Serialize)]
+struct Data {
+    table: Vec<(f64, f64)>,
+    round: Vec<Extraction>,
+    brushed: Vec<Extraction>,
+    spheres: Vec<SphereRow>,
+    displaced: Vec<DisplacedRow>,
+}
+
+fn specimens() -> Result<Vec<Specimen>, LabError> {
+    let fitted = |name: &str, material: Box<dyn Brdf + Sync>, isotropic: bool| {
+        let fit = fit(&*material, isotropic, &FitOptions::default(), &mut |_| ())
+            .ok_or_else(|| LabError(format!("{name} scatters nothing back")))?;
+        Ok::<_, LabError>(Specimen { name: name.to_owned(), material, fit })
+    };
+    let mut all = vec![fitted("lacquer", Box::<Lacquer>::default(), true)?];
+    let Some(folder) = shared("brdf/rgl_bsdf") else { return Ok(all) };
+    for file in measured_files(&folder)? {
+        let measured = Measured::load(&file)?;
+        let stem = file.file_stem().map(|stem| stem.to_string_lossy().replace('_', "-")).unwrap_or_default();
+        let isotropic = measured.is_isotropic();
+        all.push(fitted(&stem, Box::new(measured), isotropic)?);
+    }
+    Ok(all)
+}
+
+fn measured_files(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| LabError(format!("{}: {e}", folder.display())))?;
+    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    files.retain(|file| file.extension().is_some_and(|ending| ending == "bsdf"));
+    files.sort();
+    Ok(files)
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let (mut html, mut findings) = (Html::new(), Vec::new());
+    let table = known(studio, &mut html, &mut findings)?;
+    let (round, brushed) = timings(studio, &mut html);
+    let all = specimens()?;
+    let spheres = compared(studio, &all, &mut html, &mut findings)?;
+    let displaced = displaced(studio, &all, &mut html, &mut findings)?;
+    roughened(studio, &all[0], &mut html, &mut findings)?;
+    Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, displaced })
+}
+
+/// Table 4.I.
+fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result<Vec<(f64, f64)>, LabError> {
+    let angles = studio.pick(90, 360);
+    let mut table = Table::new(
+        format!("Beckmann slopes found again from {angles} angles: largest relative error of the backscattering"),
+        ["α", "here", "thesis, 360 angles"],
+    );
+    let mut errors = Vec::new();
+    for (alpha, thesis) in TABLE_4_I {
+        let found = round(alpha, angles).ok_or_else(|| LabError("nothing was found again".to_owned()))?;
+        table.row([alpha, found.error, thesis].map(Cell::from));
+        errors.push((alpha, found.error));
+    }
+    html.table(&table);
+    let worst = errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
+    findings.push(format!("Known slopes are found again to {}; the thesis has up to 0.03.", number(worst)));
+    Ok(errors)
+}
+
+/// Figure 4.5.
+fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction>) {
+    let counts: &[usize] = studio.pick(&[16, 48], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
+    let of_round: Vec<Extraction> = counts.iter().filter_map(|&n| round(0.05, n)).collect();
+    let counts: &[usize] = studio.pick(&[16, 32], &[16, 24, 32, 48, 64, 90]);
+    let of_brushed: Vec<Extraction> = counts.iter().filter_map(|&n| brushed(BRUSHED, n, n)).collect();
+    let angles = ("angles at which the material is asked", Scale::Log);
+    let mut time = Plot::new("How long extraction takes", angles, ("milliseconds", Scale::Log));
+    let mut error = Plot::new("How exact it is", angles, ("largest relative error of the backscattering", Scale::Log));
+    for (name, rows) in [("round, α .05", &of_round), ("brushed, α .1 and .3, as many azimuths", &of_brushed)] {
+        let points = |of: fn(&Extraction) -> f64| rows.iter().map(|row| (row.angles as f64, of(row))).collect();
+        time.line(name, points(|row| 1e3 * row.seconds));
+        error.line(name, points(|row| row.error.max(1e-9)));
+    }
+    html.plot(&time);
+    html.plot(&error);
+    (of_round, of_brushed)
+}
+
+/// Figure 4.2.
+fn compared(
+    studio: &mut Studio,
+    all: &[Specimen],
+    html: &mut Html,
+    findings: &mut Vec<String>,
+) -> Result<Vec<SphereRow>, LabError> {
+    let size = studio.pick(48, 128);
+    let mut rows = Vec::new();
+    let mut table = Table::new(
+        "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown",
+        [
+            "material",
+            "measured, fitted, backscattering alone, GGX, Beckmann",
+            "fitted",
+            "backscattering",
+            "GGX",
+            "Beckmann",
+        ],
+    );
+    for Specimen { name, material, fit } in all {
+        let (ggx, beckmann) = (fit.as_ggx(), fit.as_beckmann());
+        let materials: [&(dyn Brdf + Sync); 5] = [&**material, &fit.fitted, &fit.thesis, &ggx, &beckmann];
+        let images = spheres(&materials, &ggx, size);
+        let figure = studio.picture(&format!("measured-{name}"), &contact_sheet(&images), 1.0, name, Vec::new())?;
+        let errors: Vec<_> = images[1..].iter().map(|image| sphere_error(&images[0], image)).collect();
+        let shown = errors.iter().map(|e| Cell::from(format!("{}, ΔE {}", number(e.rrmse), number(e.delta_e))));
+        table.row([Cell::from(name.as_str()), Cell::Figure(figure)].into_iter().chain(shown));
+        for (form, error) in ["fitted", "backscattering alone", "GGX", "Beckmann"].into_iter().zip(&errors) {
+            rows.push(SphereRow { material: name.clone(), form, rrmse: error.rrmse, delta_e: error.delta_e });
+        }
+    }
+    html.table(&table);
+    for form in ["fitted", "backscattering alone", "GGX", "Beckmann"] {
+        let of: Vec<&SphereRow> = rows.iter().filter(|row| row.form == form).collect();
+        let mean = |value: fn(&SphereRow) -> f64| of.iter().map(|row| value(row)).sum::<f64>() / of.len().max(1) as f64;
+        findings.push(format!(
+            "Spheres, {form}: mean relative RMSE {}, mean ΔE₀₀ {}.",
+            number(mean(|row| row.rrmse)),
+            number(mean(|row| row.delta_e))
+        ));
+    }
+    Ok(rows)
+}
+
+/// A relief of a repeat of the sphere, so fine that a pixel far away sees hundreds of bumps, which texels still resolve.
+fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
+    let side = studio.pick(256, 1024);
+    match kind {
+        "rugged" => procedural::gaussian(side, side, 5 + seed, 1.0, FEATURE),
+        _ => procedural::scratches(side, side, 3 + seed, 400),
+    }
+}
+
+/// What stands beside the truth: a technique, with the lobes of the fit or with one.
+const FORMS: [(&str, Technique, bool); 4] = [
+    ("LEADR, lobes of the fit", Technique::Leadr, true),
+    ("LEADR, one Beckmann lobe", Technique::Leadr, false),
+    ("mips of normals", Technique::NormalMip, true),
+    ("Blinn-Phong", Technique::BlinnPhong, true),
+];
+
+/// A truth and the forms beside it.
+struct Compared {
+    truth: Shot,
+    forms: Vec<Shot>,
+}
+
+impl Compared {
+    /// The mean of several, whose truths are independent.
+    fn mean(all: &[Self]) -> Result<Self, MapFault> {
+        let truth = Shot::mean_of_truths(&all.iter().map(|one| one.truth.clone()).collect::<Vec<_>>())?;
+        let form = |i: usize| Shot::mean(&all.iter().map(|one| one.forms[i].clone()).collect::<Vec<_>>());
+        Ok(Self { truth, forms: (0..FORMS.len()).map(form).collect::<Result<_, _>>()? })
+    }
+
+    /// Relative RMSE and bias of each form, inside of the outline, whose smoothness is not what is compared.
+    fn errors(&self, far: bool) -> Result<Vec<(f64, f64)>, MapFault> {
+        let RgbImage { width, height, .. } = self.truth.image;
+        let filled = Mask::covered(width, height, &self.truth.coverage, 0.999)?;
+        let mask = filled.eroded(if far { 1 } else { SILHOUETTE });
+        let of = |shot: &Shot| {
+            Ok((rrmse_over(&self.truth.image, &shot.image, &mask)?, bias_over(&self.truth.image, &shot.image, &mask)?))
+        };
+        self.forms.iter().map(of).collect()
+    }
+}
+
+/// A sphere of one relief at a place.
+fn shown_at(
+    studio: &Studio,
+    place: Place,
+    samples: u32,
+    seed: u64,
+    of_lobes: &mut Subject,
+    of_one: &mut Subject,
+) -> Result<Compared, LabError> {
+    let views = of_lobes.stage.views;
+    // Far pictures are the means of blocks.
+    let far = place.block > 1;
+    let camera = if far { framed_from(&views.mid, place.block as f32) } else { views.near };
+    let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
+    let state = of_lobes.seen_by(&camera);
+    let size = side * place.block;
+    let truth = if place.shadowed { Truth::Shadowed } else { Truth::Displacement };
+    let settings = RenderSettings { shadows: false, ..truth.settings((size, size), samples, seed) };
+    let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?.of_blocks(place.block).map_err(fault)?;
+    let mut forms = Vec::new();
+    for (_, technique, lobes) in FORMS {
+        let look = if place.shadowed {
+            Look { shading: technique.with(Default::default()), ..Look::of(technique) }
+        } else {
+            Look::of(technique).with(Terms::ALL, Shadowing::None)
+        };
+        let settings = RenderSettings { shadows: false, ..look.settings((side, side), 1) };
+        let subject = if lobes { &mut *of_lobes } else { &mut *of_one };
+        forms.push(studio.shoot(&mut subject.renderer, &state, &settings)?);
+    }
+    Ok(Compared { truth, forms })
+}
+
+/// Figures 5.3 to 5.5.
+fn displaced(
+    studio: &mut Studio,
+    all: &[Specimen],
+    html: &mut Html,
+    findings: &mut Vec<String>,
+) -> Result<Vec<DisplacedRow>, LabError> {
+    let mut rows: Vec<DisplacedRow> = Vec::new();
+    let most_reliefs = studio.pick(2, u32::MAX);
+    let reliefs = |place: &Place| place.reliefs.min(most_reliefs);
+    let most = PLACES.iter().map(reliefs).max().unwrap_or(1);
+    studio.steps(most as usize * all.len() * DEPTHS.len());
+    for Specimen { name, fit, .. } in all {
+        for (relief, depth) in DEPTHS {
+            let mut shown: [Vec<Compared>; PLACES.len()] = Default::default();
+            for number in 0..most {
+                let map = relief_of(studio, relief, number);
+                let material = dressed(fit, name, map, depth);
+                let tile = studio.pick(16, 32);
+                let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
+                let mut of_one =
+                    Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
+                for (place, shown) in PLACES.into_iter().zip(&mut shown).filter(|(place, _)| number < reliefs(place)) {
+                    let samples = (studio.pick(4, place.samples) / reliefs(&place)).max(2);
+                    let seed = 1 + u64::from(number);
+                    shown.push(shown_at(studio, place, samples, seed, &mut of_lobes, &mut of_one)?);
+                }
+                studio.step();
+            }
+            for (place, shown) in PLACES.into_iter().zip(&shown) {
+                let far = place.block > 1;
+                let mean = Compared::mean(shown).map_err(fault)?;
+                let singles: Vec<_> =
+                    shown.iter().map(|one| one.errors(far)).collect::<Result<_, _>>().map_err(fault)?;
+                let truth = &mean.truth;
+                let mut table = Table::new(
+                    format!(
+                        "{name}, {relief}, {}: {} pixels, reliefs: {}; truth of {} samples in all, its noise {}",
+                        place.name,
+                        truth.image.width,
+                        shown.len(),
+                        truth.samples,
+                        number(truth.noise)
+                    ),
+                    ["", "picture", "rRMSE", "without grain", "bias", "rRMSE of single reliefs"],
+                );
+                let file = |what: &str| format!("measured-{name}-{relief}-{}-{what}", place.name.replace(", ", "-"));
+                let figure = studio.picture(&file("truth"), &truth.image, 1.0, "truth", Vec::new())?;
+                table.row([Cell::from("truth"), Cell::Figure(figure.enlarged(place.block))]);
+                for (i, (rrmse, bias)) in mean.errors(far).map_err(fault)?.into_iter().enumerate() {
+                    let form = FORMS[i].0;
+                    let ones: Vec<f64> = singles.iter().map(|errors| errors[i].0).collect();
+                    let rrmse_of_one = ones.iter().sum::<f64>() / ones.len() as f64;
+                    let rrmse_of_filter = without_grain(rrmse, &ones);
+                    let figure = studio.picture(&file(&i.to_string()), &mean.forms[i].image, 1.0, form, Vec::new())?;
+                    table.row([
+                        Cell::from(form),
+                        Cell::Figure(figure.enlarged(place.block)),
+                        Cell::from(rrmse),
+                        Cell::from(rrmse_of_filter),
+                        Cell::from(bias),
+                        Cell::from(rrmse_of_one),
+                    ]);
+                    rows.push(DisplacedRow {
+                        material: name.clone(),
+                        relief,
+                        place: place.name,
+                        form,
+                        rrmse,
+                        bias,
+                        noise: truth.noise,
+                        rrmse_of_one,
+                        rrmse_of_filter,
+                    });
+                }
+                html.table(&table);
+            }
+        }
+    }
+    for Place { name: place, block, .. } in PLACES.into_iter().rev() {
+        for row in rows.iter().filter(|row| row.place == place && row.form.contains("lobes of")) {
+            let same = |other: &&DisplacedRow| {
+                other.material == row.material && other.relief == row.relief && other.place == place
+            };
+            let others: Vec<String> = rows
+                .iter()
+                .filter(same)
+                .filter(|other| other.form != row.form)
+                .map(|other| format!("{} with {}", number(other.rrmse), other.form))
+                .collect();
+            findings.push(format!(
+                "{}, {}, {}: one sample errs by {}{}, that of a single relief by {}; {}. The truth's noise is {}.",
+                row.material,
+                row.relief,
+                place,
+                number(row.rrmse),
+                if block > 1 {
+                    format!(", without grain by {} (goal {GOAL})", number(row.rrmse_of_filter))
+                } else {
+                    String::new()
+                },
+                number(row.rrmse_of_one),
+                others.join(", "),
+                number(row.noise)
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+/// Figure 4.6.
+fn roughened(
+    studio: &mut Studio,
+    specimen: &Specimen,
+    html: &mut Html,
+    findings: &mut Vec<String>,
+) -> Result<(), LabError> {
+    let side = studio.pick(128, 512);
+    let pattern = procedural::fbm(side, side, 9, 6, 4, 0.5);
+    // From half to twice as rough.
+    let texels = pattern.texels.iter().map(|h| (2.5 * h).clamp(-1.0, 1.0).exp2()).map(|factor| 0.5 * factor).collect();
+    let raster = Raster::new(side, side, 1, Samples::F32(texels)).map_err(fault)?;
+    let flat = HeightMap::new(2, 2, vec![0.5; 4]).map_err(fault)?;
+    let plain = Material { relief: None, ..dressed(&specimen.fit, &specimen.name, flat, 0.0) };
+    let roughness = Input {
+        factor: 2.0 * plain.roughness.factor,
+        texture: Some(Texture::new(raster, "roughness", Encoding::Linear)),
+        channel: 0,
+    };
+    let material = Material { roughness, ..plain };
+    let mut subject = Subject::under_the_sky(studio, sphere_stage(&material, None, studio.pick(16, 64)), 0.0)?;
+    let size = studio.pick(48, 256);
+    let state = subject.seen_by(&subject.stage.views.mid);
+    let samples = studio.pick(16, 64);
+    let truth =
+        studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings((size, size), samples, 1))?;
+    let shot = studio.shoot(&mut subject.renderer, &state, &Look::of(Technique::Leadr).settings((size, size), 1))?;
+    let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
+    let mut table = Table::new(
+        format!("{}, its slopes scaled by a texture of roughness; truth of {samples} samples", specimen.name),
+        ["", "picture", "rRMSE", "FLIP"],
+    );
+    let figure = studio.picture("measured-roughened-truth", &truth.image, 1.0, "truth", Vec::new())?;
+    table.row([Cell::from("truth"), Cell::Figure(figure)]);
+    let figure = studio.picture("measured-roughened-leadr", &shot.image, 1.0, "LEADR", Vec::new())?;
+    table.row([
+        Cell::from("LEADR, one sample"),
+        Cell::Figure(figure),
+        Cell::from(verdict.object.rrmse),
+        Cell::from(verdict.object.flip),
+    ]);
+    html.table(&table);
+    findings.push(format!(
+        "With slopes scaled by a texture, one sample errs by {}; the truth's noise is {}.",
+        number(verdict.object.rrmse),
+        number(truth.noise)
+    ));
+    Ok(())
+}

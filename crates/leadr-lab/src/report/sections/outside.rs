@@ -1,0 +1,140 @@
+//! leadr against pictures by a renderer that this project did not write.
+
+use serde::Serialize;
+
+use crate::report::look::Look;
+use crate::report::outside::panoramas::panorama;
+use crate::report::outside::reliefs::relief;
+use crate::report::outside::{OutsideCase, OutsideTruth, block_means, truths};
+use crate::report::section::Section;
+use crate::report::studio::{Studio, fault};
+use crate::report::subject::Subject;
+use leadr_render::settings::{ShadingOptions, Technique};
+use leadr_scenes::stage::{Lights, Relief, plane_stage, sphere_stage};
+use leadr_tools::error::LabError;
+use leadr_tools::html::{Cell, Html, Table, number, percent};
+use leadr_tools::metrics::compare::{bias_over, rrmse_over};
+
+const INTRO: &str = "Smooth spheres, a flat plane and reliefs under panoramas, one sample of leadr at its default settings against \
+    Mitsuba 3, whose pictures are stored as means of blocks of 2 or 3 pixels a side (scripts/external-truth renders them anew). Light of the \
+    environment only, specular and diffuse apart. The noise of the truth is that of its pixels; that of its blocks is two to three times \
+    lower. Panoramas and height maps of the shared data are drawn where LEADR_SHARED leads to them, the others are made on the spot.";
+
+/// Atlas tiles of the smooth sphere, whose maps hold nothing.
+const TILE: u32 = 8;
+
+/// What was measured of one case.
+#[derive(Clone, Debug, Serialize)]
+struct Measured {
+    name: String,
+    rrmse: f64,
+    bias: f64,
+    /// The paper's 5 × 5 grid, of mirrors.
+    grid_rrmse: Option<f64>,
+    noise: f64,
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let stored = truths()?;
+    let quick = studio.quick;
+    let wanted: Vec<OutsideTruth> = stored.into_iter().filter(|truth| !quick || is_quick(&truth.case)).collect();
+    studio.steps(wanted.len());
+    let (mut measured, mut missing) = (Vec::new(), 0);
+    for truth in &wanted {
+        match measure(studio, truth)? {
+            Some(row) => measured.push(row),
+            None => missing += 1,
+        }
+        studio.step();
+    }
+    let mut html = Html::new();
+    for (group, title) in [("sphere", "Smooth spheres"), ("flat", "A flat plane"), ("plane", "Relief")] {
+        let rows: Vec<&Measured> = measured.iter().filter(|m| m.name.starts_with(&format!("{group}/"))).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let mut table = Table::new(title, ["case", "rRMSE", "bias", "rRMSE, 5×5 grid", "noise of the truth"]);
+        for row in rows {
+            let grid = row.grid_rrmse.map_or(Cell::from("–"), Cell::from);
+            table.row([Cell::from(row.name.as_str()), row.rrmse.into(), row.bias.into(), grid, row.noise.into()]);
+        }
+        html.table(&table);
+    }
+    Section::new(INTRO, findings(&measured, missing), &html, &measured)
+}
+
+/// The cases of a quick report: what needs no shared data, and few of those.
+fn is_quick(case: &OutsideCase) -> bool {
+    let ready = ["pixel", "tubes", "lamps", "checks"].contains(&case.panorama.as_str()) && case.relief == "studs";
+    ready && (case.group() != "sphere" || case.alpha == 0.1 || case.terms == "diffuse") && !case.name.contains("/near/")
+}
+
+/// Draws a case and compares it; `None` if its panorama or its relief is not there.
+fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, LabError> {
+    let OutsideTruth { case, image, mask } = truth;
+    let (Some(light), Some(heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };
+    let relief = Relief { map: Some(heights), roughness: case.alpha, tile: TILE, ..Relief::default() };
+    let stage = if case.scene == "sphere" { sphere_stage(relief) } else { plane_stage(relief) };
+    let stage = stage.with_relief({
+        let scale = case.scale;
+        move |_| scale
+    });
+    let mut subject = Subject::in_panorama(studio, stage, &light, Lights::default())?;
+    let state = subject.seen_by(&case.camera());
+    let mut errors = |look: Look| -> Result<(f64, f64), LabError> {
+        let shading = look.shading.adjusted(|options| ShadingOptions { terms: case.terms(), ..options });
+        let settings = Look { shading, ..look }.settings(case.size.into(), 1);
+        let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+        let seen = block_means(&shot.image, case.block).map_err(fault)?;
+        let rrmse = rrmse_over(image, &seen, mask).map_err(fault)?;
+        Ok((rrmse, bias_over(image, &seen, mask).map_err(fault)?))
+    };
+    let (rrmse, bias) = errors(Look::default_of_the_program())?;
+    let grid = Look { shading: Technique::Leadr.with(paper_grid()), ..Look::grid(5) };
+    let grid_rrmse = if case.terms == "specular" { Some(errors(grid)?.0) } else { None };
+    Ok(Some(Measured { name: case.name.clone(), rrmse, bias, grid_rrmse, noise: case.noise }))
+}
+
+/// The paper's grid beside the program's own shadowing.
+fn paper_grid() -> ShadingOptions {
+    ShadingOptions { quadrature: leadr_render::settings::Quadrature::Grid(5), ..Default::default() }
+}
+
+fn findings(measured: &[Measured], missing: usize) -> Vec<String> {
+    let mut findings = Vec::new();
+    let groups = [
+        ("sphere/", "specular", "mirrors of smooth spheres"),
+        ("sphere/", "diffuse", "diffuse smooth spheres"),
+        ("flat/", "", "a flat plane"),
+        ("/far/", "", "relief from far"),
+        ("/oblique/", "", "relief at a grazing angle"),
+        ("/mid/", "", "relief at mid distance"),
+        ("/near/", "", "relief from near"),
+    ];
+    for (part, terms, title) in groups {
+        let rows: Vec<&Measured> =
+            measured.iter().filter(|m| m.name.contains(part) && m.name.ends_with(terms)).collect();
+        let Some(worst) = rows.iter().max_by(|a, b| a.rrmse.total_cmp(&b.rrmse)) else { continue };
+        let mean = rows.iter().map(|m| m.rrmse).sum::<f64>() / rows.len() as f64;
+        let graded: Vec<&&Measured> = rows.iter().filter(|m| m.grid_rrmse.is_some()).collect();
+        let better = graded.iter().filter(|m| m.grid_rrmse.is_some_and(|grid| m.rrmse <= grid)).count();
+        let grid = if graded.is_empty() {
+            String::new()
+        } else {
+            format!(" Nearer than the paper's 5×5 grid in {better} of {} cases.", graded.len())
+        };
+        findings.push(format!(
+            "{} cases of {title}: rRMSE {} on average, at worst {} ({}, bias {}, noise of the truth {}).{grid}",
+            rows.len(),
+            number(mean),
+            number(worst.rrmse),
+            worst.name,
+            percent(worst.bias, true),
+            percent(worst.noise, false),
+        ));
+    }
+    if missing > 0 {
+        findings.push(format!("{missing} cases were not drawn: LEADR_SHARED does not lead to their maps."));
+    }
+    findings
+}

@@ -1,0 +1,259 @@
+//! What pictures lose where slopes are kept in 16 bits or in blocks.
+
+use serde::Serialize;
+
+use crate::report::look::Look;
+use crate::report::outside::reliefs::relief;
+use crate::report::section::Section;
+use crate::report::studio::{Studio, fault};
+use crate::report::subject::Subject;
+use leadr_maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
+use leadr_maps::baked::BakedMap;
+use leadr_maps::{HeightMap, RgbImage, procedural};
+use leadr_render::surfaces::moments::MomentFormat;
+use leadr_scenes::stage::{BakedRelief, GENERATED_HEIGHT, Relief, Stage, USUAL_RELIEF, plane_stage, sphere_stage};
+use leadr_scenes::trex::stage::trex_stage;
+use leadr_tools::error::LabError;
+use leadr_tools::html::{Cell, Html, Table, number};
+use leadr_tools::metrics::compare::rrmse;
+
+const INTRO: &str = "One sample of leadr at its default settings under the sky, with the slopes of its maps in 32 bits, in 16 bits on the \
+    device (--map-precision f16), from a file of 16 bits and from one of blocks (leadr bake --format f16, bc); relative root mean \
+    square error against 32 bits. Scanned height maps are drawn where LEADR_SHARED leads to them.";
+
+/// The goals: most error of pictures.
+const MOST_F16: f64 = 1e-3;
+const MOST_BC: f64 = 1e-2;
+
+/// Errors of one picture.
+#[derive(Clone, Debug, Serialize)]
+struct Measured {
+    scene: String,
+    view: &'static str,
+    on_device: f64,
+    /// Of files; only planes are drawn with the moments of one.
+    f16_file: Option<f64>,
+    bc_file: Option<f64>,
+}
+
+/// A map in a file.
+#[derive(Clone, Debug, Serialize)]
+struct Sizes {
+    map: String,
+    /// Bytes for each texel of the finest level, all levels counted.
+    f32: f64,
+    f16: f64,
+    bc: f64,
+    /// Greatest error of the variance on any level.
+    f16_variance: f64,
+    bc_variance: f64,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Data {
+    pictures: Vec<Measured>,
+    files: Vec<Sizes>,
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let maps = maps(studio.quick)?;
+    studio.steps(maps.len() + 1);
+    let (mut pictures, mut files) = (Vec::new(), Vec::new());
+    for (name, map, scale) in &maps {
+        let found = [Precision::F32, Precision::F16, Precision::Bc].map(|precision| baked(map, precision));
+        let [exact, f16, bc] =
+            found.into_iter().collect::<Result<Vec<_>, _>>()?.try_into().map_err(|_| fault_of_count())?;
+        let texels = map.texels.len() as f64;
+        let worst = |baked: &Baked| baked.variance;
+        files.push(Sizes {
+            map: name.clone(),
+            f32: exact.bytes as f64 / texels,
+            f16: f16.bytes as f64 / texels,
+            bc: bc.bytes as f64 / texels,
+            f16_variance: worst(&f16),
+            bc_variance: worst(&bc),
+        });
+        let stage = |baked: Option<BakedMap>| {
+            let baked = baked.and_then(BakedMap::into_moments).map(|moments| BakedRelief { moments, in_widths: false });
+            let relief = Relief { map: Some(map.clone()), baked, ..Relief::default() };
+            plane_stage(Relief { height: Some(scale * USUAL_RELIEF), ..relief })
+        };
+        let shots = [
+            shoot(studio, stage(None), MomentFormat::Float32, 0.0)?,
+            shoot(studio, stage(None), MomentFormat::Float16, 0.0)?,
+            shoot(studio, stage(Some(f16.map)), MomentFormat::Float16, 0.0)?,
+            shoot(studio, stage(Some(bc.map)), MomentFormat::Float32, 0.0)?,
+        ];
+        pictures.extend(measure(&format!("plane, {name}"), &shots)?);
+        studio.step();
+    }
+    let tile = studio.pick(16, 64);
+    let sphere =
+        |studio: &Studio, format| shoot(studio, sphere_stage(Relief { tile, ..Relief::default() }), format, 0.0);
+    let shots = [sphere(studio, MomentFormat::Float32)?, sphere(studio, MomentFormat::Float16)?];
+    pictures.extend(measure("sphere", &shots)?);
+    if !studio.quick {
+        let trex = |studio: &Studio, format| {
+            let stage = trex_stage(tile, &|_| {}).map_err(|e| LabError(e.to_string()))?;
+            shoot(studio, stage, format, 0.4)
+        };
+        let shots = [trex(studio, MomentFormat::Float32)?, trex(studio, MomentFormat::Float16)?];
+        pictures.extend(measure("T-rex", &shots)?);
+    }
+    studio.step();
+    let mut table = Table::new(
+        "rRMSE of pictures against 32 bits",
+        ["scene", "view", "f16 on the device", "f16 file", "block-compressed file"],
+    );
+    for row in &pictures {
+        let file = |error: Option<f64>| error.map_or(Cell::from("–"), Cell::from);
+        let [f16, bc] = [row.f16_file, row.bc_file].map(file);
+        table.row([Cell::from(row.scene.as_str()), row.view.into(), row.on_device.into(), f16, bc]);
+    }
+    let mut sizes = Table::new(
+        "Bytes of a file for each texel of its finest level, and the error of its variance",
+        ["map", "f32", "f16", "bc", "variance, f16", "variance, bc"],
+    );
+    for row in &files {
+        let numbers = [row.f32, row.f16, row.bc, row.f16_variance, row.bc_variance].map(Cell::from);
+        sizes.row(std::iter::once(Cell::from(row.map.as_str())).chain(numbers));
+    }
+    let mut html = Html::new();
+    html.table(&table);
+    html.table(&sizes);
+    let findings = findings(&pictures, &files);
+    Section::new(INTRO, findings, &html, Data { pictures, files })
+}
+
+fn fault_of_count() -> LabError {
+    LabError("a map was not baked".to_owned())
+}
+
+/// Height maps by name, each with a factor on its height.
+fn maps(quick: bool) -> Result<Vec<(String, HeightMap, f32)>, LabError> {
+    let side = if quick { 128 } else { 1024 };
+    let mut maps = vec![("rock".to_owned(), procedural::rock(side, side, 1), GENERATED_HEIGHT)];
+    for (name, title) in
+        [("studs", "studs"), ("rock", "scanned rock"), ("walkway", "scanned walkway"), ("leather", "scanned leather")]
+    {
+        if quick && name != "studs" {
+            continue;
+        }
+        if let Some(map) = relief(name).map_err(|e| LabError(e.to_string()))? {
+            maps.push((title.to_owned(), map, 1.0));
+        }
+    }
+    Ok(maps)
+}
+
+/// A map that was written and read.
+struct Baked {
+    map: BakedMap,
+    bytes: u64,
+    variance: f64,
+}
+
+fn baked(map: &HeightMap, precision: Precision) -> Result<Baked, LabError> {
+    let inputs = Inputs { heights: Some(map.clone()), ..Inputs::default() };
+    let plan = Plan::new(&inputs, Kind::Leadr, Layout::Leadr, precision).map_err(fault)?;
+    let path = std::env::temp_dir().join(format!("leadr-report-{}.ktx2", std::process::id()));
+    let made = (|| {
+        let mut file = std::fs::File::create(&path).map_err(|e| LabError::io("make the file", &path, e))?;
+        let mut target = Ktx2File::new(&mut file, &plan).map_err(fault)?;
+        let report = bake(&inputs, &plan, &mut target, &|_| ()).map_err(fault)?;
+        target.finish(&report).map_err(fault)?;
+        let bytes = file.metadata().map_err(|e| LabError::io("read the file", &path, e))?.len();
+        let map = BakedMap::load(&path).map_err(|e| LabError(e.to_string()))?;
+        Ok(Baked { map, bytes, variance: report.errors.iter().map(|e| e.variance).fold(0.0, f64::max) })
+    })();
+    // What is left of it is of no use.
+    let _ = std::fs::remove_file(&path);
+    made
+}
+
+/// The views of a stage.
+const VIEWS: [&str; 3] = ["near", "mid", "far"];
+
+fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Result<Vec<RgbImage>, LabError> {
+    let views = stage.views;
+    let mut subject = Subject::kept_in(format, studio, stage, time)?;
+    let settings = Look::default_of_the_program().settings(studio.pick((80, 60), (320, 240)), 1);
+    let cameras = [views.near, views.mid, views.far];
+    let shots = cameras.iter().map(|camera| {
+        let state = subject.seen_by(camera);
+        Ok(studio.shoot(&mut subject.renderer, &state, &settings)?.image)
+    });
+    shots.collect()
+}
+
+/// Errors of the pictures of every view: of 32 bits first, then of 16 on the device, of 16 in a file, and of blocks.
+fn measure(scene: &str, shots: &[Vec<RgbImage>]) -> Result<Vec<Measured>, LabError> {
+    let error = |shot: Option<&Vec<RgbImage>>, view: usize| {
+        shot.map(|shot| rrmse(&shots[0][view], &shot[view]).map_err(fault)).transpose()
+    };
+    let rows = VIEWS.into_iter().enumerate().map(|(view, name)| {
+        Ok(Measured {
+            scene: scene.to_owned(),
+            view: name,
+            on_device: error(shots.get(1), view)?.unwrap_or_default(),
+            f16_file: error(shots.get(2), view)?,
+            bc_file: error(shots.get(3), view)?,
+        })
+    });
+    rows.collect()
+}
+
+fn findings(pictures: &[Measured], files: &[Sizes]) -> Vec<String> {
+    let worst = |of: &dyn Fn(&Measured) -> Option<f64>| {
+        let found = pictures.iter().filter_map(|m| Some((of(m)?, m)));
+        found.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let sentence = |what: &str, found: Option<(f64, &Measured)>, goal: f64| {
+        let (error, at) = found?;
+        let kept = if error <= goal { "kept" } else { "missed" };
+        Some(format!(
+            "{what}: rRMSE of at most {} against 32 bits ({}, {}); the goal of {} is {kept}.",
+            number(error),
+            at.scene,
+            at.view,
+            number(goal)
+        ))
+    };
+    let mut findings: Vec<String> = [
+        sentence("16 bits on the device", worst(&|m| Some(m.on_device)), MOST_F16),
+        sentence("Files of 16 bits", worst(&|m| m.f16_file), MOST_F16),
+        sentence("Block-compressed files", worst(&|m| m.bc_file), MOST_BC),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    if let Some(size) = files.first() {
+        findings.push(format!(
+            "A texel takes {} bytes of a file in 32 bits, {} in 16, {} in blocks.",
+            number(size.f32),
+            number(size.f16),
+            number(size.bc)
+        ));
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_are_kept_and_missed() {
+        let measured = |error: f64| Measured {
+            scene: "plane".to_owned(),
+            view: "mid",
+            on_device: error,
+            f16_file: None,
+            bc_file: Some(0.5 * error),
+        };
+        let said = findings(&[measured(5e-4), measured(4e-4)], &[]);
+        assert!(said.len() == 2 && said.iter().all(|s| s.ends_with("is kept.")), "{said:?}");
+        let said = findings(&[measured(5e-4), measured(4e-2)], &[]);
+        assert!(said.iter().all(|s| s.ends_with("is missed.")), "{said:?}");
+    }
+}

@@ -1,0 +1,277 @@
+//! The sphere grid of the LEADR supplement: tables 4 to 9.
+
+use glam::Vec2;
+use serde::Serialize;
+
+use crate::report::case::Case;
+use crate::report::look::Look;
+use crate::report::section::Section;
+use crate::report::studio::{Studio, fault};
+use crate::report::subject::Subject;
+use crate::report::truth::Truth;
+use crate::report::verdict::{Errors, Shot, Verdict, judge};
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_render::settings::{Probes, RenderSettings, ShadingOptions, Terms};
+use leadr_scenes::spheres::cell::{Lighting, TURN};
+use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
+use leadr_scenes::spheres::{ANISOTROPIC, ISOTROPIC};
+use leadr_tools::error::LabError;
+use leadr_tools::html::{Cell, Figure, Html, Table, number};
+use leadr_tools::html::{Plot, Scale};
+
+const INTRO: &str = "Spheres whose heights are Gaussian noise of known slopes, with bumps smaller than a pixel, in the light of the \
+    supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and \
+    mirror facets in the studio. Columns are the two truths, then LEADR at one sample per pixel with the paper's \
+    grids of slope samples and with the visible-slope rules. Masking is on and shadowing off everywhere: light from \
+    the camera reaches whatever the camera sees, and the rasterised truth lets the environment through the bumps. \
+    Under each picture: FLIP and relative RMSE against normal-map truth (n) and displacement-map truth (d), over the \
+    pixels that the sphere touches (without the background) and, in brackets, inside its silhouette. A single \
+    surface has only a few bumps in each pixel. Every picture is therefore the mean over rotations of the sphere \
+    about its poles, which do not change its statistics: what remains is the error of the model, not of one random \
+    surface. The noise of the truth is the difference between two halves of these rotations.";
+
+const EXPOSURE: f32 = 0.8;
+
+/// A pair of the supplement's tables.
+struct Light {
+    lighting: Lighting,
+    terms: Terms,
+    title: &'static str,
+    key: &'static str,
+}
+
+const LIGHTS: [Light; 3] = [
+    Light {
+        lighting: Lighting::Front,
+        terms: Terms::DIFFUSE_LIGHTS,
+        title: "Tables 4 and 5: diffuse facets, one light from the camera",
+        key: "front",
+    },
+    Light {
+        lighting: Lighting::Irradiance,
+        terms: Terms::DIFFUSE_ENVIRONMENT,
+        title: "Tables 6 and 7: diffuse facets under irradiance",
+        key: "irradiance",
+    },
+    Light {
+        lighting: Lighting::Environment,
+        terms: Terms::SPECULAR_ENVIRONMENT,
+        title: "Tables 8 and 9: mirror facets in an environment",
+        key: "environment",
+    },
+];
+
+/// One picture of a table.
+#[derive(Clone, Debug, Serialize)]
+struct Entry {
+    table: &'static str,
+    sigma: [f32; 2],
+    look: String,
+    milliseconds: f64,
+    normal_map: Errors,
+    normal_map_inside: Errors,
+    displacement: Errors,
+    displacement_inside: Errors,
+    /// Relative noise of displacement-map truth inside.
+    noise: f64,
+}
+
+/// Roughness pairs of one aspect share a baked surface.
+fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
+    let mut groups: Vec<(f32, Vec<Vec2>)> = Vec::new();
+    let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC);
+    let kept =
+        |s: &Vec2| !quick || [Vec2::splat(0.05), Vec2::splat(0.5), Vec2::splat(1.0), Vec2::new(0.2, 0.8)].contains(s);
+    for sigma in pairs.filter(kept) {
+        let aspect = (sigma.y / sigma.x).round();
+        match groups.iter_mut().find(|g| g.0 == aspect) {
+            Some(group) => group.1.push(sigma),
+            None => groups.push((aspect, vec![sigma])),
+        }
+    }
+    groups
+}
+
+/// What is compared with the truth; a quick run leaves out the largest grid, which takes most of the time.
+fn looks(quick: bool) -> Vec<Look> {
+    let mut looks = vec![Look::grid(5), Look::grid(32), Look::grid(128), Look::visible(Probes::Nine)];
+    if quick {
+        looks.remove(2);
+    }
+    looks
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let detail = studio.pick(Detail { patches: 8, tile: 32 }, Detail::PICTURE);
+    let groups = groups(studio.quick);
+    let total: usize = groups.iter().map(|g| g.1.len() * LIGHTS.len()).sum();
+    studio.steps(total);
+    let mut rows: Vec<(&'static str, Vec2, Vec<Cell>)> = Vec::new();
+    let mut entries = Vec::new();
+    for (aspect, sigmas) in &groups {
+        let surface = Surface::bake(Vec2::new(1.0, *aspect), Frequency::High, detail);
+        for light in &LIGHTS {
+            let stage = surface.stage(1.0, light.lighting.facets());
+            let panorama = light.lighting.panorama();
+            let mut subject = Subject::in_panorama(studio, stage, &panorama, light.lighting.lights())?;
+            for &sigma in sigmas {
+                let (cells, made) = cell(studio, &mut subject, light, sigma)?;
+                rows.push((light.key, sigma, cells));
+                entries.extend(made);
+                studio.step();
+            }
+        }
+    }
+    let mut html = Html::new();
+    for light in &LIGHTS {
+        html.heading(light.title);
+        html.plot(&plot(light, &looks(studio.quick), &entries));
+        let head = ["σ".to_owned(), "normal-map truth".to_owned(), "displacement truth".to_owned()];
+        let head = head.into_iter().chain(looks(studio.quick).into_iter().map(|l| l.name));
+        let mut table = Table::new(light.title, head);
+        let mut of_light: Vec<_> = rows.iter().filter(|r| r.0 == light.key).collect();
+        // Isotropic rows first, then as the supplement orders them.
+        of_light.sort_by(|a, b| {
+            let order = |s: Vec2| (s.x != s.y, s.x, s.y);
+            order(a.1).partial_cmp(&order(b.1)).unwrap_or(std::cmp::Ordering::Equal)
+        });
+        for (_, sigma, cells) in of_light {
+            table.row(std::iter::once(Cell::from(name_of(*sigma))).chain(cells.iter().cloned()));
+        }
+        html.table(&table);
+    }
+    let findings = LIGHTS.iter().flat_map(|light| findings(light, &looks(studio.quick), &entries)).collect();
+    Section::new(INTRO, findings, &html, &entries)
+}
+
+fn name_of(sigma: Vec2) -> String {
+    if sigma.x == sigma.y { format!("{}", sigma.x) } else { format!("{}, {}", sigma.x, sigma.y) }
+}
+
+/// Renders and judges one row of a table.
+fn cell(
+    studio: &mut Studio,
+    subject: &mut Subject,
+    light: &Light,
+    sigma: Vec2,
+) -> Result<(Vec<Cell>, Vec<Entry>), LabError> {
+    let size = studio.pick(64, 128);
+    let (turns, samples) = studio.pick((6u32, 2), (16, 4));
+    let camera = subject.stage.views.mid;
+    // The mean over rotations; its two halves tell how noisy it is.
+    let mut shoot = |settings: RenderSettings| -> Result<Shot, LabError> {
+        let mut halves = [Vec::new(), Vec::new()];
+        for turn in 0..turns {
+            subject.set_time(f64::from(turn) / f64::from(turns) * TURN);
+            let mut state = subject.seen_by(&camera);
+            state.height_scale = sigma.max_element();
+            let settings = RenderSettings { seed: settings.seed + u64::from(turn), ..settings };
+            halves[turn as usize % 2].push(studio.shoot(&mut subject.renderer, &state, &settings)?);
+        }
+        let [a, b] = [&halves[0], &halves[1]].map(|half| Shot::mean(half).map_err(fault));
+        Shot::mean_of(&a?, &b?).map_err(fault)
+    };
+    let row = format!("{}-{}-{}", light.key, sigma.x, sigma.y).replace('.', "_");
+    let mut truths: Vec<(Truth, u32, Shot)> = Vec::new();
+    let mut cells = Vec::new();
+    for truth in [Truth::NormalMap, Truth::Displacement] {
+        // Normal-map truth is cheap, because its geometry is smooth, and aliases more.
+        let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
+        let mut settings = truth.settings((size, size), samples, 1);
+        settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
+        settings.shadows = false;
+        let shot = shoot(settings)?;
+        truths.push((truth, samples, shot));
+    }
+    let looks: Vec<(Look, Shot)> = looks(studio.quick)
+        .into_iter()
+        .map(|look| {
+            let look = look.with(light.terms, Shadowing::None);
+            let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
+            Ok((look, shoot(settings)?))
+        })
+        .collect::<Result<_, LabError>>()?;
+    for (truth, samples, shot) in &truths {
+        let name = format!("spheres-{row}-{}", truth.name());
+        let caption = vec![format!("{turns} × {samples} samples"), format!("noise {}", number(shot.noise))];
+        cells.push(Cell::Figure(studio.picture(&name, &shot.image, EXPOSURE, truth.title(), caption)?));
+    }
+    let shown: Vec<Figure> =
+        cells.iter().filter_map(|c| if let Cell::Figure(f) = c { Some(f.clone()) } else { None }).collect();
+    let mut entries = Vec::new();
+    for (look, shot) in looks {
+        let verdicts: Vec<Verdict> =
+            truths.iter().map(|(.., truth)| judge(truth, &shot, EXPOSURE).map_err(fault)).collect::<Result<_, _>>()?;
+        let [normal_map, displacement] = [&verdicts[0], &verdicts[1]];
+        let line = |sign: &str, v: &Verdict| {
+            [
+                format!("{sign} FLIP {} ({})", number(v.object.flip), number(v.interior.flip)),
+                format!("{sign} rRMSE {} ({})", number(v.object.rrmse), number(v.interior.rrmse)),
+            ]
+        };
+        let caption = [line("n", normal_map), line("d", displacement)].concat();
+        let name = format!("spheres-{row}-{}", look.file());
+        let picture = studio.picture(&name, &shot.image, EXPOSURE, &look.name, caption)?;
+        let errors = studio.error_picture(&format!("{name}-errors"), displacement, "FLIP errors", Vec::new())?;
+        let subject = format!("σ {}, {}", name_of(sigma), light.title);
+        let mut case = Case::new("spheres", subject, &look.name, "displacement", displacement);
+        case.normal_map = Some(normal_map.interior);
+        case.figures = vec![shown[1].clone(), picture.clone(), errors];
+        studio.cases.push(case);
+        cells.push(Cell::Figure(picture));
+        entries.push(Entry {
+            table: light.key,
+            sigma: sigma.to_array(),
+            look: look.name,
+            milliseconds: shot.milliseconds,
+            normal_map: normal_map.object,
+            normal_map_inside: normal_map.interior,
+            displacement: displacement.object,
+            displacement_inside: displacement.interior,
+            noise: displacement.noise,
+        });
+    }
+    Ok((cells, entries))
+}
+
+fn plot(light: &Light, looks: &[Look], entries: &[Entry]) -> Plot {
+    let mut plot = Plot::new(
+        &format!("{}: isotropic spheres", light.title),
+        ("σ", Scale::Log),
+        ("relative RMSE inside, against displacement truth", Scale::Log),
+    );
+    for look in looks {
+        let of = entries.iter().filter(|e| e.table == light.key && e.look == look.name && e.sigma[0] == e.sigma[1]);
+        plot.line(&look.name, of.map(|e| (f64::from(e.sigma[0]), e.displacement_inside.rrmse)).collect());
+    }
+    plot
+}
+
+fn findings(light: &Light, looks: &[Look], entries: &[Entry]) -> Vec<String> {
+    let of = |name: &str| entries.iter().filter(|e| e.table == light.key && e.look == name).collect::<Vec<_>>();
+    let rms = |name: &str| {
+        let list = of(name);
+        (list.iter().map(|e| e.displacement_inside.rrmse.powi(2)).sum::<f64>() / list.len().max(1) as f64).sqrt()
+    };
+    let names: Vec<String> = looks.iter().map(|l| l.name.clone()).collect();
+    let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
+    let mut findings =
+        vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
+    // With the largest grid only the model's error remains.
+    let converged = looks.iter().rev().find(|l| l.is_grid());
+    let rows = converged.map_or(Vec::new(), |look| of(&look.name));
+    let error = |e: &&Entry| e.displacement_inside.rrmse;
+    if let Some(worst) = rows.into_iter().max_by(|a, b| error(a).total_cmp(&error(b))) {
+        findings.push(format!(
+            "{}: with the samples of {} the model's error is {} at σ = {}, its worst row (bias {}, noise of the truth {}); against normal-map truth by {}.",
+            light.title,
+            worst.look,
+            number(worst.displacement_inside.rrmse),
+            name_of(Vec2::from_array(worst.sigma)),
+            number(worst.displacement_inside.bias),
+            number(worst.noise),
+            number(worst.normal_map_inside.rrmse),
+        ));
+    }
+    findings
+}

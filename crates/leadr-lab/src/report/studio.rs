@@ -1,0 +1,189 @@
+//! What the sections of a run share: the device, the settings, the pictures made so far, and the cases to judge at the end.
+
+use std::cell::{Cell, OnceCell};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::case::Case;
+use super::verdict::{Shot, Verdict};
+use leadr_gpu::Gpu;
+use leadr_maps::save::encode_png_srgb8;
+use leadr_maps::tonemap::{Tonemap, display_image};
+use leadr_maps::{MapFault, Rgb8Image, RgbImage};
+use leadr_render::frame::Renderer;
+use leadr_render::sampling::seed_apart;
+use leadr_render::scene::FrameState;
+use leadr_render::settings::RenderSettings;
+use leadr_tools::error::LabError;
+use leadr_tools::html::Figure;
+use leadr_tools::progress::{Bar, Progress};
+
+/// Folder of the pictures beside the page.
+pub const PICTURES: &str = "pictures";
+
+/// What the sections of one run share.
+pub struct Studio<'a> {
+    /// The device.
+    pub gpu: Arc<Gpu>,
+    /// Small pictures and few samples.
+    pub quick: bool,
+    /// Receives progress.
+    pub progress: &'a dyn Progress,
+    /// The pictures compared with the truth so far.
+    pub cases: Vec<Case>,
+    pictures: BTreeMap<String, Vec<u8>>,
+    /// Of the section that is being made, once it draws or tells its steps.
+    bar: OnceCell<Box<dyn Bar>>,
+    /// Pictures rendered for it.
+    rendered: Cell<u32>,
+}
+
+impl<'a> Studio<'a> {
+    /// An empty studio.
+    #[must_use]
+    pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a dyn Progress) -> Self {
+        Self {
+            gpu,
+            quick,
+            progress,
+            cases: Vec::new(),
+            pictures: BTreeMap::new(),
+            bar: OnceCell::new(),
+            rendered: Cell::new(0),
+        }
+    }
+
+    fn bar(&self) -> &dyn Bar {
+        self.bar.get_or_init(|| self.progress.bar(0)).as_ref()
+    }
+
+    /// Begins a section's work of this many steps. Without, its progress is told in pictures.
+    pub fn steps(&self, steps: usize) {
+        self.bar().restart(steps);
+    }
+
+    /// One more step is done.
+    pub fn step(&self) {
+        self.bar().step();
+    }
+
+    /// Ends the progress of a section.
+    pub fn end_section(&mut self) {
+        self.bar = OnceCell::new();
+        self.rendered.set(0);
+    }
+
+    /// `quick` in a quick run, else `full`.
+    #[must_use]
+    pub fn pick<T>(&self, quick: T, full: T) -> T {
+        if self.quick { quick } else { full }
+    }
+
+    /// Renders a picture.
+    ///
+    /// # Errors
+    /// If the device fails, or a pixel is not finite (its place is named).
+    pub fn shoot(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+    ) -> Result<Shot, LabError> {
+        self.shoot_range(renderer, state, settings, 0..settings.samples.max(1))
+    }
+
+    /// Renders some of a picture's samples: their mean.
+    ///
+    /// # Errors
+    /// As [`shoot`](Self::shoot).
+    pub fn shoot_range(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+    ) -> Result<Shot, LabError> {
+        let samples = range.len() as u32;
+        self.rendered.set(self.rendered.get() + 1);
+        self.bar().message(&format!("picture {}", self.rendered.get()));
+        let output = renderer.render_range(state, settings, range)?;
+        let (width, height) = output.size;
+        let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
+        let image = RgbImage::new(width, height, texels).map_err(fault)?;
+        image.check_finite().map_err(fault)?;
+        Ok(Shot {
+            image,
+            coverage: output.color.iter().map(|c| c[3]).collect(),
+            milliseconds: output.times.iter().map(|t| t.milliseconds).sum(),
+            samples,
+            noise: 0.0,
+        })
+    }
+
+    /// Renders a truth in two halves with different seeds; their difference tells how noisy the mean is.
+    ///
+    /// # Errors
+    /// As [`shoot`](Self::shoot).
+    pub fn shoot_truth(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+    ) -> Result<Shot, LabError> {
+        let samples = settings.samples.div_ceil(2);
+        let half = |seed: u64| RenderSettings { samples, seed, ..*settings };
+        let first = self.shoot(renderer, state, &half(settings.seed))?;
+        let second = self.shoot(renderer, state, &half(seed_apart(samples, settings.seed)))?;
+        Shot::mean_of(&first, &second).map_err(fault)
+    }
+
+    /// Keeps a picture under `name` (letters, digits and dashes), seen with `exposure` (a factor) through the filmic
+    /// curve.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn picture(
+        &mut self,
+        name: &str,
+        image: &RgbImage,
+        exposure: f32,
+        alt: &str,
+        caption: Vec<String>,
+    ) -> Result<Figure, LabError> {
+        self.codes(name, &display_image(image, exposure, Tonemap::Filmic), alt, caption)
+    }
+
+    /// Keeps the picture of a verdict's FLIP errors: black is none, pale yellow is 1.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn error_picture(
+        &mut self,
+        name: &str,
+        verdict: &Verdict,
+        alt: &str,
+        caption: Vec<String>,
+    ) -> Result<Figure, LabError> {
+        self.codes(name, &verdict.error_image, alt, caption)
+    }
+
+    fn codes(&mut self, name: &str, codes: &Rgb8Image, alt: &str, caption: Vec<String>) -> Result<Figure, LabError> {
+        let file = format!("{PICTURES}/{name}.png");
+        let bytes = encode_png_srgb8(codes).map_err(fault)?;
+        if self.pictures.insert(file.clone(), bytes).is_some() {
+            return Err(LabError(format!("two pictures of the report are called {file}")));
+        }
+        Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
+    }
+
+    /// Takes the pictures made since the last call, as paths from the page and PNG bytes.
+    pub fn take_pictures(&mut self) -> BTreeMap<String, Vec<u8>> {
+        std::mem::take(&mut self.pictures)
+    }
+}
+
+/// The error of a picture that has no file.
+pub fn fault(fault: MapFault) -> LabError {
+    LabError(fault.to_string())
+}

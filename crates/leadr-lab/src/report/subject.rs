@@ -1,0 +1,104 @@
+//! What sections render: a stage on the device with its light.
+
+use super::studio::Studio;
+use leadr_maps::RgbImage;
+use leadr_render::camera::Camera;
+use leadr_render::frame::Renderer;
+use leadr_render::light::environment::Environment;
+use leadr_render::light::sky::Sky;
+use leadr_render::scene::{FrameState, Scene};
+use leadr_render::surfaces::moments::MomentFormat;
+use leadr_scenes::stage::{Lights, Relief, Stage, sphere_stage};
+use leadr_scenes::trex::stage::trex_stage;
+use leadr_tools::error::LabError;
+
+/// A stage whose objects are on the device.
+pub struct Subject {
+    /// Holds the objects.
+    pub renderer: Renderer,
+    /// Their motion and the views.
+    pub stage: Stage,
+    lights: Lights,
+    time: f64,
+    objects: usize,
+}
+
+impl Subject {
+    /// Uploads a stage in a panorama's light and `lights`.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn in_panorama(
+        studio: &Studio,
+        mut stage: Stage,
+        panorama: &RgbImage,
+        lights: Lights,
+    ) -> Result<Self, LabError> {
+        let environment = Environment::from_equirect(&studio.gpu, Environment::FACE_SIZE, panorama)?;
+        let objects = stage.objects.len();
+        let renderer = Renderer::new(&studio.gpu, stage.take_scene(), environment)?;
+        Ok(Self { renderer, stage, lights, time: 0.0, objects })
+    }
+
+    /// Uploads a stage under the sky and its sun; `time` is the moment of its motion, seconds.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn under_the_sky(studio: &Studio, stage: Stage, time: f64) -> Result<Self, LabError> {
+        Self::kept_in(MomentFormat::default(), studio, stage, time)
+    }
+
+    /// The same with the slopes of its maps kept in `format`.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn kept_in(format: MomentFormat, studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, LabError> {
+        let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::default() };
+        let environment = Environment::from_sky(&studio.gpu, Environment::FACE_SIZE, &sky)?;
+        let objects = stage.objects.len();
+        let scene = Scene { map_precision: format, ..stage.take_scene() };
+        let renderer = Renderer::new(&studio.gpu, scene, environment)?;
+        Ok(Self { renderer, stage, lights: Lights::under(&sky), time, objects })
+    }
+
+    /// Rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn rock(studio: &Studio, tile: u32) -> Result<Self, LabError> {
+        Self::under_the_sky(studio, sphere_stage(Relief { tile, ..Relief::default() }), 0.0)
+    }
+
+    /// The T-rex in mid-step under the sky, without its ground, with atlas tiles of `tile` texels.
+    ///
+    /// # Errors
+    /// If it cannot be made or the device fails.
+    pub fn trex(studio: &Studio, tile: u32) -> Result<Self, LabError> {
+        let mut stage = trex_stage(tile, &|_| {}).map_err(|e| LabError(e.to_string()))?;
+        // The ground comes last.
+        stage.objects.pop();
+        Self::under_the_sky(studio, stage, 0.4)
+    }
+
+    /// Chooses the moment of the stage's motion, seconds.
+    pub fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    /// The stage's state as `camera` sees it.
+    #[must_use]
+    pub fn seen_by(&self, camera: &Camera) -> FrameState {
+        let mut state = self.stage.state(self.time, camera, &self.lights);
+        state.poses.truncate(self.objects);
+        state
+    }
+}
+
+/// `camera` moved to `factor` times its distance from its target, with a narrower field of view: a picture with `factor` times
+/// fewer pixels each way then shows the same.
+#[must_use]
+pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
+    let distance = camera.position.distance(camera.target);
+    let fov_y = 2.0 * ((0.5 * camera.fov_y).tan() / factor).atan();
+    Camera { fov_y, ..camera.at_distance(distance * factor) }
+}

@@ -1,0 +1,67 @@
+//! The two truths of the LEADR paper's Figure 8, and a third with all shadows of the bumps.
+
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr_render::surfaces::tessellation::TessellationSettings;
+
+/// What a picture is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// The displaced surface itself, supersampled.
+    Displacement,
+    /// The same, where bumps cast shadows on each other, from every light and from the environment.
+    Shadowed,
+    /// The smooth surface with the slopes of the displaced one, supersampled.
+    NormalMap,
+}
+
+impl Truth {
+    /// Name in files and data.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::Shadowed => "shadowed",
+            Self::NormalMap => "normal-map",
+        }
+    }
+
+    /// Name on the page.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement-map truth",
+            Self::Shadowed => "displacement-map truth with all shadows of the bumps",
+            Self::NormalMap => "normal-map truth",
+        }
+    }
+
+    /// Settings of a picture of this truth for surfaces with a Beckmann base.
+    #[must_use]
+    pub fn settings(self, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
+        self.settings_for(Technique::Leadr, size, samples, seed)
+    }
+
+    /// Settings of a picture of this truth for what `technique` draws: with the same base material.
+    #[must_use]
+    pub fn settings_for(self, technique: Technique, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
+        let default = ShadingOptions::default();
+        RenderSettings {
+            size,
+            samples,
+            seed,
+            shading: technique.reference().with(ShadingOptions {
+                relief_shadows: self == Self::Shadowed,
+                shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
+                sky_occlusion: false,
+                // An estimate of shadows, which one truth has in full and the others leave out.
+                relief_occlusion: false,
+                ..default
+            }),
+            // A smooth surface needs no vertex for every texel.
+            tessellation: TessellationSettings { to_texels: self != Self::NormalMap, ..Default::default() },
+            displacement: self != Self::NormalMap,
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! How far a shot is from the truth, over the object and over its inside.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::nan::or_nan;
+use super::outside::block_means;
+use leadr_maps::tonemap::Tonemap;
+use leadr_maps::{MapFault, Rgb8Image, RgbImage};
+use leadr_reflectance::color::luminance;
+use leadr_tools::metrics::Mask;
+use leadr_tools::metrics::compare::{bias_over, compare, rrmse_over};
+
+/// Width of the silhouette that the inside leaves out, pixels.
+pub const SILHOUETTE: u32 = 2;
+
+/// A rendered picture with what covers it.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// Linear radiance.
+    pub image: RgbImage,
+    /// Share of each pixel that objects cover, 0 to 1.
+    pub coverage: Vec<f32>,
+    /// Device time of all passes and samples.
+    pub milliseconds: f64,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Noise of a truth: relative RMSE inside, from the difference of its two halves; 0 for other pictures.
+    pub noise: f64,
+}
+
+impl Shot {
+    /// The mean of shots of equally many samples; its samples and times are their sums.
+    ///
+    /// # Errors
+    /// Sizes that differ, or no shot.
+    pub fn mean(shots: &[Self]) -> Result<Self, MapFault> {
+        let Some(first) = shots.first() else { return Err(MapFault::Empty { width: 0, height: 0 }) };
+        let share = 1.0 / shots.len() as f32;
+        let (mut texels, mut coverage) = (vec![[0.0f32; 3]; first.image.texels.len()], vec![0.0; first.coverage.len()]);
+        for shot in shots {
+            if (shot.image.width, shot.image.height) != (first.image.width, first.image.height) {
+                return Err(MapFault::SizeMismatch { what: "shots of several sizes were averaged".to_owned() });
+            }
+            for (sum, texel) in texels.iter_mut().zip(&shot.image.texels) {
+                (0..3).for_each(|c| sum[c] += share * texel[c]);
+            }
+            coverage.iter_mut().zip(&shot.coverage).for_each(|(sum, c)| *sum += share * c);
+        }
+        Ok(Self {
+            image: RgbImage::new(first.image.width, first.image.height, texels)?,
+            coverage,
+            milliseconds: shots.iter().map(|s| s.milliseconds).sum(),
+            samples: shots.iter().map(|s| s.samples).sum(),
+            noise: 0.0,
+        })
+    }
+
+    /// The mean of independent truths of different things, with its noise.
+    ///
+    /// # Errors
+    /// As [`mean`](Self::mean).
+    pub fn mean_of_truths(truths: &[Self]) -> Result<Self, MapFault> {
+        let noise = truths.iter().map(|truth| truth.noise.powi(2)).sum::<f64>().sqrt() / truths.len() as f64;
+        Ok(Self { noise, ..Self::mean(truths)? })
+    }
+
+    /// The mean of two independent shots of the same thing, with its noise.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
+        let mut mean = Self::mean(&[a.clone(), b.clone()])?;
+        // Independent halves differ by √2 of the noise of one, and their mean has 1/√2 of it.
+        mean.noise = 0.5 * rrmse_over(&a.image, &b.image, &mean.interior()?)?;
+        Ok(mean)
+    }
+
+    /// This shot with further samples added.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn joined(&self, more: &Self) -> Result<Self, MapFault> {
+        if (more.image.width, more.image.height) != (self.image.width, self.image.height) {
+            return Err(MapFault::SizeMismatch { what: "shots of several sizes were joined".to_owned() });
+        }
+        let samples = self.samples + more.samples;
+        let share = more.samples as f32 / samples as f32;
+        let mix = |a: f32, b: f32| (b - a).mul_add(share, a);
+        let texels = self.image.texels.iter().zip(&more.image.texels);
+        let texels = texels.map(|(a, b)| std::array::from_fn(|c| mix(a[c], b[c]))).collect();
+        Ok(Self {
+            image: RgbImage::new(more.image.width, more.image.height, texels)?,
+            coverage: self.coverage.iter().zip(&more.coverage).map(|(&a, &b)| mix(a, b)).collect(),
+            milliseconds: self.milliseconds + more.milliseconds,
+            samples,
+            noise: 0.0,
+        })
+    }
+
+    /// The picture whose pixels are blocks of `side × side` pixels of this one.
+    ///
+    /// # Errors
+    /// If it is smaller than a block.
+    pub fn of_blocks(&self, side: u32) -> Result<Self, MapFault> {
+        let covered = self.coverage.iter().map(|&c| [c; 3]).collect();
+        let coverage = block_means(&RgbImage::new(self.image.width, self.image.height, covered)?, side)?;
+        Ok(Self {
+            image: block_means(&self.image, side)?,
+            coverage: coverage.texels.iter().map(|t| t[0]).collect(),
+            samples: self.samples * side * side,
+            // Its pixels' noises are independent.
+            noise: self.noise / f64::from(side),
+            ..*self
+        })
+    }
+
+    /// The pixels that objects touch.
+    ///
+    /// # Errors
+    /// Never for a picture that was rendered.
+    pub fn object(&self) -> Result<Mask, MapFault> {
+        Mask::covered(self.image.width, self.image.height, &self.coverage, 1e-4)
+    }
+
+    /// The pixels that objects fill, at least [`SILHOUETTE`] pixels away from all others.
+    ///
+    /// # Errors
+    /// Never for a picture that was rendered.
+    pub fn interior(&self) -> Result<Mask, MapFault> {
+        let filled = Mask::covered(self.image.width, self.image.height, &self.coverage, 0.999)?;
+        Ok(filled.eroded(SILHOUETTE))
+    }
+
+    /// Mean luminance (Rec. 709) over the pixels of a mask; 0 when it is empty.
+    #[must_use]
+    pub fn luminance(&self, mask: &Mask) -> f64 {
+        let pixels = self.image.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
+        let sum: f64 = pixels.map(|(t, _)| luminance(Vec3::from(*t).as_dvec3())).sum();
+        sum / mask.count().max(1) as f64
+    }
+}
+
+/// Errors over one set of pixels; NaN where there are none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Mean FLIP, 0 to 1.
+    #[serde(deserialize_with = "or_nan")]
+    pub flip: f64,
+    /// Relative root mean square error of linear radiance.
+    #[serde(deserialize_with = "or_nan")]
+    pub rrmse: f64,
+    /// Relative bias; positive is too bright.
+    #[serde(deserialize_with = "or_nan")]
+    pub bias: f64,
+}
+
+/// Where a squared error lies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Anatomy {
+    /// Share of the object's squared error that lies on its silhouette.
+    pub outline: f64,
+    /// Share of the squared error inside that lies in the brightest twentieth of the reference's inside.
+    pub highlights: f64,
+}
+
+/// How far a test is from a reference.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// Errors over the pixels that the reference's object touches, without the background.
+    pub object: Errors,
+    /// Errors over the inside, without the silhouette.
+    pub interior: Errors,
+    /// Where the error lies.
+    pub anatomy: Anatomy,
+    /// Noise of the reference ([`Shot::noise`]).
+    pub noise: f64,
+    /// FLIP of every pixel as colours.
+    pub error_image: Rgb8Image,
+}
+
+/// Compares `test` with `reference`; FLIP sees both with `exposure` (a factor) through the filmic curve.
+///
+/// # Errors
+/// Sizes that differ, or a NaN or infinity, with its place.
+pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
+    let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
+    let errors = |mask: &Mask| -> Result<Errors, MapFault> {
+        // No pixels, no error: zero would claim that they are right.
+        if mask.count() == 0 {
+            return Ok(Errors { flip: f64::NAN, rrmse: f64::NAN, bias: f64::NAN });
+        }
+        Ok(Errors {
+            flip: compared.flip_over(mask),
+            rrmse: rrmse_over(&reference.image, &test.image, mask)?,
+            bias: bias_over(&reference.image, &test.image, mask)?,
+        })
+    };
+    let (object, interior) = (reference.object()?, reference.interior()?);
+    Ok(Verdict {
+        object: errors(&object)?,
+        interior: errors(&interior)?,
+        anatomy: anatomy(&reference.image, &test.image, &object, &interior),
+        noise: reference.noise,
+        error_image: compared.error_image(),
+    })
+}
+
+fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask) -> Anatomy {
+    // Squared error and brightness of every pixel of a mask.
+    let pixels = |mask: &Mask| -> Vec<(f64, f64)> {
+        let pairs = reference.texels.iter().zip(&test.texels).zip(&mask.inside).filter(|&(_, &inside)| inside);
+        pairs
+            .map(|((r, t), _)| {
+                let squared = r.iter().zip(t).map(|(&r, &t)| (f64::from(r) - f64::from(t)).powi(2)).sum();
+                (squared, r.iter().map(|&v| f64::from(v)).sum())
+            })
+            .collect()
+    };
+    let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
+    let total = |pixels: &[(f64, f64)]| pixels.iter().map(|p| p.0).sum::<f64>();
+    let (whole, mut inside) = (total(&pixels(object)), pixels(interior));
+    let within = total(&inside);
+    inside.sort_by(|a, b| b.1.total_cmp(&a.1));
+    inside.truncate(inside.len().div_ceil(20));
+    Anatomy { outline: share(whole - within, whole).max(0.0), highlights: share(total(&inside), within) }
+}
+
+/// The error of a filter: that of the mean of pictures of several reliefs of a kind, less the share that single ones still have in it.
+/// A pixel sees few bumps, and which ones is an accident; so is the noise of the truth. Both are independent from relief to relief, so a
+/// mean of n has 1/n of their squares, which (n mean² − single²) / (n − 1) takes off. With one relief there is nothing to tell them by.
+#[must_use]
+pub fn without_grain(of_mean: f64, of_singles: &[f64]) -> f64 {
+    let n = of_singles.len() as f64;
+    if n < 2.0 {
+        return of_mean;
+    }
+    let single = of_singles.iter().map(|error| error * error).sum::<f64>() / n;
+    ((n * of_mean * of_mean - single) / (n - 1.0)).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_reflectance::random::Random;
+
+    /// A disc on a bright ground, its inside and its outline dimmed by factors.
+    fn disc(inside: f32, outline: f32) -> Shot {
+        let (mut texels, mut coverage) = (Vec::new(), Vec::new());
+        for i in 0..40 * 40 {
+            let radius = ((i % 40) as f32 - 19.5).hypot((i / 40) as f32 - 19.5);
+            let share = (15.0 - radius).clamp(0.0, 1.0);
+            let value = if radius < 12.0 { 0.4 * inside } else { 0.4 * outline };
+            texels.push([value * share + 2.0 * (1.0 - share); 3]);
+            coverage.push(share);
+        }
+        Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1, noise: 0.0 }
+    }
+
+    #[test]
+    fn blocks_have_the_samples_of_their_pixels() {
+        let shot = Shot { noise: 0.4, samples: 3, ..disc(1.0, 0.5) };
+        let blocks = shot.of_blocks(4).unwrap();
+        assert_eq!((blocks.image.width, blocks.image.height, blocks.coverage.len()), (10, 10, 100));
+        assert_eq!((blocks.samples, blocks.noise), (48, 0.1));
+        assert!((blocks.coverage[55] - 1.0).abs() < 1e-6 && (blocks.image.texels[55][0] - 0.4).abs() < 1e-6);
+        let mean = |shot: &Shot| shot.coverage.iter().sum::<f32>() / shot.coverage.len() as f32;
+        assert!((mean(&blocks) - mean(&shot)).abs() < 1e-5);
+    }
+
+    /// Pictures that err by a known amount each, and by an accident of their own.
+    #[test]
+    fn grain_is_told_from_the_error_of_a_filter() {
+        let (bias, grain, n) = (0.03, 0.1, 8);
+        let mut random = Random::stream(1, 0);
+        let (mut found, mut of_means, rounds) = (0.0, 0.0, 200);
+        for _ in 0..rounds {
+            let all: Vec<Vec<f64>> =
+                (0..n).map(|_| (0..400).map(|_| bias + grain * random.normals()[0]).collect()).collect();
+            let rms = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+            let mean: Vec<f64> = (0..400).map(|i| all.iter().map(|one| one[i]).sum::<f64>() / n as f64).collect();
+            let singles: Vec<f64> = all.iter().map(|one| rms(one)).collect();
+            found += without_grain(rms(&mean), &singles).powi(2) / f64::from(rounds);
+            of_means += rms(&mean).powi(2) / f64::from(rounds);
+        }
+        assert!((found.sqrt() - bias).abs() < 0.001, "{}", found.sqrt());
+        // The mean alone is no such thing.
+        assert!(of_means.sqrt() > 1.4 * bias, "{}", of_means.sqrt());
+        assert_eq!(without_grain(0.2, &[0.2]), 0.2);
+        assert_eq!(without_grain(0.1, &[0.5, 0.5]), 0.0);
+    }
+
+    #[test]
+    fn halves_tell_the_noise_of_their_mean() {
+        let mean = Shot::mean_of(&disc(1.1, 1.0), &disc(0.9, 1.0)).unwrap();
+        assert!((mean.noise - 0.1).abs() < 0.01, "{}", mean.noise);
+        assert_eq!(mean.samples, 2);
+        assert!((mean.image.at(20, 20)[0] - 0.4).abs() < 1e-6);
+    }
+
+    #[test]
+    fn samples_join_by_their_numbers() {
+        let (one, mut three) = (disc(1.0, 1.0), disc(0.2, 1.0));
+        three.samples = 3;
+        let joined = one.joined(&three).unwrap();
+        assert_eq!((joined.samples, joined.milliseconds), (4, 2.0));
+        assert!((joined.image.at(20, 20)[0] - 0.4 * (0.25 + 0.75 * 0.2)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn inside_and_outline_are_told_apart() {
+        let truth = disc(1.0, 1.0);
+        let same = judge(&truth, &truth, 1.0).unwrap();
+        assert_eq!((same.object.rrmse, same.interior.flip), (0.0, 0.0));
+        let dim = judge(&truth, &disc(0.5, 1.0), 1.0).unwrap();
+        assert!((dim.interior.bias + 0.5).abs() < 0.05 && dim.interior.rrmse > 0.4, "{:?}", dim.interior);
+        let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
+        assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
+        assert!(edge.anatomy.outline > 0.9 && dim.anatomy.outline < 0.2, "{:?} {:?}", edge.anatomy, dim.anatomy);
+        // Half the light is missing evenly; a broken highlight is not.
+        assert!(dim.anatomy.highlights < 0.1, "{:?}", dim.anatomy);
+        let mut lit = truth.clone();
+        (790..795).for_each(|i| lit.image.texels[i] = [9.0; 3]);
+        assert!(judge(&lit, &truth, 1.0).unwrap().anatomy.highlights > 0.9);
+        assert!((truth.luminance(&truth.interior().unwrap()) - 0.4).abs() < 1e-6);
+    }
+}

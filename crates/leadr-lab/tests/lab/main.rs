@@ -1,0 +1,7 @@
+//! The laboratory: quadrature rules, ray casts, shadowing, the forward pass of the bench.
+
+mod forward;
+mod painted;
+mod quadrature;
+mod ray_cast;
+mod shadowing;

@@ -1,0 +1,197 @@
+//! The visible-slope rules against converged integrals, beside the paper's grids. Bounds are close to the values measured on
+//! these seeds, so a wrong rule breaks them. `examples/07_quadrature.rs` and docs/measurements/quadrature.md have full tables.
+
+use glam::{DVec2, DVec3};
+use leadr_lab::quadrature_study::Row;
+use leadr_lab::quadrature_study::diffuse::{DiffuseSet, converged_moments};
+use leadr_lab::quadrature_study::light::LightSet;
+use leadr_lab::quadrature_study::specular::{Sharpness, SpecularSet, probe_radiance};
+use leadr_lab::quadrature_study::surfaces::{Surface, surfaces};
+use leadr_lab::quadrature_study::sweep::{Path, SweepRow, sweep_rows};
+use leadr_reflectance::integrals::reference::visible_mean;
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::slopes::grid::normal_of_slope;
+use leadr_reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr_reflectance::visible::shadowed_specular::visible_specular_environment;
+use leadr_reflectance::visible::specular::probe_rule;
+use std::f64::consts::PI;
+
+fn print(rows: &[Row]) {
+    println!("{}", Row::HEADER);
+    rows.iter().for_each(|row| println!("{}", row.line()));
+}
+
+fn find<'a>(rows: &'a [Row], rule: &str) -> &'a Row {
+    rows.iter().find(|r| r.rule == rule).unwrap_or_else(|| panic!("no row {rule}"))
+}
+
+/// `(rule, rms, max)` that no row may exceed.
+fn check(rows: &[Row], bounds: &[(&str, f64, f64)]) {
+    print(rows);
+    for &(rule, rms, max) in bounds {
+        let row = find(rows, rule);
+        assert!(row.rms <= rms && row.max <= max, "{} is beyond rms {rms}, max {max}", row.line());
+        // A bound far above the measured error would prove nothing.
+        assert!(row.rms > 0.8 * rms, "{} is far inside rms {rms}", row.line());
+    }
+}
+
+#[test]
+fn diffuse_moments() {
+    let set = DiffuseSet::new(600, 8, 11);
+    let rows = set.rows();
+    check(
+        &rows,
+        &[("paper 5x5", 1.75e-2, 0.15), ("visible 2 terms", 1.9e-3, 0.018), ("visible 3 terms", 2.9e-4, 3.3e-3)],
+    );
+    let paper = find(&rows, "paper 5x5").rms;
+    assert!(find(&rows, "visible 2 terms").rms < paper / 6.0);
+    assert!(find(&rows, "visible 3 terms").rms < paper / 40.0);
+    // With the wrong sign of the correlation, the errors must show.
+    let wrong = set.row("wrong", 2, |s| visible_diffuse_moments(s.wo, s.m, DVec3::new(s.s.x, s.s.y, -s.s.z), 2));
+    assert!(wrong.rms > 10.0 * find(&rows, "visible 2 terms").rms, "{}", wrong.line());
+}
+
+/// Denser grids are nearer to the integral, up to the densest: with a fixed extent they would all miss the same tail.
+#[test]
+fn grids_converge() {
+    let (diffuse, light) = (DiffuseSet::new(120, 8, 5).rows(), LightSet::new(300, 5).rows());
+    let mirrors = SpecularSet::new(60, Sharpness::Smooth, 5).rows();
+    for (rows, factor) in [(&diffuse, 2.5), (&light, 2.0), (&mirrors, 1.7)] {
+        let rms = ["16x16", "32x32", "64x64", "128x128"].map(|n| find(rows, &format!("paper {n}")).rms);
+        println!("{rms:?}");
+        assert!(rms[1] > factor * rms[2] && rms[2] > factor * rms[3], "{rms:?}");
+    }
+}
+
+/// The converged integrals do not change when refined.
+#[test]
+fn references_are_converged() {
+    let mut worst = 0.0f64;
+    for surface in surfaces(60, 3) {
+        let (a, b) = (converged_moments(&surface, 12), converged_moments(&surface, 30));
+        worst = worst.max((a.mean - b.mean).length()).max((a.diag - b.diag).length()).max((a.off - b.off).length());
+    }
+    println!("moments move by {worst:.1e}");
+    assert!(worst < 2e-6);
+}
+
+#[test]
+fn one_light() {
+    let set = LightSet::new(1500, 11);
+    let rows = set.rows();
+    check(
+        &rows,
+        &[("paper 5x5", 8.3e-3, 0.061), ("visible 2 terms", 8.8e-4, 9.5e-3), ("visible 3 terms", 1.75e-4, 1.4e-3)],
+    );
+    assert!(find(&rows, "visible 2 terms").rms < find(&rows, "paper 5x5").rms / 6.0);
+    assert!(find(&rows, "visible 3 terms").rms < find(&rows, "paper 32x32").rms / 3.0);
+    let wrong = set.row("wrong", 2, |s, wi| {
+        PI * leadr_diffuse_light_visible(wi, s.wo, s.m, s.s, false, 2) // normalised by the light's area
+    });
+    assert!(wrong.rms > 10.0 * find(&rows, "visible 2 terms").rms, "{}", wrong.line());
+}
+
+fn specular(sharpness: Sharpness, bounds: &[(&str, f64, f64)]) {
+    let set = SpecularSet::new(400, sharpness, 11);
+    let rows = set.rows();
+    check(&rows, bounds);
+    let printed = find(&rows, "paper 5x5, supplement's LOD").rms;
+    assert!(find(&rows, "rings of 5").rms < 0.8 * printed);
+    assert!(find(&rows, "rings of 16").rms < 0.5 * find(&rows, "paper 5x5").rms);
+    // With the wrong sign of the correlation, the errors must show.
+    let wrong = set.row("wrong", 16, |s, lobes| {
+        probe_radiance(&Surface { s: DVec3::new(s.s.x, s.s.y, -s.s.z), ..*s }, lobes, probe_rule(16))
+    });
+    assert!(wrong.rms > 1.5 * find(&rows, "rings of 16").rms, "{}", wrong.line());
+}
+
+#[test]
+fn smooth_environments() {
+    specular(
+        Sharpness::Smooth,
+        &[("rings of 5", 0.058, 0.34), ("rings of 9", 0.0425, 0.36), ("rings of 16", 0.025, 0.21)],
+    );
+}
+
+#[test]
+fn sharp_environments() {
+    specular(Sharpness::Sharp, &[("rings of 5", 0.228, 2.1), ("rings of 9", 0.21, 2.3), ("rings of 16", 0.126, 1.25)]);
+}
+
+/// The mean Fresnel term of the visible facets, which is what the specular term takes from the diffuse one.
+#[test]
+fn fresnel_of_the_visible_facets() {
+    let all = surfaces(400, 21);
+    let error = |f: &dyn Fn(&Surface) -> f64| {
+        let (mut square, mut worst) = (0.0, 0.0f64);
+        for s in &all {
+            let k = |slope| DVec3::splat((1.0 - s.wo.dot(normal_of_slope(slope))).clamp(0.0, 1.0).powi(5));
+            let e = f(s) - visible_mean(s.wo, s.m, s.s, 14, k).x;
+            square += e * e;
+            worst = worst.max(e.abs());
+        }
+        ((square / all.len() as f64).sqrt(), worst)
+    };
+    for (n, bound) in [(5, 3.7e-3), (9, 2.5e-3), (16, 1.8e-3)] {
+        let along = |s: &Surface, f0| {
+            visible_specular_environment(Shadowing::None, s.wo, s.m, s.s, f0, probe_rule(n), |_| DVec3::ONE)
+        };
+        let white = along(&all[0], DVec3::ONE);
+        assert!((white.reflected - DVec3::ONE).length() < 1e-7 && (white.fresnel - DVec3::ONE).length() < 1e-7);
+        // Schlick's weight alone, without the reflectance at normal incidence.
+        let f0 = 0.04;
+        let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).fresnel.x - f0) / (1.0 - f0));
+        println!("mean Fresnel term by {n} probes: rms {rms:.1e}, worst {worst:.1e}");
+        assert!(rms < bound && worst < 0.022);
+    }
+}
+
+/// No popping: over slow sweeps of the view, the roughness and the anisotropy, through normal incidence and isotropy, the
+/// largest second difference of any rule is below the grid's, and its largest step is no more than the picture itself moves.
+#[test]
+fn nothing_pops() {
+    let rows = sweep_rows(20);
+    for r in &rows {
+        println!("{:<11} {:<13} {:<16} {:.1e} {:.1e}", r.path.name(), r.integral, r.rule, r.steps.step, r.steps.bend);
+    }
+    let worst = |integral: &str, rule: &str| {
+        let all = || rows.iter().filter(|r| r.integral == integral && r.rule == rule);
+        assert_eq!(all().count(), Path::ALL.len());
+        let largest = |f: fn(&SweepRow) -> f64| all().map(f).fold(0.0, f64::max);
+        (largest(|r| r.steps.step), largest(|r| r.steps.bend))
+    };
+    for (integral, rules) in [
+        ("diffuse", &["visible 2 terms", "visible 3 terms"][..]),
+        ("light", &["visible 2 terms", "visible 3 terms"]),
+        ("smooth lobes", &["rings of 5", "rings of 9", "rings of 16"]),
+        ("sharp lobes", &["rings of 5", "rings of 9", "rings of 16"]),
+    ] {
+        let (step, bend) = worst(integral, "paper 5x5");
+        for rule in rules {
+            let (s, b) = worst(integral, rule);
+            println!("{integral}, {rule}: step {s:.1e} (grid {step:.1e}), second difference {b:.1e} (grid {bend:.1e})");
+            assert!(b < bend, "{integral}, {rule}");
+            assert!(s < 1.1 * step, "{integral}, {rule}");
+        }
+    }
+}
+
+/// The rules are smooth where formulas with azimuths or eigenvectors are singular: seen from straight above, and where the
+/// footprint is a circle.
+#[test]
+fn flat_and_overhead_surfaces() {
+    let m = DVec2::new(0.3, -0.2);
+    let flat = visible_diffuse_moments(DVec3::new(0.6, 0.0, 0.8), m, DVec3::ZERO, 2);
+    assert!((flat.mean - normal_of_slope(m)).length() < 1e-8, "a flat surface has one normal: {}", flat.mean);
+    assert!((flat.diag - flat.mean * flat.mean).length() < 1e-8);
+    // The nodes do not move when the view crosses the vertical.
+    let s = DVec3::new(0.25, 0.16, 0.1);
+    let seen = |tilt: f64, phi: f64| {
+        let wo = DVec3::new(tilt * phi.cos(), tilt * phi.sin(), 1.0).normalize();
+        visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, probe_rule(9), |p| p.wi).reflected
+    };
+    for phi in 0..8 {
+        assert!((seen(1e-6, f64::from(phi)) - seen(0.0, 0.0)).length() < 1e-5);
+    }
+}

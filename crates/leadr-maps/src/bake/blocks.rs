@@ -1,0 +1,331 @@
+//! Block compression of baked maps: which numbers are stored, and rows on their way into blocks.
+//!
+//! **What is stored.** Not second moments: `E[x²] − E[x]²` of numbers with an error of some percent is nothing (measured in
+//! docs/measurements/maps.md). Stored are deviations and correlation; a texel's moments follow from them and from the means *as
+//! they were stored*. They are not linear: whoever interpolates makes moments of each texel first.
+//!
+//! **Again and again.** A block of BC5 tells a number to a fourteenth of the block's range. What that leaves over goes into another layer,
+//! and what is left then into a third: heights, which the eye sees as they are, and mean slopes four times, all others twice.
+
+use rayon::prelude::*;
+
+use super::Kind;
+use crate::bc5;
+
+/// Part of a range that a layer leaves over at most, beside a step of its bytes.
+const REST: f32 = 1.0 / 7.0 + 1.0 / 127.0;
+
+/// What a channel of a layer holds: the channel of the map, and how many layers before it hold more of that.
+pub(crate) type Slot = (usize, usize);
+
+/// In how many layers a channel is stored.
+fn depth(name: &str) -> usize {
+    match name {
+        "height" | "x" | "y" | "B.x" | "B.y" => 4,
+        _ => 2,
+    }
+}
+
+/// What layers of two channels hold: pair by pair of the map's channels, and then what is stored of one of them alone.
+fn slots(channels: &[&str]) -> Vec<Option<Slot>> {
+    let mut slots = Vec::new();
+    for (pair, names) in channels.chunks(2).enumerate() {
+        let depths: Vec<usize> = names.iter().map(|name| depth(name)).collect();
+        let both = if let [a, b] = depths[..] { a.min(b) } else { 0 };
+        slots.extend((0..both).flat_map(|rest| [Some((2 * pair, rest)), Some((2 * pair + 1, rest))]));
+        slots.extend(
+            depths.iter().enumerate().flat_map(|(i, &depth)| (both..depth).map(move |rest| Some((2 * pair + i, rest)))),
+        );
+        slots.resize(slots.len().next_multiple_of(2), None);
+    }
+    slots
+}
+
+/// The name of what is left over of a channel so many layers on.
+pub(crate) fn rest_name(name: &str, rest: usize) -> String {
+    match rest {
+        0 => name.to_owned(),
+        1 => format!("{name}.rest"),
+        _ => format!("{name}.rest{rest}"),
+    }
+}
+
+/// And back.
+pub(crate) fn of_rest_name(name: &str) -> Option<(&str, usize)> {
+    Some(match name.split_once(".rest") {
+        None => (name, 0),
+        Some((name, "")) => (name, 1),
+        Some((name, rest)) => (name, rest.parse().ok().filter(|rest| (2..10).contains(rest))?),
+    })
+}
+
+/// The names of what is stored of the channels of a map.
+pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
+    let stored = |name: &String| match (kind, name.as_str()) {
+        (Kind::Leadr, "xx") => "x.deviation".to_owned(),
+        (Kind::Leadr, "yy") => "y.deviation".to_owned(),
+        (Kind::Lean, "M.xx") => "B.x.deviation".to_owned(),
+        (Kind::Lean, "M.yy") => "B.y.deviation".to_owned(),
+        (Kind::Clean, "M") => "deviation".to_owned(),
+        (Kind::Leadr | Kind::Lean, "xy" | "M.xy") => "correlation".to_owned(),
+        _ => name.clone(),
+    };
+    channels.iter().map(stored).collect()
+}
+
+/// In place of second moments, deviations and correlation.
+fn to_stored(kind: Kind, texel: &mut [f32]) {
+    let deviation = |second: f32, square: f32| (second - square).max(0.0).sqrt();
+    let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
+    match kind {
+        Kind::Leadr | Kind::Lean => {
+            let covariance = texel[4] - x * y;
+            texel[2] = deviation(texel[2], x * x);
+            texel[3] = deviation(texel[3], y * y);
+            texel[4] = (covariance / (texel[2] * texel[3]).max(1e-30)).clamp(-1.0, 1.0);
+        }
+        Kind::Clean => texel[2] = deviation(texel[2], x * x + y * y),
+        _ => {}
+    }
+}
+
+/// And back.
+fn of_stored(kind: Kind, texel: &mut [f32]) {
+    let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
+    match kind {
+        Kind::Leadr | Kind::Lean => {
+            let [sx, sy] = [texel[2].max(0.0), texel[3].max(0.0)];
+            texel[4] = texel[4].clamp(-1.0, 1.0) * sx * sy + x * y;
+            texel[2] = sx * sx + x * x;
+            texel[3] = sy * sy + y * y;
+        }
+        Kind::Clean => texel[2] = texel[2] * texel[2] + x * x + y * y,
+        _ => {}
+    }
+}
+
+/// The ranges of what is stored, for channels of a map with slopes up to `slope`, heights in `heights`, and light up to `light`.
+pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2], light: f32) -> Vec<[f32; 2]> {
+    let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
+    let range = |name: &str| match (kind, name) {
+        (_, "height") => heights,
+        (_, "alpha2" | "alpha4" | "gloss" | "occlusion") => [0.0, 1.0],
+        (_, "red" | "green" | "blue") => [0.0, light],
+        (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
+        (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
+        // The deviation in all directions.
+        (_, "M") => [0.0, 1.5 * slope],
+        _ => [-slope, slope],
+    };
+    channels.iter().map(|name| wide(range(name))).collect()
+}
+
+/// How a map is stored in layers of two channels.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BlockPlan {
+    kind: Kind,
+    /// Channels of the map.
+    channels: usize,
+    /// What each channel of each layer holds; of each channel of the map, what is left over comes after it.
+    slots: Vec<Option<Slot>>,
+    /// A channel of the map is the sum of `value / factor + offset` over the slots that hold it.
+    scales: Vec<[f32; 2]>,
+}
+
+impl BlockPlan {
+    /// For channels in these ranges.
+    pub fn new(kind: Kind, channels: &[&str], ranges: &[[f32; 2]]) -> Self {
+        let slots = slots(channels);
+        let scale = |&slot: &Option<Slot>| {
+            let Some((channel, rest)) = slot else { return [1.0, 0.0] };
+            let [low, high] = ranges[channel];
+            let factor = (0..rest).fold(2.0 / (high - low), |factor, _| factor / REST);
+            [factor, if rest == 0 { 0.5 * (low + high) } else { 0.0 }]
+        };
+        Self { kind, channels: channels.len(), scales: slots.iter().map(scale).collect(), slots }
+    }
+
+    /// As a file tells it: what each slot holds, its factor and its offset.
+    pub fn of_slots(kind: Kind, channels: usize, slots: Vec<Option<Slot>>, factors: &[f64], offsets: &[f64]) -> Self {
+        let scales = factors.iter().zip(offsets).map(|(&factor, &offset)| [factor as f32, offset as f32]).collect();
+        Self { kind, channels, slots, scales }
+    }
+
+    /// Number of layers.
+    pub fn layers(&self) -> usize {
+        self.slots.len() / 2
+    }
+
+    /// What each channel of each layer holds.
+    pub fn slots(&self) -> &[Option<Slot>] {
+        &self.slots
+    }
+
+    /// Factor and offset of each.
+    pub fn scales(&self) -> &[[f32; 2]] {
+        &self.scales
+    }
+
+    /// Encodes up to four rows of texels with interleaved channels: the blocks of each layer, and the rows as they will be read.
+    pub fn encode(&self, rows: &[Vec<f32>]) -> (Vec<Vec<u8>>, Vec<Vec<f32>>) {
+        let (channels, width) = (self.channels, rows[0].len() / self.channels);
+        let across = width.div_ceil(bc5::SIDE);
+        let blocks: Vec<Vec<[u8; bc5::BYTES]>> =
+            (0..across).into_par_iter().map(|block| self.encode_block(rows, block)).collect();
+        let layers: Vec<Vec<u8>> = (0..self.layers())
+            .map(|layer| blocks.iter().flat_map(|block| [block[2 * layer], block[2 * layer + 1]].concat()).collect())
+            .collect();
+        let mut decoded = vec![vec![0.0; width * channels]; rows.len()];
+        for (index, block) in blocks.iter().enumerate() {
+            self.decode_block(block, |x, y, texel| {
+                if let Some(row) = decoded.get_mut(y)
+                    && let Some(to) = row.chunks_exact_mut(channels).nth(bc5::SIDE * index + x)
+                {
+                    to.copy_from_slice(texel);
+                }
+            });
+        }
+        (layers, decoded)
+    }
+
+    /// A block of every channel of every layer. Beyond the edges the last texels go on.
+    fn encode_block(&self, rows: &[Vec<f32>], block: usize) -> Vec<[u8; bc5::BYTES]> {
+        let width = rows[0].len() / self.channels;
+        let texels: Vec<Vec<f32>> = (0..16)
+            .map(|i| {
+                let (x, y) = ((bc5::SIDE * block + i % bc5::SIDE).min(width - 1), (i / bc5::SIDE).min(rows.len() - 1));
+                let mut texel = rows[y][x * self.channels..][..self.channels].to_vec();
+                to_stored(self.kind, &mut texel);
+                texel
+            })
+            .collect();
+        let mut left: Vec<[f32; 16]> = (0..self.channels).map(|c| std::array::from_fn(|i| texels[i][c])).collect();
+        let slots = self.slots.iter().zip(&self.scales).map(|(&slot, &[factor, offset])| {
+            let Some((channel, _)) = slot else { return [0; bc5::BYTES] };
+            let left = &mut left[channel];
+            let values = left.map(|v| ((v - offset) * factor).clamp(-1.0, 1.0));
+            let encoded = bc5::encode(&values);
+            let found = bc5::decode(&encoded);
+            *left = std::array::from_fn(|i| (values[i] - found[i]) / factor);
+            encoded
+        });
+        slots.collect()
+    }
+
+    /// Hands on the 16 texels of the blocks of all channels of all layers: where in the block, and its channels.
+    pub fn decode_block(&self, blocks: &[[u8; bc5::BYTES]], mut put: impl FnMut(usize, usize, &[f32])) {
+        let mut texels = vec![vec![0.0; self.channels]; 16];
+        for ((slot, &[factor, offset]), block) in self.slots.iter().zip(&self.scales).zip(blocks) {
+            let Some((channel, _)) = *slot else { continue };
+            for (texel, value) in texels.iter_mut().zip(bc5::decode(block)) {
+                texel[channel] += value / factor + offset;
+            }
+        }
+        for (i, texel) in texels.iter_mut().enumerate() {
+            of_stored(self.kind, texel);
+            put(i % bc5::SIDE, i / bc5::SIDE, texel);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_come_back_with_their_variance() {
+        // Steep means with little variance: what raw second moments lose.
+        let texel = |i: usize| {
+            let (x, y) = (3.0 + 0.2 * (i as f32 * 0.7).sin(), -2.0 + 0.1 * (i as f32 * 1.3).cos());
+            let (sx, sy, rho) = (0.05 + 0.01 * (i % 5) as f32, 0.08, 0.5 - 0.1 * (i % 3) as f32);
+            [x, y, x * x + sx * sx, y * y + sy * sy, x * y + rho * sx * sy, 0.01 * i as f32]
+        };
+        let rows: Vec<Vec<f32>> = (0..3).map(|y| (0..6).flat_map(|x| texel(6 * y + x)).collect()).collect();
+        let names = ["x", "y", "xx", "yy", "xy", "height"];
+        let plan = BlockPlan::new(Kind::Leadr, &names, &ranges(Kind::Leadr, &names, 4.0, [0.0, 0.2], 1.0));
+        let (layers, decoded) = plan.encode(&rows);
+        assert_eq!((layers.len(), layers[0].len()), (9, 2 * 16));
+        for (row, decoded) in rows.iter().zip(&decoded) {
+            for (a, b) in row.chunks_exact(6).zip(decoded.chunks_exact(6)) {
+                // Means in a range of 8 and heights in one of 0.2: to an eight-thousandth and a four-thousandth of that.
+                assert!((a[0] - b[0]).abs() < 1e-3 && (a[5] - b[5]).abs() < 5e-5, "{a:?} {b:?}");
+                let variance = |m: &[f32]| [m[2] - m[0] * m[0], m[3] - m[1] * m[1], m[4] - m[0] * m[1]];
+                for (va, vb) in variance(a).into_iter().zip(variance(b)) {
+                    assert!((va - vb).abs() < 1e-3, "{a:?} {b:?}");
+                }
+            }
+        }
+        // As a file tells it.
+        let [factors, offsets] = [0, 1].map(|i| plan.scales().iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
+        assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots().to_vec(), &factors, &offsets), plan);
+    }
+
+    #[test]
+    fn names_of_what_is_left_over_are_read() {
+        for (name, rest) in [("x", 0), ("B.x.deviation", 1), ("height", 2), ("height", 3)] {
+            assert_eq!(of_rest_name(&rest_name(name, rest)), Some((name, rest)));
+        }
+        assert!(["x.rest1", "x.rest0", "x.restless", "x.rest99"].iter().all(|name| of_rest_name(name).is_none()));
+    }
+
+    /// Root mean square error of the variances along both axes over variance and that of a base of α = 0.35, for a level of a map.
+    fn variance_error(exact: &[Vec<f32>], stored: &[Vec<f32>], raw: bool) -> f64 {
+        let channels = if raw { 5 } else { 6 };
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (a, b) in exact.iter().zip(stored) {
+            for (a, b) in a.chunks_exact(channels).zip(b.chunks_exact(channels)) {
+                for axis in 0..2 {
+                    let variance = |m: &[f32]| f64::from((m[2 + axis] - m[axis] * m[axis]).max(0.0));
+                    let base = 0.35f64.powi(2) / 2.0;
+                    sum += ((variance(b) - variance(a)) / (variance(a) + base)).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+        (sum / count).sqrt()
+    }
+
+    #[test]
+    fn raw_second_moments_do_not_survive_blocks() {
+        let mut map = crate::procedural::rock(256, 256, 1);
+        // The relief of the plane: .12 m and the factor of generated rock over 2 m.
+        map.texels.iter_mut().for_each(|height| *height *= 0.6 * 0.12 / 2.0);
+        let leadr = crate::LeadrMap::new(&map, crate::Wrap::Repeat);
+        println!("level   raw     raw twice   deviations   deviations twice");
+        for (index, level) in leadr.levels.iter().enumerate().take(4) {
+            let texels: Vec<[f32; 6]> = level.texels.iter().map(|m| bytemuck::cast(*m)).collect();
+            let rows = |channels: usize| -> Vec<Vec<f32>> {
+                let row = |row: &[[f32; 6]]| row.iter().flat_map(|texel| texel[..channels].to_vec()).collect();
+                texels.chunks_exact(level.width as usize).map(row).collect()
+            };
+            let most = |channel: usize| texels.iter().fold(0.0f32, |most, texel| most.max(texel[channel].abs()));
+            let slope = most(0).max(most(1)).max(most(2).max(most(3)).sqrt());
+            let [low, high] = [-most(5), most(5)];
+            let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0);
+            let square = slope * slope;
+            // A kind whose channels are stored as they are.
+            let raw = [[-slope, slope], [-slope, slope], [0.0, square], [0.0, square], [-square, square]];
+            let mut errors = Vec::new();
+            for (kind, ranges, channels) in [(Kind::Toksvig, &raw[..], 5), (Kind::Leadr, &deviations[..], 6)] {
+                for once in [true, false] {
+                    let names = ["x", "y", "xx", "yy", "xy", "height"];
+                    let mut plan = BlockPlan::new(kind, &names[..channels], ranges);
+                    if once {
+                        // Nothing is left of what is left over.
+                        let rests =
+                            plan.scales.iter_mut().zip(&plan.slots).filter(|(_, slot)| slot.is_some_and(|s| s.1 > 0));
+                        rests.for_each(|(scale, _)| scale[0] = 1e30);
+                    }
+                    let exact = rows(channels);
+                    let stored: Vec<Vec<f32>> = exact.chunks(4).flat_map(|rows| plan.encode(rows).1).collect();
+                    errors.push(variance_error(&exact, &stored, channels == 5));
+                }
+            }
+            println!("{index:5}   {}", errors.iter().map(|e| format!("{e:.4}")).collect::<Vec<_>>().join("   "));
+            assert!(
+                errors[0] > 2.0 * errors[2] && errors[1] > 2.2 * errors[3] && errors[3] < 0.01,
+                "{index}: {errors:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! EXR with mip levels: tiles of 64 x 64, sizes rounded down, a channel for each of the plan's.
+//!
+//! The whole result is held until it is written: the format stores the largest level first and the `exr` crate takes an image as one.
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use exr::image::Levels;
+use exr::math::RoundingMode;
+use exr::meta::attribute::AttributeValue;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    SmallVec, Text, Vec2, WritableImage,
+};
+use half::f16;
+
+use super::keys::keys;
+use super::pyramid::level_sizes;
+use super::{Layout, Plan, Precision, Report, Target};
+use crate::png_read::one_line;
+use crate::{MapFault, Wrap, limits};
+
+/// Levels on their way to a file.
+pub struct ExrFile<'a> {
+    plan: &'a Plan,
+    sizes: Vec<[u32; 2]>,
+    /// Each channel, level by level.
+    planes: Vec<Vec<FlatSamples>>,
+}
+
+impl<'a> ExrFile<'a> {
+    /// Takes the memory for the result.
+    ///
+    /// # Errors
+    /// If there is not enough.
+    pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
+        let sizes = level_sizes(plan.size);
+        let plane = |&[w, h]: &[u32; 2]| {
+            let texels = w as usize * h as usize;
+            Ok(match plan.precision {
+                Precision::F32 => FlatSamples::F32(limits::zeroed(texels)?),
+                Precision::F16 => FlatSamples::F16(limits::zeroed(texels)?),
+                Precision::Bc => {
+                    let what = "an EXR holds no blocks".into();
+                    return Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() });
+                }
+            })
+        };
+        let planes =
+            plan.channels.iter().map(|_| sizes.iter().map(plane).collect()).collect::<Result<_, MapFault>>()?;
+        Ok(Self { plan, sizes, planes })
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn finish(self, file: &mut File, report: &Report) -> Result<(), MapFault> {
+        let Self { plan, planes, .. } = self;
+        let mut channels = SmallVec::new();
+        for (name, level_data) in plan.channels.iter().zip(planes) {
+            let levels = Levels::Mip { rounding_mode: RoundingMode::Down, level_data };
+            channels.push(AnyChannel::new(Text::from(*name), levels));
+        }
+        let encoding = Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::Tiles(Vec2(64, 64)),
+            line_order: LineOrder::Increasing,
+        };
+        let size = Vec2(plan.size[0] as usize, plan.size[1] as usize);
+        let mut attributes = LayerAttributes::default();
+        let mut say = |key: &str, value: String| {
+            attributes.other.insert(Text::from(key), AttributeValue::Text(Text::from(value.as_str())));
+        };
+        let wrap = if plan.wrap == Wrap::Repeat { "periodic,periodic" } else { "clamp,clamp" };
+        if plan.layout == Layout::Oiio {
+            say("textureformat", "Plain Texture".to_owned());
+        } else {
+            let slots: Vec<Option<usize>> = (0..plan.channels.len()).map(Some).collect();
+            keys(plan, &slots, Some(report)).into_iter().for_each(|(key, value)| say(key, value));
+        }
+        attributes.wrap_mode_name = Some(Text::from(wrap));
+        let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
+        let written = Image::from_layer(layer).write().to_buffered(BufWriter::new(file));
+        written.map_err(|error| match error {
+            exr::error::Error::Io(source) => MapFault::Io { doing: "cannot be written", source },
+            other => MapFault::Unsupported { what: one_line(&other), remedy: "write a .ktx2 file".into() },
+        })
+    }
+}
+
+impl Target for ExrFile<'_> {
+    fn blocks(&mut self, _: usize, _: u32, _: &[Vec<u8>]) -> Result<(), MapFault> {
+        let what = "an EXR holds no blocks".into();
+        Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() })
+    }
+
+    fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault> {
+        let width = self.sizes[level][0] as usize;
+        let channels = self.plan.channels.len();
+        for (channel, levels) in self.planes.iter_mut().enumerate() {
+            let values = rows.iter().flat_map(|row| row[channel..].iter().step_by(channels));
+            let start = first as usize * width;
+            match &mut levels[level] {
+                FlatSamples::F32(plane) => plane[start..].iter_mut().zip(values).for_each(|(texel, v)| *texel = *v),
+                FlatSamples::F16(plane) => {
+                    plane[start..].iter_mut().zip(values).for_each(|(texel, v)| *texel = f16::from_f32(*v));
+                }
+                FlatSamples::U32(_) => unreachable!("planes are floats"),
+            }
+        }
+        Ok(())
+    }
+}

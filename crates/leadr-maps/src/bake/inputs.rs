@@ -1,0 +1,238 @@
+//! What is baked: heights, normals, roughness and colour of one size, read row by row.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Kind, Texels};
+use crate::material::{Agreement, Encoding, NormalMap, Raster, RoughnessMeaning, STEEPEST, Samples, agreement};
+use crate::moments::row_moments;
+use crate::{HeightMap, MapFault, Wrap};
+use leadr_reflectance::facets::gloss::Gloss;
+use leadr_reflectance::facets::shortened_normals::NormalArea;
+
+/// Where roughness comes from.
+#[derive(Clone, Debug)]
+pub struct Roughness {
+    /// The texels.
+    pub raster: Raster,
+    /// Which channel of them.
+    pub channel: usize,
+    /// What its numbers are.
+    pub meaning: RoughnessMeaning,
+}
+
+impl Roughness {
+    /// `α` at a texel.
+    pub(super) fn alpha(&self, x: u32, y: u32) -> f64 {
+        f64::from(self.meaning.alpha(self.raster.value(x, y, self.channel).clamp(0.0, 1.0)))
+    }
+}
+
+/// Normals, with gloss of their own, that lie over those of a surface and repeat more often.
+#[derive(Clone, Debug)]
+pub struct DetailNormals {
+    /// The normals.
+    pub normals: NormalMap,
+    /// Their roughness; without one they are as rough as what lies below.
+    pub roughness: Option<Roughness>,
+    /// Times that they repeat within the surface.
+    pub repeat: u32,
+    /// How a normal of it is put over one below, which comes first ([`leadr_reflectance::slopes::normal_blending`]).
+    pub blend: fn(DVec3, DVec3) -> DVec3,
+}
+
+/// Pictures of one size; heights or normals must be among them.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs {
+    /// Heights.
+    pub heights: Option<HeightMap>,
+    /// Normals, whose slopes are used in place of those of the heights.
+    pub normals: Option<NormalMap>,
+    /// Roughness of the material, filtered beside the slopes.
+    pub roughness: Option<Roughness>,
+    /// Colour, filtered as linear light.
+    pub color: Option<Raster>,
+    /// Factor on heights, which makes them widths of the texture. `None`: 1, which leaves them in the unit of their map; with normals what
+    /// agrees best with those.
+    pub height_scale: Option<f32>,
+    /// What lies beyond the edges of the heights.
+    pub wrap: Wrap,
+    /// For kinds normal and gloss, what lies over the normals.
+    pub detail: Option<DetailNormals>,
+    /// For kinds occlusion and cones, what each texel sees of its surroundings ([`Inputs::look_around`]): the cone, and the share.
+    pub visibility: Option<Vec<[f32; 4]>>,
+    /// Of heights that are found, the weight of the slopes' variance inside texels ([`crate::derive::Integration::smoothness`]).
+    pub smoothness: Option<f64>,
+    /// For kind gloss, which scale it is on.
+    pub gloss: Gloss,
+    /// For kind gloss, which areas normals stand for.
+    pub area: NormalArea,
+    /// For kind gloss, what a texel of the finest level is.
+    pub texels: Texels,
+}
+
+impl Inputs {
+    /// Width and height.
+    ///
+    /// # Errors
+    /// If there are neither heights nor normals, or sizes differ.
+    pub fn size(&self) -> Result<[u32; 2], MapFault> {
+        let of = |raster: &Raster| [raster.width(), raster.height()];
+        let sizes = [
+            ("heights", self.heights.as_ref().map(|map| [map.width, map.height])),
+            ("normals", self.normals.as_ref().map(|map| of(&map.texture.raster))),
+            ("roughness", self.roughness.as_ref().map(|map| of(&map.raster))),
+            ("colours", self.color.as_ref().map(of)),
+        ];
+        let mut given = sizes.into_iter().filter_map(|(name, size)| Some((name, size?)));
+        let Some((first, size)) = given.next().filter(|(name, _)| ["heights", "normals"].contains(name)) else {
+            let what = "there are neither heights nor normals".into();
+            return Err(MapFault::Unsupported { what, remedy: "give a height map or a normal map".into() });
+        };
+        match given.find(|&(_, other)| other != size) {
+            None => Ok(size),
+            Some((name, [w, h])) => {
+                let what = format!("the {name} have {w} x {h} texels, the {first} {} x {}", size[0], size[1]);
+                Err(MapFault::SizeMismatch { what })
+            }
+        }
+    }
+
+    /// Central differences of the heights at a texel, per texel.
+    fn central(map: &HeightMap, wrap: Wrap, x: u32, y: u32) -> [f64; 2] {
+        let at = |dx: i64, dy: i64| {
+            let x = wrap.texel(i64::from(x) + dx, map.width);
+            let y = wrap.texel(i64::from(y) + dy, map.height);
+            f64::from(map.texels[y * map.width as usize + x])
+        };
+        [0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1))]
+    }
+
+    /// Compares heights with normals, if there are both and neither is flat.
+    #[must_use]
+    pub fn agreement(&self) -> Option<Agreement> {
+        agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
+    }
+
+    /// Compares heights with normals, and settles the factor on heights if nobody told it, so that no kind compares them again.
+    pub fn agree(&mut self) -> Option<Agreement> {
+        let agreement = self.agreement();
+        if agreement.is_some() {
+            self.height_scale = Some(self.height_scale.unwrap_or_else(|| self.scale_of(agreement)));
+        }
+        agreement
+    }
+
+    /// The factor that agrees best with the normals, or 1.
+    fn scale_of(&self, agreement: Option<Agreement>) -> f32 {
+        let agreed = agreement.filter(|agreed| agreed.scale_texels > 0.0);
+        let width = self.heights.as_ref().map_or(1, |map| map.width);
+        agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
+    }
+
+    /// The factor on heights: the one that is told, or what agrees best with the normals, or 1.
+    pub(super) fn usual_height_scale(&self) -> f32 {
+        self.height_scale.unwrap_or_else(|| self.scale_of(self.agreement()))
+    }
+
+    /// Moments of a row, and mean heights, as [`crate::Moments`] has them. `scale`: factor on heights.
+    pub(super) fn moments(&self, scale: f32, y: u32) -> Vec<[f32; 6]> {
+        match (&self.heights, &self.normals) {
+            (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
+            // Of slopes in 32 bits, as the renderer squares them.
+            _ => self.slopes(scale, y).into_iter().map(|s| s.map(|v| v as f32)).map(of_slope).collect(),
+        }
+    }
+
+    /// One slope `dh/ds`, `dh/dt` for each texel of a row, and its height: the normal's, or central differences.
+    pub(super) fn slopes(&self, scale: f32, y: u32) -> Vec<[f64; 3]> {
+        let [width, height] = self.size().expect("checked before baking");
+        let texels = [f64::from(width), f64::from(height)];
+        let texel = |x: u32| {
+            let of_heights = self.heights.as_ref().map(|map| f64::from(scale * map.at(x, y)));
+            let [by_s, by_t] = match (&self.normals, &self.heights) {
+                (Some(normals), _) => {
+                    let [s, t] = normals.slope(x, y);
+                    [s, t * texels[1] / texels[0]]
+                }
+                (None, Some(heights)) => {
+                    let [s, t] = Self::central(heights, self.wrap, x, y);
+                    [s * f64::from(scale) * texels[0], t * f64::from(scale) * texels[1]]
+                }
+                (None, None) => unreachable!("checked before baking"),
+            };
+            [by_s, by_t, of_heights.unwrap_or(0.0)]
+        };
+        (0..width).map(texel).collect()
+    }
+
+    /// Channels beside those of the kind at a texel: α² and α⁴, linear colour.
+    pub(super) fn beside(&self, kind: Kind, x: u32, y: u32, texel: &mut Vec<f32>) {
+        if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.tells_variance()) {
+            let alpha = roughness.alpha(x, y);
+            texel.extend([alpha.powi(2), alpha.powi(4)].map(|v| v as f32));
+        }
+        if let Some(color) = self.color.as_ref().filter(|_| kind.has_color()) {
+            texel.extend(color.color(x, y, Encoding::Srgb));
+        }
+    }
+
+    /// What a texel sees of its surroundings; all of it, where nobody looked around.
+    pub(super) fn visible_from(&self, x: u32, y: u32) -> [f32; 4] {
+        let width = self.size().map_or(0, |size| size[0]) as usize;
+        let at = y as usize * width + x as usize;
+        self.visibility.as_ref().map_or([0.0, 0.0, 1.0, 1.0], |texels| texels[at])
+    }
+
+    /// The steepest of all slopes `dh/ds`, `dh/dt`.
+    pub(super) fn steepest(&self, scale: f32) -> f32 {
+        if self.normals.is_none() {
+            return self.bounds(scale.into())[0] as f32;
+        }
+        let row = |y: u32| self.slopes(scale, y).iter().fold(0.0f64, |most, s| most.max(s[0].abs()).max(s[1].abs()));
+        let rows = self.size().map_or(0, |size| size[1]);
+        (0..rows).into_par_iter().map(row).reduce(|| 0.0, f64::max) as f32
+    }
+
+    /// The least and the greatest height, before scaling.
+    pub(super) fn height_range(&self) -> [f32; 2] {
+        let texels = self.heights.iter().flat_map(|map| &map.texels);
+        let [low, high] = texels.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &h| [low.min(h), high.max(h)]);
+        if low <= high { [low, high] } else { [0.0; 2] }
+    }
+
+    /// The brightest of all colours, at least 1.
+    pub(super) fn brightest(&self) -> f32 {
+        match self.color.as_ref().map(Raster::samples) {
+            Some(Samples::F32(values)) => values.iter().fold(1.0, |most, &v| most.max(v)),
+            _ => 1.0,
+        }
+    }
+
+    /// Bounds of all slopes `dh/ds`, `dh/dt` and heights.
+    pub(super) fn bounds(&self, scale: f64) -> [f64; 2] {
+        let [width, height] = self.size().expect("checked before baking").map(f64::from);
+        let highest =
+            self.heights.iter().flat_map(|map| &map.texels).fold(0.0f64, |most, &h| most.max(f64::from(h).abs()));
+        if self.normals.is_some() {
+            return [STEEPEST * (height / width).max(1.0), highest * scale.abs()];
+        }
+        let Some(map) = &self.heights else { return [0.0; 2] };
+        let row = |y: u32| {
+            (0..map.width).fold(0.0f64, |most, x| {
+                let at = |dx, dy| {
+                    let x = self.wrap.texel(i64::from(x) + dx, map.width);
+                    f64::from(map.texels[self.wrap.texel(i64::from(y) + dy, map.height) * map.width as usize + x])
+                };
+                most.max((at(1, 0) - at(0, 0)).abs() * width).max((at(0, 1) - at(0, 0)).abs() * height)
+            })
+        };
+        let steepest = (0..map.height).into_par_iter().map(row).reduce(|| 0.0, f64::max);
+        [steepest * scale.abs(), highest * scale.abs()]
+    }
+}
+
+/// Moments of a single slope, and a height.
+fn of_slope([x, y, height]: [f32; 3]) -> [f32; 6] {
+    [x, y, x * x, y * y, x * y, height]
+}

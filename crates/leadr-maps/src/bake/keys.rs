@@ -1,0 +1,62 @@
+//! What a file says of itself, as texts under names: the same in KTX2 and in EXR.
+
+use super::blocks::{Slot, rest_name, stored_names};
+use super::pyramid::level_sizes;
+use super::{Kind, Plan, Report};
+use crate::Wrap;
+
+/// The names and texts, in no order. `slots`: which channel of the plan each channel of the file holds. Texts have the same length
+/// whatever `report` says.
+pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>) -> Vec<(&'static str, String)> {
+    let per_slot = |of: &dyn Fn(usize) -> String, none: &str| {
+        slots.iter().map(|slot| slot.map_or(none.into(), of)).collect::<Vec<String>>().join(" ")
+    };
+    let number = |v: f64| format!("{v:>+13.6e}");
+    let levels = level_sizes(plan.size).len();
+    let errors: Vec<String> =
+        (0..levels).map(|i| format!("{:>10.3e}", report.map_or(0.0, |r| r.errors[i].channels))).collect();
+    let range = |c: usize| report.map_or([0.0; 2], |r| r.channel_ranges[c]).map(number).join(" ");
+    let ranges = match plan.blocks {
+        // Of the map's own channels.
+        Some(_) => (0..plan.channels.len()).map(range).collect::<Vec<_>>().join(" "),
+        None => per_slot(&range, &[0.0, 0.0].map(number).join(" ")),
+    };
+    let frame = match plan.kind {
+        Kind::Leadr => "slopes per unit of texture coordinate, s right, t down",
+        _ => "rise over run in the tangent frame, y up, square texels",
+    };
+    let heights = match (plan.has_heights, plan.in_widths) {
+        (false, _) => "none",
+        (true, false) => "map",
+        (true, true) => "width",
+    };
+    let (mut channels, mut factors, mut offsets) =
+        (per_slot(&|c| plan.channels[c].to_owned(), "-"), per_slot(&|c| format!("{:e}", plan.factors[c]), "1e0"), None);
+    if let Some(blocks) = &plan.blocks {
+        let own: Vec<String> = plan.channels.iter().map(|&name| name.to_owned()).collect();
+        let names = stored_names(plan.kind, &own);
+        let name = |(channel, rest): Slot| rest_name(&names[channel], rest);
+        let named: Vec<String> = blocks.slots().iter().map(|slot| slot.map_or("-".to_owned(), name)).collect();
+        let numbers =
+            |i: usize| blocks.scales().iter().map(|scale| format!("{:e}", scale[i])).collect::<Vec<_>>().join(" ");
+        channels = named.join(" ");
+        factors = numbers(0);
+        offsets = Some(numbers(1));
+    }
+    let mut keys = vec![
+        ("leadr.channels", channels),
+        ("leadr.error", errors.join(" ")),
+        ("leadr.factors", factors),
+        // The shortest text that gives back the same number.
+        ("leadr.height_scale", format!("{:e}", plan.height_scale)),
+        ("leadr.heights", heights.to_owned()),
+        ("leadr.middle", format!("{:e}", plan.middle)),
+        ("leadr.kind", plan.kind.name().to_owned()),
+        ("leadr.ranges", ranges),
+        ("leadr.slopes", if plan.has_normals { "normals" } else { "heights" }.to_owned()),
+        ("leadr.units", frame.to_owned()),
+        ("leadr.wrap", if plan.wrap == Wrap::Repeat { "repeat" } else { "clamp" }.to_owned()),
+    ];
+    keys.extend(offsets.map(|offsets| ("leadr.offsets", offsets)));
+    keys
+}

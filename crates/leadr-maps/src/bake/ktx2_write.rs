@@ -1,0 +1,212 @@
+//! KTX2 (Khronos KTX file format 2.0): header, level index, description of the numbers, keys; then the levels, the smallest first, whose
+//! places are known before any of them is.
+//!
+//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise one or two channels are a texture of as many, and more are layers of an
+//! array texture with four channels each: those of the kind first, then `alpha2` and `alpha4`, colour from the start of another layer, and
+//! in 16 bits what those leave over of the height. Channels named `-` are zero.
+
+use std::fs::File;
+use std::io::{Seek, SeekFrom, Write};
+
+use half::f16;
+use ktx2::{Format, Header, Index, LevelIndex};
+
+use super::blocks::BlockPlan;
+use super::pyramid::level_sizes;
+use super::{Plan, Precision, Report, Target};
+use crate::{MapFault, bc5};
+
+/// Formats of floats, by channels.
+pub(crate) const FLOATS_32: [(usize, Format); 3] =
+    [(1, Format::R32_SFLOAT), (2, Format::R32G32_SFLOAT), (4, Format::R32G32B32A32_SFLOAT)];
+pub(crate) const FLOATS_16: [(usize, Format); 3] =
+    [(1, Format::R16_SFLOAT), (2, Format::R16G16_SFLOAT), (4, Format::R16G16B16A16_SFLOAT)];
+
+/// A file that is being written.
+pub struct Ktx2File<'a> {
+    file: &'a mut File,
+    plan: &'a Plan,
+    layers: Vec<Vec<Option<usize>>>,
+    sizes: Vec<[u32; 2]>,
+    offsets: Vec<u64>,
+    keys_at: u64,
+}
+
+/// Channels of the plan in each layer, as many in all of them.
+fn layers(plan: &Plan) -> Vec<Vec<Option<usize>>> {
+    let count = plan.channels.len();
+    if count <= 2 {
+        return vec![(0..count).map(Some).collect()];
+    }
+    let colors = plan.channels.iter().position(|name| *name == "red").unwrap_or(count);
+    let pack = |channels: std::ops::Range<usize>| -> Vec<Vec<Option<usize>>> {
+        let starts = channels.clone().step_by(4);
+        starts.map(|start| (start..start + 4).map(|c| Some(c).filter(|c| *c < channels.end)).collect()).collect()
+    };
+    [pack(0..colors), pack(colors..plan.channels.len())].concat()
+}
+
+/// The basic descriptor block: two channels of BC5, or so many floats of one size; linear.
+fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
+    if precision == Precision::Bc {
+        // Total size; vendor and type 0; version 2, size of the block; BC5, BT.709, linear, straight alpha; texels of 4 x 4; bytes.
+        let mut block =
+            [60u32.to_le_bytes(), [0; 4], [2, 0, 56, 0], [132, 1, 1, 0], [3, 3, 0, 0], [16, 0, 0, 0], [0; 4]].concat();
+        for channel in [0u8, 1] {
+            block.extend((64 * u16::from(channel)).to_le_bytes());
+            // Signed.
+            block.extend([63, channel | 0x40]);
+            block.extend([0; 4]);
+            block.extend(i32::MIN.to_le_bytes());
+            block.extend(i32::MAX.to_le_bytes());
+        }
+        return block;
+    }
+    let (bytes, count) = (precision.bytes() as u8, channels as u8);
+    let size = 24 + 16 * count;
+    // Total size; vendor and type 0; version 2, size of the block; RGBSDA, BT.709, linear, straight alpha; texels of 1 x 1; bytes.
+    let texel = [count * bytes, 0, 0, 0];
+    let mut block =
+        [u32::from(size + 4).to_le_bytes(), [0; 4], [2, 0, size, 0], [1, 1, 1, 0], [0; 4], texel, [0; 4]].concat();
+    for (i, channel) in [0u8, 1, 2, 15].into_iter().take(channels).enumerate() {
+        let bits = 8 * u16::from(bytes);
+        block.extend((bits * i as u16).to_le_bytes());
+        // Signed floats.
+        block.extend([bits as u8 - 1, channel | 0xc0]);
+        block.extend([0; 4]);
+        block.extend((-1.0f32).to_le_bytes());
+        block.extend(1.0f32.to_le_bytes());
+    }
+    block
+}
+
+/// Of texels of 1, 2 or 4 floats.
+fn float_format(precision: Precision, channels: usize) -> Format {
+    let of_counts = if precision == Precision::F32 { FLOATS_32 } else { FLOATS_16 };
+    of_counts.into_iter().find(|(count, _)| *count == channels).expect("1, 2 or 4 channels").1
+}
+
+/// The keys, of the same length whatever `report` says.
+fn keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> Vec<u8> {
+    let slots: Vec<Option<usize>> = layers.iter().flatten().copied().collect();
+    let mut keys = super::keys::keys(plan, &slots, report);
+    keys.push(("KTXorientation", "rd".to_owned()));
+    keys.push(("KTXwriter", concat!("leadr-vk ", env!("CARGO_PKG_VERSION")).to_owned()));
+    keys.sort_by_key(|(key, _)| *key);
+    let mut bytes = Vec::new();
+    for (key, value) in keys {
+        let pair = [key.as_bytes(), &[0], value.as_bytes(), &[0]].concat();
+        bytes.extend((pair.len() as u32).to_le_bytes());
+        bytes.extend(pair);
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
+    bytes
+}
+
+fn refused(source: std::io::Error) -> MapFault {
+    MapFault::Io { doing: "cannot be written", source }
+}
+
+impl<'a> Ktx2File<'a> {
+    /// Writes everything but the levels, and makes room for those.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn new(file: &'a mut File, plan: &'a Plan) -> Result<Self, MapFault> {
+        let layers = layers(plan);
+        let sizes = level_sizes(plan.size);
+        let channels = layers[0].len();
+        let (descriptor, keys) = (descriptor(plan.precision, channels), keys(plan, &layers, None));
+        let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
+        let keys_at = descriptor_at + descriptor.len() as u64;
+        // Of a texel of a layer, or of a block.
+        let unit = if plan.precision == Precision::Bc { 16 } else { (channels * plan.precision.bytes()) as u64 };
+        let count = plan.blocks.as_ref().map_or(layers.len(), BlockPlan::layers);
+        let bytes = |size: [u32; 2]| count as u64 * units(plan, size).iter().product::<u64>() * unit;
+        let mut offsets = vec![0; sizes.len()];
+        let mut end = keys_at + keys.len() as u64;
+        for (offset, &size) in offsets.iter_mut().zip(&sizes).rev() {
+            // As the format asks: of texels, and of four bytes.
+            *offset = end.next_multiple_of(unit.max(4));
+            end = *offset + bytes(size);
+        }
+        let header = Header {
+            format: Some(match plan.precision {
+                Precision::Bc => Format::BC5_SNORM_BLOCK,
+                floats => float_format(floats, channels),
+            }),
+            type_size: plan.precision.bytes() as u32,
+            pixel_width: plan.size[0],
+            pixel_height: plan.size[1],
+            pixel_depth: 0,
+            // Zero says that it is no array.
+            layer_count: if count > 1 { count as u32 } else { 0 },
+            face_count: 1,
+            level_count: sizes.len() as u32,
+            supercompression_scheme: None,
+            index: Index {
+                dfd_byte_offset: descriptor_at as u32,
+                dfd_byte_length: descriptor.len() as u32,
+                kvd_byte_offset: keys_at as u32,
+                kvd_byte_length: keys.len() as u32,
+                sgd_byte_offset: 0,
+                sgd_byte_length: 0,
+            },
+        };
+        let mut head = header.as_bytes().to_vec();
+        for (&byte_offset, &size) in offsets.iter().zip(&sizes) {
+            let byte_length = bytes(size);
+            head.extend(LevelIndex { byte_offset, byte_length, uncompressed_byte_length: byte_length }.as_bytes());
+        }
+        head.extend(descriptor);
+        head.extend(keys);
+        file.write_all(&head).and_then(|()| file.set_len(end)).map_err(refused)?;
+        Ok(Self { file, plan, layers, sizes, offsets, keys_at })
+    }
+
+    /// Writes what is only known after baking.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn finish(self, report: &Report) -> Result<(), MapFault> {
+        let keys = keys(self.plan, &self.layers, Some(report));
+        self.file.seek(SeekFrom::Start(self.keys_at)).and_then(|_| self.file.write_all(&keys)).map_err(refused)
+    }
+}
+
+/// Texels of a level across and down, or blocks.
+fn units(plan: &Plan, size: [u32; 2]) -> [u64; 2] {
+    let side = if plan.precision == Precision::Bc { bc5::SIDE as u32 } else { 1 };
+    size.map(|texels| u64::from(texels.div_ceil(side)))
+}
+
+impl Target for Ktx2File<'_> {
+    fn blocks(&mut self, level: usize, row: u32, layers: &[Vec<u8>]) -> Result<(), MapFault> {
+        let [_, rows] = units(self.plan, self.sizes[level]);
+        for (i, bytes) in layers.iter().enumerate() {
+            let place = self.offsets[level] + (i as u64 * rows + u64::from(row)) * bytes.len() as u64;
+            self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes)).map_err(refused)?;
+        }
+        Ok(())
+    }
+
+    fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault> {
+        let [width, height] = self.sizes[level].map(u64::from);
+        let texel = (self.layers[0].len() * self.plan.precision.bytes()) as u64;
+        let channels = self.plan.channels.len();
+        for (i, layer) in self.layers.iter().enumerate() {
+            let place = self.offsets[level] + (i as u64 * height + u64::from(first)) * width * texel;
+            let mut bytes = Vec::with_capacity(rows.len() * (width * texel) as usize);
+            for texel in rows.iter().flat_map(|row| row.chunks_exact(channels)) {
+                let values = layer.iter().map(|channel| channel.map_or(0.0, |channel| texel[channel]));
+                match self.plan.precision {
+                    Precision::F32 => values.for_each(|v| bytes.extend(v.to_le_bytes())),
+                    Precision::F16 => values.for_each(|v| bytes.extend(f16::from_f32(v).to_le_bytes())),
+                    Precision::Bc => unreachable!("rows become blocks"),
+                }
+            }
+            self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(&bytes)).map_err(refused)?;
+        }
+        Ok(())
+    }
+}

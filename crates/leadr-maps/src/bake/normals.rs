@@ -1,0 +1,170 @@
+//! Normals and gloss on their way through levels: kinds normal and gloss.
+
+use glam::{DVec3, DVec4};
+
+use super::Texels;
+use super::inputs::{DetailNormals, Inputs};
+use leadr_reflectance::facets::footprint_normals::{NormalTexel, continuous_normal_sum, normal_sum};
+use leadr_reflectance::facets::gloss::Gloss;
+use leadr_reflectance::facets::shortened_normals::{NormalArea, NormalFacets, Shortening};
+
+/// How the roughness of a texel shortens its normal: as gloss is that of GGX.
+const fn shortening(area: NormalArea) -> Shortening {
+    Shortening { facets: NormalFacets::Ggx, area }
+}
+
+impl DetailNormals {
+    /// The texel that lies over one of a surface of so many.
+    fn texel(&self, [x, y]: [u32; 2], size: [u32; 2]) -> [u32; 2] {
+        let raster = &self.normals.texture.raster;
+        let at = |k: u32, of: u32, to: u32| {
+            let place = (f64::from(k) + 0.5) / f64::from(of) * f64::from(self.repeat) * f64::from(to);
+            (place as u64 % u64::from(to)) as u32
+        };
+        [at(x, size[0], raster.width()), at(y, size[1], raster.height())]
+    }
+}
+
+impl Inputs {
+    /// Unit normals of a row in the tangent frame with y up, under their detail.
+    fn unit_normals(&self, scale: f32, y: u32) -> Vec<DVec3> {
+        let size = self.size().expect("checked before baking");
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        let slopes = self.slopes(scale, y).into_iter().enumerate();
+        let normal = |(x, [s, t, _]): (usize, [f64; 3])| {
+            let normal = DVec3::new(-s, t * aspect, 1.0).normalize();
+            let Some(detail) = &self.detail else { return normal };
+            let [u, v] = detail.texel([x as u32, y], size);
+            let [s, t] = detail.normals.slope(u, v);
+            (detail.blend)(normal, DVec3::new(-s, t, 1.0).normalize())
+        };
+        slopes.map(normal).collect()
+    }
+
+    /// The same as numbers.
+    pub(super) fn normals_of_row(&self, scale: f32, y: u32) -> Vec<[f64; 4]> {
+        self.unit_normals(scale, y).into_iter().map(|n| n.extend(0.0).to_array()).collect()
+    }
+
+    /// Roughness `α` of the facets at a texel: of the surface with those of its detail upon them.
+    fn alpha(&self, x: u32, y: u32) -> f64 {
+        let surface = self.roughness.as_ref().map_or(0.0, |roughness| roughness.alpha(x, y));
+        let Some((detail, roughness)) = self.detail.as_ref().and_then(|d| Some((d, d.roughness.as_ref()?))) else {
+            return surface;
+        };
+        // Its own size may differ from that of the normals beside it.
+        let size = self.size().expect("checked before baking");
+        let [u, v] = detail.texel([x, y], size);
+        let raster = &detail.normals.texture.raster;
+        let at = |k: u32, of: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(of)) as u32;
+        let (w, h) = (roughness.raster.width(), roughness.raster.height());
+        let alpha = roughness.alpha(at(u, raster.width(), w), at(v, raster.height(), h));
+        shortening(self.area).combine(surface, alpha)
+    }
+
+    fn texels_of_row(&self, scale: f32, y: u32) -> Vec<NormalTexel> {
+        let normals = self.unit_normals(scale, y).into_iter().enumerate();
+        normals.map(|(x, normal)| NormalTexel { normal, alpha: self.alpha(x as u32, y) }).collect()
+    }
+
+    /// What levels of gloss are averaged from (Chan 2018, algorithms 1 to 3): x and y of the shortened normal, what its z lacks to its
+    /// weight, which 32 bits keep where surfaces are smooth, and the weight.
+    pub(super) fn shortened_normals_of_row(&self, scale: f32, y: u32) -> Vec<[f64; 4]> {
+        let [width, height] = self.size().expect("checked before baking");
+        let shortening = shortening(self.area);
+        let kept = |sum: DVec4| [sum.x, sum.y, sum.w - sum.z, sum.w];
+        let here = self.texels_of_row(scale, y);
+        if self.texels == Texels::Facets {
+            return here.iter().map(|texel| kept(normal_sum(texel, shortening))).collect();
+        }
+        let beyond = |step: i64| self.texels_of_row(scale, self.wrap.texel(i64::from(y) + step, height) as u32);
+        let rows = [beyond(-1), here, beyond(1)];
+        let texel = |x: u32| {
+            let columns = [-1, 0, 1].map(|step| self.wrap.texel(i64::from(x) + step, width));
+            let around = std::array::from_fn(|j| columns.map(|column| rows[j][column]));
+            kept(continuous_normal_sum(&around, shortening))
+        };
+        (0..width).map(texel).collect()
+    }
+}
+
+/// Makes a mean normal as long as 1.
+pub(super) fn restore_length(texel: &mut [f32]) {
+    let mean = DVec3::new(texel[0].into(), texel[1].into(), texel[2].into());
+    texel[..3].copy_from_slice(&mean.normalize_or(DVec3::Z).as_vec3().to_array());
+}
+
+/// The gloss that a lack of length stands for. Roots would take longer than all the rest of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct GlossOfLack {
+    scale: Gloss,
+    /// `ln α` at even steps of the logarithm of the odds, over which it is nearly straight.
+    logs: Vec<f64>,
+}
+
+impl GlossOfLack {
+    const LOW: f64 = -20.0;
+    const HIGH: f64 = 10.0;
+    const STEPS: usize = 3000;
+
+    pub fn new(scale: Gloss, area: NormalArea) -> Self {
+        let step = |i: usize| {
+            let odds = (Self::LOW + (Self::HIGH - Self::LOW) * i as f64 / Self::STEPS as f64).exp();
+            shortening(area).alpha_of_lack(odds / (1.0 + odds)).ln()
+        };
+        Self { scale, logs: (0..=Self::STEPS).map(step).collect() }
+    }
+
+    /// `lack`: below 1.
+    fn gloss(&self, lack: f64) -> f64 {
+        let odds = (lack / (1.0 - lack)).max(1e-30).ln();
+        let at = ((odds - Self::LOW) / (Self::HIGH - Self::LOW)).clamp(0.0, 1.0) * Self::STEPS as f64;
+        let i = (at as usize).min(Self::STEPS - 1);
+        let log = self.logs[i] + (at - i as f64) * (self.logs[i + 1] - self.logs[i]);
+        self.scale.gloss(log.exp())
+    }
+}
+
+/// Of means of [`Inputs::shortened_normals_of_row`] makes a normal and a gloss.
+pub(super) fn to_normal_and_gloss(texel: &mut [f32], gloss: &GlossOfLack) {
+    let [x, y, below, weight] = [0, 1, 2, 3].map(|i| f64::from(texel[i]));
+    let [x, y, below] = [x, y, below].map(|v| v / weight.max(1e-30));
+    let mean = DVec3::new(x, y, 1.0 - below);
+    // 1 - |mean| without cancellation: 1 - |mean|² over 1 + |mean|.
+    let lack = ((2.0 - below) * below - x * x - y * y) / (1.0 + mean.length());
+    let normal = mean.normalize_or(DVec3::Z).as_vec3();
+    texel[..4].copy_from_slice(&[normal.x, normal.y, normal.z, gloss.gloss(lack.clamp(0.0, 1.0 - 1e-9)) as f32]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gloss_of_a_table_is_that_of_roots() {
+        for area in [NormalArea::Macro, NormalArea::Micro] {
+            let table = GlossOfLack::new(Gloss::Wwii, area);
+            for i in 0..=400 {
+                let alpha = Gloss::Wwii.alpha(f64::from(i) / 400.0);
+                let found = table.gloss(shortening(area).lack(alpha));
+                assert!((found - f64::from(i) / 400.0).abs() < 2e-6, "{i}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_rough_texel_beside_a_smooth_one_turns_the_normal_towards_the_smooth_one() {
+        // Chan's Figure 7.
+        let sum = |x: f64, alpha| {
+            let normal = DVec3::new(x, 0.0, 0.75f64.sqrt());
+            normal_sum(&NormalTexel { normal, alpha }, shortening(NormalArea::Macro))
+        };
+        let sum = 0.5 * (sum(-0.5, 0.9) + sum(0.5, 0.1));
+        let mean = [sum.x, sum.y, sum.w - sum.z, sum.w];
+        let mut texel = mean.map(|v| v as f32);
+        to_normal_and_gloss(&mut texel, &GlossOfLack::new(Gloss::Perceptual, NormalArea::Macro));
+        assert!(texel[0] > 0.05 && (texel[0].hypot(texel[2]) - 1.0).abs() < 1e-6, "{texel:?}");
+        let alpha = Gloss::Perceptual.alpha(texel[3].into());
+        assert!((0.6..0.9).contains(&alpha), "{alpha}");
+    }
+}

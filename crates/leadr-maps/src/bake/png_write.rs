@@ -1,0 +1,81 @@
+//! PNG of 16 bits: the finest level of what artists look at and paint on. It has no further levels.
+
+use std::fs::File;
+use std::io::Write;
+
+use image::ExtendedColorType;
+
+use super::{Kind, Plan, Report, Target};
+use crate::save::encode_png;
+use crate::{MapFault, limits};
+
+/// A level on its way to a file.
+pub struct PngFile<'a> {
+    plan: &'a Plan,
+    texels: Vec<f32>,
+}
+
+impl<'a> PngFile<'a> {
+    /// Whether a picture holds maps of this kind.
+    #[must_use]
+    pub const fn holds(kind: Kind) -> bool {
+        !kind.tells_variance()
+    }
+
+    /// Takes the memory for the result.
+    ///
+    /// # Errors
+    /// If there is not enough.
+    pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
+        let texels = plan.size[0] as usize * plan.size[1] as usize;
+        Ok(Self { plan, texels: limits::zeroed(texels * plan.kind.channels().len())? })
+    }
+
+    /// Writes the file. Heights fill the range of the codes ([`Report::height_range`] says which heights those are), directions lie from
+    /// -1 to 1, all others from 0 to 1.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn finish(self, file: &mut File, report: &Report) -> Result<(), MapFault> {
+        let channels = self.plan.kind.channels();
+        let [low, high] = report.height_range;
+        let range = |name: &str| match name {
+            "height" => [low, if high > low { high } else { low + 1.0 }],
+            name if name.starts_with("N.") || name.starts_with("C.") => [-1.0, 1.0],
+            _ => [0.0, 1.0],
+        };
+        let ranges: Vec<[f64; 2]> = channels.iter().map(|name| range(name)).collect();
+        let code = |(i, &value): (usize, &f32)| {
+            let [low, high] = ranges[i % channels.len()];
+            // The float-to-integer cast saturates.
+            ((f64::from(value) - low) / (high - low) * 65535.0).round() as u16
+        };
+        let samples: Vec<u8> = self.texels.iter().enumerate().flat_map(|texel| code(texel).to_ne_bytes()).collect();
+        let color = match channels.len() {
+            1 => ExtendedColorType::L16,
+            3 => ExtendedColorType::Rgb16,
+            _ => ExtendedColorType::Rgba16,
+        };
+        let bytes = encode_png(&samples, self.plan.size[0], self.plan.size[1], color)?;
+        file.write_all(&bytes).map_err(|source| MapFault::Io { doing: "cannot be written", source })
+    }
+}
+
+impl Target for PngFile<'_> {
+    fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault> {
+        if level > 0 {
+            return Ok(());
+        }
+        let (all, kept) = (self.plan.channels.len(), self.plan.kind.channels().len());
+        let width = self.plan.size[0] as usize;
+        let start = first as usize * width * kept;
+        let from = rows.iter().flat_map(|row| row.chunks_exact(all).flat_map(|texel| &texel[..kept]));
+        self.texels[start..].iter_mut().zip(from).for_each(|(to, v)| *to = *v);
+        Ok(())
+    }
+
+    fn blocks(&mut self, _: usize, _: u32, _: &[Vec<u8>]) -> Result<(), MapFault> {
+        let what = "a PNG holds no blocks".into();
+        Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() })
+    }
+}

@@ -1,0 +1,130 @@
+//! Mip levels from rows as they come: each level holds the few rows that the next one still needs.
+
+use std::collections::VecDeque;
+
+use rayon::prelude::*;
+
+use crate::MapFault;
+use crate::moments::Taps;
+
+/// A row of texels, channels interleaved.
+pub(super) type Row = Vec<f32>;
+
+/// What is told the level, the first row and rows that are complete.
+pub(super) type Emit<'a> = dyn FnMut(usize, u32, &[Row]) -> Result<(), MapFault> + 'a;
+
+/// Sizes of all levels: each side is halved and rounded down until both are 1.
+pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
+    let mut sizes = vec![size];
+    while let Some(&[w, h]) = sizes.last().filter(|s| s[0] > 1 || s[1] > 1) {
+        sizes.push([(w / 2).max(1), (h / 2).max(1)]);
+    }
+    sizes
+}
+
+/// A level on its way to the next.
+struct Step {
+    /// Texels and weights of each column, and of each row, of the next level.
+    columns: Vec<Taps>,
+    rows: Vec<Taps>,
+    pending: VecDeque<Row>,
+    /// The row of this level that is first in `pending`.
+    first: usize,
+    /// The row of the next level that comes next.
+    next: usize,
+}
+
+/// Averages by area, as [`crate::LeadrMap`] does, in the same order and so with the same bits.
+pub(super) struct Pyramid {
+    channels: usize,
+    steps: Vec<Step>,
+    /// Rows of each level that have been made.
+    done: Vec<u32>,
+}
+
+impl Pyramid {
+    pub(super) fn new(size: [u32; 2], channels: usize) -> Self {
+        let sizes = level_sizes(size);
+        let step = |pair: &[[u32; 2]]| Step {
+            columns: Taps::of_level(pair[0][0]),
+            rows: Taps::of_level(pair[0][1]),
+            pending: VecDeque::new(),
+            first: 0,
+            next: 0,
+        };
+        Self { channels, steps: sizes.windows(2).map(step).collect(), done: vec![0; sizes.len()] }
+    }
+
+    /// Takes the next rows of level 0, and hands on what is complete by now of every level.
+    pub(super) fn push(&mut self, mut rows: Vec<Row>, emit: &mut Emit<'_>) -> Result<(), MapFault> {
+        for level in 0..self.done.len() {
+            if rows.is_empty() {
+                break;
+            }
+            emit(level, self.done[level], &rows)?;
+            self.done[level] += rows.len() as u32;
+            let Some(step) = self.steps.get_mut(level) else { break };
+            step.pending.extend(rows);
+            let there = step.first + step.pending.len();
+            let ready = step.rows[step.next..].iter().take_while(|row| row.end() <= there);
+            let ready = step.next + ready.count();
+            let channels = self.channels;
+            rows = (step.next..ready).into_par_iter().map(|row| step.filter(row, channels)).collect();
+            step.next = ready;
+            let needed = step.rows.get(ready).map_or(there, |row| row.first);
+            step.pending.drain(..needed - step.first);
+            step.first = needed;
+        }
+        Ok(())
+    }
+}
+
+impl Step {
+    fn filter(&self, row: usize, channels: usize) -> Row {
+        let mut filtered = vec![0.0; self.columns.len() * channels];
+        for (texel, column) in filtered.chunks_exact_mut(channels).zip(&self.columns) {
+            for (y, wy) in self.rows[row].weighted() {
+                let fine = &self.pending[y - self.first];
+                for (x, wx) in column.weighted() {
+                    let weight = wx * wy;
+                    let from = &fine[x * channels..(x + 1) * channels];
+                    texel.iter_mut().zip(from).for_each(|(sum, v)| *sum += weight * v);
+                }
+            }
+        }
+        filtered
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_of_any_height_make_the_same_levels() {
+        let size = [13, 37];
+        let rows: Vec<Row> = (0..37).map(|y| (0..26).map(|x| ((x * 7 + y * 13) % 11) as f32).collect()).collect();
+        let levels = |band: usize| {
+            let mut levels = vec![Vec::<Row>::new(); level_sizes(size).len()];
+            let mut pyramid = Pyramid::new(size, 2);
+            for rows in rows.chunks(band) {
+                let emit = &mut |level: usize, first: u32, rows: &[Row]| {
+                    assert_eq!(first as usize, levels[level].len());
+                    levels[level].extend_from_slice(rows);
+                    Ok(())
+                };
+                pyramid.push(rows.to_vec(), emit).unwrap();
+            }
+            levels
+        };
+        let whole = levels(37);
+        for (level, size) in whole.iter().zip(level_sizes(size)) {
+            assert_eq!([level[0].len() as u32 / 2, level.len() as u32], size);
+        }
+        for band in [1, 2, 3, 5, 16] {
+            assert_eq!(levels(band), whole, "bands of {band}");
+        }
+        let mean = rows.iter().flatten().step_by(2).sum::<f32>() / (13.0 * 37.0);
+        assert!((whole.last().unwrap()[0][0] - mean).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,406 @@
+//! The baking itself: bands of rows through the pyramid into a file.
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::blocks::{self, BlockPlan};
+use super::kind::{HEIGHT_REST, OIIO_CHANNELS};
+use super::normals::{self, GlossOfLack};
+use super::pyramid::{Pyramid, Row, level_sizes};
+use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
+use crate::{HeightMap, MapFault, Wrap, bc5, halves};
+
+/// Rows that are worked on at once.
+const BAND: u32 = 64;
+/// Rows of a block.
+const SIDE: u32 = bc5::SIDE as u32;
+/// Where 16-bit floats are filled up to: its square stays far below their largest, 65504.
+const FULL_SLOPE: f64 = 128.0;
+/// The same for heights.
+const FULL_HEIGHT: f64 = 16384.0;
+
+/// What is made of the inputs, and what the file says about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// How slopes are kept.
+    pub kind: Kind,
+    /// Whose channels.
+    pub layout: Layout,
+    /// Width of numbers.
+    pub precision: Precision,
+    /// Texels across and down.
+    pub size: [u32; 2],
+    /// Names of the channels.
+    pub channels: Vec<&'static str>,
+    /// Powers of two that the channels are multiplied by in the file.
+    pub factors: Vec<f64>,
+    /// Factor that heights were multiplied by.
+    pub height_scale: f32,
+    /// The height that lies on the mesh: the mean of the heights, times the factor.
+    pub middle: f32,
+    /// Whether heights are in widths of the texture, not in the unit of their map.
+    pub in_widths: bool,
+    /// What lies beyond the edges.
+    pub wrap: Wrap,
+    /// Whether there are heights, and normals.
+    pub(super) has_heights: bool,
+    pub(super) has_normals: bool,
+    /// For kind gloss, what lengths of normals stand for.
+    pub(super) gloss: Option<GlossOfLack>,
+    /// How blocks hold the channels, if they do.
+    pub(super) blocks: Option<BlockPlan>,
+}
+
+/// Where rows go.
+pub trait Target {
+    /// Takes rows of a level in their order: channels interleaved, multiplied by [`Plan::factors`].
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
+
+    /// Takes a row of blocks of a level, in their order, for each layer.
+    ///
+    /// # Errors
+    /// If they cannot be written, or the file has none.
+    fn blocks(&mut self, level: usize, row: u32, layers: &[Vec<u8>]) -> Result<(), MapFault>;
+}
+
+impl Plan {
+    /// Settles how `inputs` are baked.
+    ///
+    /// # Errors
+    /// If there are neither heights nor normals, sizes differ, or the layout has no place for what was given.
+    pub fn new(inputs: &Inputs, kind: Kind, layout: Layout, precision: Precision) -> Result<Self, MapFault> {
+        let size = inputs.size()?;
+        let refuse = |what: &str, remedy: &str| MapFault::Unsupported { what: what.into(), remedy: remedy.into() };
+        if layout == Layout::Oiio && (kind != Kind::Leadr || inputs.roughness.is_some() || inputs.color.is_some()) {
+            let what = "the layout oiio holds the moments of slopes and heights alone";
+            return Err(refuse(what, "bake kind leadr without roughness and colour, or take the layout leadr"));
+        }
+        let mut channels = if layout == Layout::Oiio { OIIO_CHANNELS.to_vec() } else { kind.channels().to_vec() };
+        if inputs.roughness.is_some() && kind.tells_variance() {
+            channels.extend(["alpha2", "alpha4"]);
+        }
+        if inputs.color.is_some() && kind.has_color() {
+            channels.extend(["red", "green", "blue"]);
+        }
+        let has_heights = inputs.heights.is_some() && channels.contains(&"height");
+        if precision == Precision::F16 && layout == Layout::Leadr && has_heights {
+            channels.push(HEIGHT_REST);
+        }
+        // Normals tell heights in widths of the texture; heights alone stay in their own unit.
+        let height_scale = inputs.usual_height_scale();
+        let mut plan = Self {
+            kind,
+            layout,
+            precision,
+            size,
+            factors: vec![1.0; channels.len()],
+            channels,
+            height_scale,
+            middle: inputs.heights.as_ref().map_or(0.0, HeightMap::mean) * height_scale,
+            in_widths: inputs.height_scale.is_some() || inputs.normals.is_some(),
+            wrap: inputs.wrap,
+            has_heights: has_heights || layout == Layout::Oiio && inputs.heights.is_some(),
+            has_normals: inputs.normals.is_some(),
+            gloss: (kind == Kind::Gloss).then(|| GlossOfLack::new(inputs.gloss, inputs.area)),
+            blocks: None,
+        };
+        match precision {
+            Precision::F16 if layout == Layout::Leadr => plan.fill_half_floats(inputs.bounds(height_scale.into())),
+            Precision::Bc if layout == Layout::Oiio => {
+                let what = "the layout oiio is an EXR, which has no blocks";
+                return Err(refuse(what, "take the format f16, or the layout leadr"));
+            }
+            Precision::Bc => plan.blocks = Some(BlockPlan::new(kind, &plan.channels, &plan.block_ranges(inputs))),
+            _ => {}
+        }
+        Ok(plan)
+    }
+
+    /// Powers of two that bring the steepest slope and the greatest height near the top of 16-bit floats.
+    fn fill_half_floats(&mut self, [slope, height]: [f64; 2]) {
+        let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
+        let slope = if self.kind == Kind::Leadr { slope } else { slope * aspect.max(1.0) };
+        let factor = |full: f64, most: f64| {
+            if most > 0.0 { (full / most).log2().floor().clamp(-60.0, 60.0).exp2() } else { 1.0 }
+        };
+        let (slope, height) = (factor(FULL_SLOPE, slope), factor(FULL_HEIGHT, height));
+        for channel in 0..self.kind.channels().len() {
+            self.factors[channel] = self.kind.power(channel).map_or(height, |power| slope.powi(power));
+        }
+        if let Some((height, rest)) = self.height_and_rest() {
+            self.factors[rest] = self.factors[height];
+        }
+    }
+
+    /// The channels of the height and of what 16 bits leave over of it, where the file has both.
+    fn height_and_rest(&self) -> Option<(usize, usize)> {
+        let rest = self.channels.iter().position(|name| *name == HEIGHT_REST)?;
+        Some((self.kind.channels().len() - 1, rest))
+    }
+
+    /// Bounds of what blocks store of each channel.
+    fn block_ranges(&self, inputs: &Inputs) -> Vec<[f32; 2]> {
+        let aspect = self.size[0] as f32 / self.size[1] as f32;
+        let slope = match self.kind {
+            Kind::Leadr => inputs.steepest(self.height_scale),
+            _ => inputs.steepest(self.height_scale) * aspect.max(1.0),
+        };
+        let scaled = inputs.height_range().map(|h| h * self.height_scale);
+        blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.brightest())
+    }
+
+    /// A row of level 0, and its slopes and second moments in texture space.
+    fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
+        let mut sums = Sums::default();
+        let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
+        let [width, height] = self.size.map(f64::from);
+        let aspect = width / height;
+        let has_rest = self.height_and_rest().is_some();
+        if self.kind == Kind::Leadr {
+            // Heights in texels where normals tell slopes, in their own unit otherwise, as maketx has them.
+            let unit = if self.has_normals { width } else { 1.0 };
+            let [s, t] = [unit / width, unit / height].map(|v| v as f32);
+            for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
+                let wide = m.map(f64::from);
+                let [a, b, .., h] = wide;
+                // The square of a single slope is exact here, and rounded in the texel.
+                sums.add(if self.has_normals { [a, b, a * a, b * b, a * b, h] } else { wide });
+                if self.layout == Layout::Oiio {
+                    let h = if self.has_heights { m[5] * unit as f32 } else { -1.0 };
+                    row.extend([h, m[0] * s, m[1] * t, m[2] * s * s, m[3] * t * t, m[4] * s * t]);
+                } else {
+                    row.extend(m);
+                }
+                inputs.beside(self.kind, x as u32, y, &mut row);
+                row.extend(has_rest.then_some(0.0));
+            }
+            return (row, sums);
+        }
+        let normals = match self.kind {
+            Kind::Normal => inputs.normals_of_row(self.height_scale, y),
+            Kind::Gloss => inputs.shortened_normals_of_row(self.height_scale, y),
+            _ => Vec::new(),
+        };
+        for (x, [s, t, h]) in inputs.slopes(self.height_scale, y).into_iter().enumerate() {
+            sums.add([s, t, s * s, t * t, s * t, h]);
+            // n.xy / n.z, y up.
+            let (bx, by) = (-s, t * aspect);
+            let mut put = |values: &[f64]| row.extend(values.iter().map(|&v| v as f32));
+            match self.kind {
+                Kind::Lean => put(&[bx, by, bx * bx, by * by, bx * by, h]),
+                Kind::Clean => put(&[bx, by, bx * bx + by * by, h]),
+                Kind::Toksvig | Kind::Leadr => {
+                    let length = (1.0 + bx * bx + by * by).sqrt();
+                    put(&[bx / length, by / length, 1.0 / length, h]);
+                }
+                Kind::Normal => put(&normals[x][..3]),
+                Kind::Gloss => put(&normals[x]),
+                Kind::Height => put(&[h]),
+                Kind::Occlusion => row.push(inputs.visible_from(x as u32, y)[3]),
+                Kind::Cones => row.extend(inputs.visible_from(x as u32, y)),
+            }
+            inputs.beside(self.kind, x as u32, y, &mut row);
+            row.extend(has_rest.then_some(0.0));
+        }
+        (row, sums)
+    }
+}
+
+/// Sums over level 0 and extremes of it.
+#[derive(Clone, Copy)]
+struct Sums {
+    sums: [f64; 6],
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self { sums: [0.0; 6], low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] }
+    }
+}
+
+impl Sums {
+    fn add(&mut self, m: [f64; 6]) {
+        self.sums.iter_mut().zip(m).for_each(|(sum, v)| *sum += v);
+        for (i, v) in [m[0], m[1], m[5]].into_iter().enumerate() {
+            (self.low[i], self.high[i]) = (self.low[i].min(v), self.high[i].max(v));
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.sums.iter_mut().zip(other.sums).for_each(|(sum, v)| *sum += v);
+        for i in 0..3 {
+            (self.low[i], self.high[i]) = (self.low[i].min(other.low[i]), self.high[i].max(other.high[i]));
+        }
+    }
+}
+
+/// Squares of differences and of values, summed over a level: each channel, then the variance.
+#[derive(Clone)]
+struct Differences(Vec<[f64; 2]>);
+
+impl Differences {
+    fn of_row(plan: &Plan, exact: &[f32], stored: &[f32]) -> Self {
+        let channels = plan.channels.len();
+        let mut sums = vec![[0.0; 2]; channels + 1];
+        let kept = plan.kind.channels().len();
+        let height = plan.height_and_rest();
+        let plain = |texel: &[f32]| -> Vec<f64> {
+            texel[..kept].iter().zip(&plan.factors).map(|(&v, f)| f64::from(v) / f).collect()
+        };
+        for (exact, stored) in exact.chunks_exact(channels).zip(stored.chunks_exact(channels)) {
+            for (i, (sum, (&a, &b))) in sums.iter_mut().zip(exact.iter().zip(stored)).enumerate() {
+                let (a, mut b) = (f64::from(a), f64::from(b));
+                match height {
+                    Some((height, rest)) if height == i => b += f64::from(stored[rest]),
+                    // By itself it means nothing.
+                    Some((_, rest)) if rest == i => continue,
+                    _ => {}
+                }
+                *sum = [sum[0] + (b - a).powi(2), sum[1] + a * a];
+            }
+            if plan.layout == Layout::Leadr {
+                let [a, b] = [exact, stored].map(|texel| plan.kind.variance(&plain(texel)));
+                sums[channels] = [sums[channels][0] + (b - a).powi(2), sums[channels][1] + a * a];
+            }
+        }
+        Self(sums)
+    }
+
+    /// Adds those of rows.
+    fn add(&mut self, plan: &Plan, exact: &[Row], stored: &[Row]) {
+        let of_rows: Vec<Self> = exact.par_iter().zip(stored).map(|(a, b)| Self::of_row(plan, a, b)).collect();
+        for row in of_rows {
+            let all = self.0.iter_mut().zip(row.0);
+            all.for_each(|(sum, v)| *sum = [sum[0] + v[0], sum[1] + v[1]]);
+        }
+    }
+
+    /// Errors of a level of `texels`. Channels are measured by their size on the finest level, where means have not cancelled; variance by
+    /// that of the whole map.
+    fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
+        let relative =
+            |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
+        let channels = self.0.len() - 1;
+        let worst = self.0[..channels].iter().zip(&finest.0).map(|(d, of)| relative(d[0], of[1] / finest_texels));
+        LevelError {
+            channels: worst.fold(0.0, f64::max),
+            variance: relative(self.0[channels][0], whole.0[channels][1]),
+        }
+    }
+}
+
+/// Bakes `inputs` as planned into `target`, in bands on all cores. `progress` is told the share that is done.
+///
+/// # Errors
+/// If `target` cannot be written.
+pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dyn Fn(f32)) -> Result<Report, MapFault> {
+    let channels = plan.channels.len();
+    let [width, height] = plan.size;
+    let levels = level_sizes(plan.size);
+    let mut pyramid = Pyramid::new(plan.size, channels);
+    let mut sums = Sums::default();
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; channels];
+    let mut differences = vec![Differences(vec![[0.0; 2]; channels + 1]); levels.len()];
+    let mut pending: Vec<Vec<Row>> = vec![Vec::new(); levels.len()];
+    for start in (0..height).step_by(BAND as usize) {
+        let rows: Vec<_> = (start..height.min(start + BAND)).into_par_iter().map(|y| plan.row(inputs, y)).collect();
+        let mut band = Vec::with_capacity(rows.len());
+        for (row, of_row) in rows {
+            sums.join(&of_row);
+            band.push(row);
+        }
+        pyramid.push(band, &mut |level, first, rows| {
+            let exact: Vec<Vec<f32>> = rows.par_iter().map(|row| plan.stored(row)).collect();
+            if level == 0 {
+                for row in &exact {
+                    for texel in row.chunks_exact(channels) {
+                        for ((range, &v), factor) in ranges.iter_mut().zip(texel).zip(&plan.factors) {
+                            let v = f64::from(v) / factor;
+                            *range = [range[0].min(v), range[1].max(v)];
+                        }
+                    }
+                }
+            }
+            if plan.precision == Precision::F32 {
+                return target.rows(level, first, &exact);
+            }
+            let Some(blocks) = &plan.blocks else {
+                let stored: Vec<Vec<f32>> = exact.par_iter().map(|row| plan.halves(row)).collect();
+                differences[level].add(plan, &exact, &stored);
+                return target.rows(level, first, &stored);
+            };
+            // Blocks are made of four rows; the last may have fewer.
+            let pending = &mut pending[level];
+            let mut made = (first - pending.len() as u32) / SIDE;
+            let all = first + exact.len() as u32 == levels[level][1];
+            pending.extend(exact);
+            while pending.len() >= SIDE as usize || all && !pending.is_empty() {
+                let rows: Vec<Row> = pending.drain(..pending.len().min(SIDE as usize)).collect();
+                let (layers, stored) = blocks.encode(&rows);
+                differences[level].add(plan, &rows, &stored);
+                target.blocks(level, made, &layers)?;
+                made += 1;
+            }
+            Ok(())
+        })?;
+        progress((start + BAND).min(height) as f32 / height as f32);
+    }
+    let count = f64::from(width) * f64::from(height);
+    let [x, y, xx, yy, xy, _] = sums.sums.map(|sum| sum / count);
+    let range = |i: usize| [sums.low[i], sums.high[i]];
+    let texels = |[w, h]: &[u32; 2]| f64::from(*w) * f64::from(*h);
+    let whole = &differences[levels.len() - 1];
+    let errors = differences.iter().zip(&levels).map(|(d, size)| d.error(texels(size), &differences[0], count, whole));
+    Ok(Report {
+        errors: errors.collect(),
+        levels,
+        mean_slope: [x, y],
+        slope_variance: [(xx - x * x).max(0.0), (yy - y * y).max(0.0), xy - x * y],
+        slope_range: [range(0), range(1)],
+        height_range: range(2),
+        channel_ranges: ranges,
+    })
+}
+
+impl Plan {
+    /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
+    fn stored(&self, row: &Row) -> Vec<f32> {
+        let factors = self.factors.iter().cycle();
+        let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
+        // Factors of normals and gloss are 1.
+        let texels = stored.chunks_exact_mut(self.channels.len());
+        match (self.kind, &self.gloss) {
+            (Kind::Normal, _) => texels.for_each(normals::restore_length),
+            (Kind::Gloss, Some(gloss)) => texels.for_each(|texel| normals::to_normal_and_gloss(texel, gloss)),
+            _ => {}
+        }
+        if let Some((height, rest)) = self.height_and_rest() {
+            stored.chunks_exact_mut(self.channels.len()).for_each(|t| t[rest] = t[height] - half(t[height]));
+        }
+        stored
+    }
+
+    /// As 16-bit floats hold them. Where second moments are kept, they follow the means as those are rounded.
+    fn halves(&self, row: &Row) -> Vec<f32> {
+        if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
+            return row.iter().map(|&v| half(v)).collect();
+        }
+        let mut stored = Vec::with_capacity(row.len());
+        for texel in row.chunks_exact(self.channels.len()) {
+            let ([x, y, xx, yy], xy) = halves::nearest([texel[0], texel[1], texel[2], texel[3]], texel[4]);
+            stored.extend([x, y, xx, yy, xy].map(f16::to_f32));
+            stored.extend(texel[5..].iter().map(|&v| half(v)));
+        }
+        stored
+    }
+}
+
+/// The nearest 16-bit float.
+fn half(v: f32) -> f32 {
+    f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32()
+}

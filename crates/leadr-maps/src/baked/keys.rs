@@ -1,0 +1,145 @@
+//! What a file says of itself.
+
+use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
+use crate::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
+use crate::bake::{HEIGHT_REST, Kind, Precision};
+use crate::{MapFault, Wrap};
+
+/// The keys, checked.
+pub(super) struct Keys {
+    kind: Kind,
+    /// Names of the channels of the file, in its order.
+    pub channels: Vec<String>,
+    /// What each was multiplied by.
+    pub factors: Vec<f64>,
+    /// How blocks hold the channels, which then are those of the map.
+    pub blocks: Option<BlockPlan>,
+    wrap: Wrap,
+    height_scale: f32,
+    heights: HeightUnit,
+    middle: f32,
+    of_normals: bool,
+}
+
+impl Keys {
+    /// Those of a file with so many channels, whose texts `find` finds. `in_blocks`: whether it holds blocks.
+    pub fn new<'a>(find: impl Fn(&str) -> Option<&'a str>, count: usize, in_blocks: bool) -> Result<Self, MapFault> {
+        let value = |key: &str| {
+            find(key).ok_or_else(|| MapFault::Unsupported {
+                what: format!("its key {key} is missing or no text"),
+                remedy: REMEDY.into(),
+            })
+        };
+        let wrong = |key: &str| MapFault::damaged(format!("its key {key} makes no sense"));
+        let name = value("leadr.kind")?;
+        let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| wrong("leadr.kind"))?;
+        let mut channels: Vec<String> = value("leadr.channels")?.split(' ').map(str::to_owned).collect();
+        if channels.len() != count {
+            return Err(wrong("leadr.channels"));
+        }
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let numbers = |key: &str| -> Result<Vec<f64>, MapFault> {
+            let all: Option<Vec<f64>> = value(key)?.split(' ').map(number).collect();
+            all.filter(|all| all.len() == count).ok_or_else(|| wrong(key))
+        };
+        let factors = numbers("leadr.factors")?;
+        if factors.iter().any(|factor| *factor <= 0.0) {
+            return Err(wrong("leadr.factors"));
+        }
+        let mut blocks = None;
+        if in_blocks {
+            let (own, slots) = channels_of_blocks(kind, &channels).ok_or_else(|| wrong("leadr.channels"))?;
+            blocks = Some(BlockPlan::of_slots(kind, own.len(), slots, &factors, &numbers("leadr.offsets")?));
+            channels = own;
+        }
+        let named = channels.iter().zip(kind.channels()).all(|(a, b)| a == b);
+        if !named || channels.len() < kind.channels().len() {
+            return Err(wrong("leadr.channels"));
+        }
+        let wrap = match value("leadr.wrap")? {
+            "repeat" => Wrap::Repeat,
+            "clamp" => Wrap::Clamp,
+            _ => return Err(wrong("leadr.wrap")),
+        };
+        let heights = match value("leadr.heights")? {
+            "none" => HeightUnit::None,
+            "map" => HeightUnit::Map,
+            "width" => HeightUnit::Width,
+            _ => return Err(wrong("leadr.heights")),
+        };
+        let of_normals = match value("leadr.slopes")? {
+            "heights" => false,
+            "normals" => true,
+            _ => return Err(wrong("leadr.slopes")),
+        };
+        let single = |key: &str| {
+            let number = number(value(key)?).map(|v| v as f32).filter(|v| v.is_finite());
+            number.ok_or_else(|| wrong(key))
+        };
+        let (height_scale, middle) = (single("leadr.height_scale")?, single("leadr.middle")?);
+        Ok(Self { kind, channels, factors, blocks, wrap, height_scale, heights, middle, of_normals })
+    }
+
+    /// The map of these levels.
+    pub fn map(self, precision: Precision, levels: Vec<BakedLevel>) -> BakedMap {
+        let Self { kind, mut channels, wrap, height_scale, heights, middle, of_normals, .. } = self;
+        let mut levels = levels;
+        let place = |name: &str| channels.iter().position(|channel| channel == name);
+        if let (Some(height), Some(rest)) = (place("height"), place(HEIGHT_REST)) {
+            for level in &mut levels {
+                for i in 0..level.layers[0].len() {
+                    let left = std::mem::take(&mut level.layers[rest / 4][i][rest % 4]);
+                    level.layers[height / 4][i][height % 4] += left;
+                }
+            }
+            channels[rest] = "-".to_owned();
+        }
+        // Levels have layers of four, whatever the file has.
+        channels.resize(channels.len().next_multiple_of(4), "-".to_owned());
+        BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, levels }
+    }
+}
+
+/// The channels of the map that layers of blocks of these names hold, and what each of those holds of them.
+fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<Option<Slot>>)> {
+    let mut channels: Vec<String> = kind.channels().iter().map(|&name| name.to_owned()).collect();
+    for more in [&["alpha2", "alpha4"][..], &["red", "green", "blue"]] {
+        if names.iter().any(|name| name == more[0]) {
+            channels.extend(more.iter().map(|&name| name.to_owned()));
+        }
+    }
+    let stored = stored_names(kind, &channels);
+    let slot = |name: &String| -> Option<Option<Slot>> {
+        if name == "-" {
+            return Some(None);
+        }
+        let (name, rest) = of_rest_name(name)?;
+        Some(Some((stored.iter().position(|stored| stored == name)?, rest)))
+    };
+    let slots = names.iter().map(slot).collect::<Option<Vec<_>>>()?;
+    // Each is there, and what is left over once for each layer.
+    let whole = |channel: usize| {
+        let mut rests: Vec<usize> = slots.iter().flatten().filter(|s| s.0 == channel).map(|s| s.1).collect();
+        rests.sort_unstable();
+        !rests.is_empty() && rests.iter().copied().eq(0..rests.len())
+    };
+    (0..channels.len()).all(whole).then_some((channels, slots))
+}
+
+/// Which of these channels each channel of the layers of a map holds: four to a layer, and colour from the start of another.
+pub(super) fn packed(channels: &[String]) -> Vec<Option<usize>> {
+    let mut slots: Vec<Option<usize>> = Vec::new();
+    for (i, name) in channels.iter().enumerate() {
+        if name == "red" {
+            slots.resize(slots.len().next_multiple_of(4), None);
+        }
+        slots.push(Some(i));
+    }
+    slots.resize(slots.len().next_multiple_of(4), None);
+    slots
+}
+
+/// The names of the channels of those layers.
+pub(super) fn names(channels: &[String], slots: &[Option<usize>]) -> Vec<String> {
+    slots.iter().map(|slot| slot.map_or("-".to_owned(), |i| channels[i].clone())).collect()
+}

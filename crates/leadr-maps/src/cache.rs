@@ -1,0 +1,388 @@
+//! A folder of what was computed from maps and need not be computed again: written atomically, read as untrusted input,
+//! kept below a size.
+//!
+//! A file holds, little endian: magic, key, checksum of everything after it, content. The key says what the content was made
+//! from, programs included; a file of another key is none.
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use bytemuck::Pod;
+use rayon::prelude::*;
+
+use super::checksum::checksum;
+
+const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
+/// Bytes of the header: magic, key, checksum.
+const HEADER: usize = 3 * 8;
+/// Bytes that files named by their key may take up together. The ones used longest ago are removed.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Why a cache file was not used.
+#[derive(Debug, thiserror::Error)]
+enum CacheError {
+    /// Reading or writing failed.
+    #[error("cache file {path}: {source}; its content is made anew")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The content is not what was written.
+    #[error("cache file {path} is damaged ({fault}); it is made anew and replaced")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: &'static str,
+    },
+}
+
+/// The folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MapCache {
+    folder: PathBuf,
+}
+
+/// The content of a file.
+struct Cached {
+    bytes: Vec<u8>,
+}
+
+impl Cached {
+    fn content(&self) -> &[u8] {
+        &self.bytes[HEADER..]
+    }
+}
+
+fn variable(name: &str) -> Option<PathBuf> {
+    std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
+}
+
+/// The folder `leadr` in what the variable `xdg` names, else in the folder `usual` of the user's home; none without either.
+pub fn user_folder(xdg: &str, usual: &str) -> Option<PathBuf> {
+    let folder = variable(xdg).or_else(|| variable("HOME").map(|home| home.join(usual)))?;
+    Some(folder.join("leadr"))
+}
+
+impl MapCache {
+    /// The cache in a folder, which is created when something is written.
+    #[must_use]
+    pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The cache of this user: in `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`; none if none is set.
+    #[must_use]
+    pub fn of_user() -> Option<Self> {
+        variable("LEADR_CACHE").or_else(|| user_folder("XDG_CACHE_HOME", ".cache")).map(Self::in_folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name).with_extension("bin")
+    }
+
+    /// What is stored as `name` under `key`, of at most so many bytes; `None` if there is nothing or it is of another key.
+    ///
+    /// # Errors
+    /// [`CacheError`] if the file exists but cannot be read or is damaged.
+    fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Cached>, CacheError> {
+        let path = self.path(name);
+        let io = |source| CacheError::Io { path: path.clone(), source };
+        // Asked before opening: opening a pipe would wait for its writer.
+        match std::fs::metadata(&path) {
+            Ok(data) if !data.is_file() => return Err(self.damaged(name, "it is no regular file")),
+            Ok(_) => {}
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(io(e)),
+        }
+        let file = File::open(&path).map_err(io)?;
+        let most = most.saturating_add(HEADER as u64);
+        let length = file.metadata().map_err(io)?.len();
+        if length > most {
+            return Err(self.damaged(name, "it is too long"));
+        }
+        let bytes = read_side_by_side(&file, length as usize).map_err(io)?;
+        let word =
+            |i: usize| bytes.get(8 * i..8 * i + 8).map(|w| u64::from_le_bytes(w.try_into().expect("eight bytes")));
+        let (Some(magic), Some(stored), Some(sum)) = (word(0), word(1), word(2)) else {
+            return Err(self.damaged(name, "it is too short"));
+        };
+        if magic != MAGIC {
+            return Err(self.damaged(name, "it is of another kind"));
+        }
+        if stored != key {
+            return Ok(None);
+        }
+        if checksum(&bytes[HEADER..]) != sum {
+            return Err(self.damaged(name, "its checksum differs"));
+        }
+        // Only `MOST_BYTES` asks when it was used.
+        let _ = file.set_modified(SystemTime::now());
+        Ok(Some(Cached { bytes }))
+    }
+
+    fn damaged(&self, name: &str, fault: &'static str) -> CacheError {
+        CacheError::Damaged { path: self.path(name), fault }
+    }
+
+    /// Stores `content` as `name` under `key` by way of a temporary file.
+    ///
+    /// # Errors
+    /// [`CacheError::Io`] if the folder cannot be made or written.
+    fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), CacheError> {
+        let path = self.path(name);
+        let io = |source| CacheError::Io { path: path.clone(), source };
+        std::fs::create_dir_all(&self.folder).map_err(io)?;
+        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
+        let attempt = || {
+            let mut file = File::create(&temporary)?;
+            file.write_all(bytemuck::bytes_of(&[MAGIC, key, checksum(content)]))?;
+            file.write_all(content)?;
+            file.sync_all()?;
+            std::fs::rename(&temporary, &path)
+        };
+        attempt().map_err(|source| {
+            // Whatever was left half written is of no use; failing to remove it changes nothing.
+            let _ = std::fs::remove_file(&temporary);
+            io(source)
+        })
+    }
+
+    /// Whether something is stored under this key as one of its `kind`; whether it is whole only [`remember`](Self::remember) finds.
+    #[must_use]
+    pub fn holds(&self, kind: &str, key: u64) -> bool {
+        self.path(&named(kind, key)).is_file()
+    }
+
+    /// What is stored under this key as one of its `kind`, or what `make` makes, which is then stored. `read` takes the content
+    /// apart, of at most so many bytes, and says what is wrong with it. A cache that is damaged or cannot be used only costs a
+    /// warning.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn remember<T, E>(
+        &self,
+        kind: &str,
+        key: u64,
+        most: u64,
+        read: impl FnOnce(&[u8]) -> Result<T, &'static str>,
+        make: impl FnOnce() -> Result<(T, Vec<u8>), E>,
+    ) -> Result<T, E> {
+        let name = named(kind, key);
+        match self.read(&name, key, most) {
+            Ok(Some(cached)) => match read(cached.content()) {
+                Ok(value) => return Ok(value),
+                Err(fault) => tracing::warn!("{}", self.damaged(&name, fault)),
+            },
+            Ok(None) => {}
+            Err(error) => tracing::warn!("{error}"),
+        }
+        let (value, content) = make()?;
+        match self.write(&name, key, &content) {
+            Ok(()) => self.trim(&self.path(&name), MOST_BYTES),
+            Err(error) => tracing::warn!("{error}"),
+        }
+        Ok(value)
+    }
+
+    /// Removes files that [`remember`](Self::remember) wrote, the one used longest ago first, until they take up no more than so
+    /// many bytes; never `kept`.
+    fn trim(&self, kept: &Path, most: u64) {
+        let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
+        let mut files: Vec<(SystemTime, u64, PathBuf)> = entries
+            .flatten()
+            .filter(|entry| entry.file_name().to_str().is_some_and(named_by_key))
+            .filter_map(|entry| {
+                let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
+                Some((about.modified().ok()?, about.len(), entry.path()))
+            })
+            .collect();
+        files.sort();
+        let mut total: u64 = files.iter().map(|(_, length, _)| length).sum();
+        for (_, length, path) in files.iter().filter(|(_, _, path)| path != kept) {
+            if total <= most {
+                break;
+            }
+            // Another process may have removed it already.
+            let _ = std::fs::remove_file(path);
+            total -= length;
+        }
+    }
+}
+
+fn named(kind: &str, key: u64) -> String {
+    format!("{kind}-{key:016x}")
+}
+
+/// Adds values to the content of a file.
+pub fn put<T: Pod>(content: &mut Vec<u8>, values: &[T]) {
+    content.extend_from_slice(bytemuck::cast_slice(values));
+}
+
+/// Takes as many values off the front of the content of a file.
+///
+/// # Errors
+/// What is wrong with it: that it holds fewer.
+pub fn take<T: Pod>(content: &mut &[u8], count: usize) -> Result<Vec<T>, &'static str> {
+    let length = count.checked_mul(size_of::<T>()).ok_or("a count is too large")?;
+    let (head, rest) = content.split_at_checked(length).ok_or("it is too short")?;
+    *content = rest;
+    let mut values = vec![T::zeroed(); count];
+    // Memory that nobody has touched yet takes longer to get than to fill.
+    let pieces = bytemuck::cast_slice_mut::<T, u8>(&mut values).par_chunks_mut(PIECE).zip(head.par_chunks(PIECE));
+    pieces.for_each(|(to, from)| to.copy_from_slice(from));
+    Ok(values)
+}
+
+/// Bytes that a thread reads or copies at once.
+const PIECE: usize = 4 << 20;
+
+/// As many bytes from the beginning of a file, read by all threads.
+#[cfg(unix)]
+fn read_side_by_side(file: &File, length: usize) -> std::io::Result<Vec<u8>> {
+    use std::os::unix::fs::FileExt;
+    let mut bytes = vec![0; length];
+    let pieces = bytes.par_chunks_mut(PIECE).enumerate();
+    pieces.map(|(i, piece)| file.read_exact_at(piece, (i * PIECE) as u64)).collect::<std::io::Result<()>>()?;
+    Ok(bytes)
+}
+
+/// As many bytes from the beginning of a file.
+#[cfg(not(unix))]
+fn read_side_by_side(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
+    let mut bytes = vec![0; length];
+    std::io::Read::read_exact(&mut file, &mut bytes)?;
+    Ok(bytes)
+}
+
+/// Says that the content of a file should have ended.
+///
+/// # Errors
+/// That it goes on.
+pub fn nothing_left(content: &[u8]) -> Result<(), &'static str> {
+    if content.is_empty() { Ok(()) } else { Err("it is too long") }
+}
+
+/// `count` values that `make` makes, from the user's cache if it holds them; there they are known by the text of the programs that
+/// make them.
+pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
+    let Some(cache) = MapCache::of_user() else { return make() };
+    let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
+    let read = |mut content: &[u8]| {
+        let values = take(&mut content, count)?;
+        nothing_left(content)?;
+        Ok(values)
+    };
+    let make = || {
+        let values = make();
+        let content = bytemuck::cast_slice(&values).to_vec();
+        Ok::<_, Infallible>((values, content))
+    };
+    let most = (count * size_of::<T>()) as u64;
+    let Ok(values) = cache.remember(kind, checksum(bytemuck::cast_slice(&sums)), most, read, make);
+    values
+}
+
+/// Whether a file has a name that [`MapCache::remember`] gives: `KIND-`, 16 digits, `.bin`.
+fn named_by_key(name: &str) -> bool {
+    let key = name.strip_suffix(".bin").and_then(|stem| stem.rsplit_once('-')).map(|(_, key)| key);
+    key.is_some_and(|key| key.len() == 16 && key.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn in_temporary_folder() -> (tempfile::TempDir, MapCache) {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = MapCache::in_folder(folder.path().join("deeper"));
+        (folder, cache)
+    }
+
+    #[test]
+    fn contents_end_where_their_values_do() {
+        let mut content = Vec::new();
+        put(&mut content, &[1u16, 2]);
+        put(&mut content, &[0.5f32]);
+        let left = &mut &content[..];
+        assert_eq!(take::<u16>(left, 2), Ok(vec![1, 2]));
+        assert_eq!(nothing_left(left), Err("it is too long"));
+        assert_eq!(take::<f32>(left, 2), Err("it is too short"));
+        assert_eq!(take::<f32>(left, 1), Ok(vec![0.5]));
+        assert_eq!(nothing_left(left), Ok(()));
+        assert_eq!(take::<u16>(left, usize::MAX), Err("a count is too large"));
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (_folder, cache) = in_temporary_folder();
+        assert!(cache.read("a", 7, 100).unwrap().is_none());
+        cache.write("a", 7, b"content").unwrap();
+        assert_eq!(cache.read("a", 7, 100).unwrap().unwrap().content(), b"content");
+        assert!(cache.read("a", 8, 100).unwrap().is_none(), "another key");
+        let files = std::fs::read_dir(cache.path("a").parent().unwrap()).unwrap().count();
+        assert_eq!(files, 1, "nothing temporary is left");
+    }
+
+    #[test]
+    fn every_kind_of_damage_is_noticed() {
+        let (_folder, cache) = in_temporary_folder();
+        cache.write("a", 7, &[5; 100]).unwrap();
+        let good = std::fs::read(cache.path("a")).unwrap();
+        let flipped = |at: usize| good.iter().enumerate().map(|(i, b)| if i == at { b ^ 4 } else { *b }).collect();
+        let cases: [Vec<u8>; 6] = [
+            Vec::new(),
+            good[..10].to_vec(),
+            good[..good.len() - 5].to_vec(),
+            [&good[..], &[0]].concat(),
+            flipped(60),
+            flipped(0),
+        ];
+        for bytes in cases {
+            std::fs::write(cache.path("a"), bytes).unwrap();
+            assert!(matches!(cache.read("a", 7, 100), Err(CacheError::Damaged { .. })));
+        }
+    }
+
+    #[test]
+    fn things_are_made_once() {
+        let (_folder, cache) = in_temporary_folder();
+        let remember = |value: u8, fault: bool| {
+            let read = |content: &[u8]| if fault { Err("it is odd") } else { Ok(content[0]) };
+            let make = || Ok::<_, Infallible>((value, vec![value]));
+            let Ok(value) = cache.remember("number", 3, 100, read, make);
+            value
+        };
+        assert_eq!(remember(1, false), 1);
+        assert_eq!(remember(2, false), 1, "it was stored");
+        assert_eq!(remember(2, true), 2, "what makes no sense is made anew");
+        assert_eq!(remember(3, false), 2);
+        // A folder that cannot be one.
+        let file = cache.path("number-0000000000000003");
+        let none = MapCache::in_folder(&file);
+        assert_eq!(none.remember("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));
+        assert_eq!(none.remember("number", 3, 100, |_| Ok(1), || Err("no")), Err("no"));
+    }
+
+    #[test]
+    fn the_folder_stays_small_and_foreign_files_stay() {
+        let (_folder, cache) = in_temporary_folder();
+        let write = |name: &str, age: u64| {
+            cache.write(name, 1, &[0; 1000]).unwrap();
+            let file = File::options().write(true).open(cache.path(name)).unwrap();
+            file.set_modified(SystemTime::now() - std::time::Duration::from_secs(age)).unwrap();
+        };
+        let names = ["a-0000000000000001", "a-0000000000000002", "b-0000000000000003", "trex-64", "a-000000000000000G"];
+        for (name, age) in names.iter().zip([50, 100, 10, 1000, 1000]) {
+            write(name, age);
+        }
+        cache.trim(&cache.path(names[1]), 2500);
+        let there = names.map(|name| cache.path(name).exists());
+        assert_eq!(there, [false, true, true, true, true], "the oldest but the one kept, and none that another wrote");
+    }
+}

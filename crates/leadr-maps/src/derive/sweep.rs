@@ -1,0 +1,322 @@
+//! Horizons along parallel lines, by convex hulls (Timonen and Westerholm 2010, "Scalable height field self-shadowing").
+//!
+//! Lines of one direction go through every column of a map; a texel belongs to the line that passes it closest. Along a line, heights between two
+//! texels of a column are those of the edge that joins them. The points passed so far are kept as their upper hull, where the tangent from a texel,
+//! which is its horizon, is found in a step or two. Reach is unlimited, and the work for a texel is the same for every relief.
+//!
+//! A texel's own height is used, not the line's, moved along its slope to where the line is. The two columns beside it are not looked up on the line:
+//! where a ray from the very texel crosses them is known exactly ([`occlusion`](super::occlusion)).
+
+use rayon::prelude::*;
+
+use crate::Wrap;
+
+/// Columns beside a texel that its ray meets exactly; hulls begin beyond them.
+pub(super) const NEAR: usize = 2;
+/// Cells of a coarser copy of the map, per cell of the next finer one, and along a line before its size is used.
+const COARSER: usize = 8;
+
+/// Heights in texels, row by row.
+pub(super) struct Field {
+    pub width: usize,
+    pub height: usize,
+    pub texels: Vec<f32>,
+    pub wrap: Wrap,
+    /// Means over 8 x 8, 64 x 64 … texels: what lies before the beginning of a line, far away.
+    coarse: Vec<Coarse>,
+}
+
+struct Coarse {
+    width: usize,
+    height: usize,
+    texels: Vec<f32>,
+}
+
+/// How high the relief rises seen from texels, as rise per column: ahead, towards higher columns, and behind; below 0 it is 0.
+pub(super) struct Horizons {
+    /// Rows of the map that lines pass in each column, less those in column 0.
+    pub shifts: Vec<i64>,
+    /// The first line's number: its row in column 0.
+    first: i64,
+    width: usize,
+    lines: usize,
+    wrap: Wrap,
+    values: Vec<[f32; 2]>,
+}
+
+impl Field {
+    pub fn new(width: usize, height: usize, texels: Vec<f32>, wrap: Wrap) -> Self {
+        let mut coarse: Vec<Coarse> = Vec::new();
+        if wrap == Wrap::Repeat {
+            let mut size = [width, height];
+            while size[0].max(size[1]) > 1 {
+                let from = coarse.last().map_or(&texels[..], |level| &level.texels);
+                let next = Coarse::averaged(from, size);
+                size = [next.width, next.height];
+                coarse.push(next);
+            }
+        }
+        Self { width, height, texels, wrap, coarse }
+    }
+
+    /// The height where a column, which may lie beyond the edges, is crossed in a row between two texels.
+    fn at(&self, x: i64, y: f32) -> f32 {
+        let low = y.floor();
+        let part = y - low;
+        let column = self.wrap.texel(x, self.width as u32);
+        let [a, b] =
+            [0, 1].map(|k| self.texels[self.wrap.texel(low as i64 + k, self.height as u32) * self.width + column]);
+        a + part * (b - a)
+    }
+
+    /// The mean height of a coarse cell.
+    fn far(&self, level: usize, x: f64, y: f64) -> f32 {
+        let coarse = &self.coarse[level];
+        let cell = |v: f64, of: usize, cells: usize| {
+            let part = v / of as f64;
+            (((part - part.floor()) * cells as f64) as usize).min(cells - 1)
+        };
+        coarse.texels[cell(y, self.height, coarse.height) * coarse.width + cell(x, self.width, coarse.width)]
+    }
+
+    /// The horizons along all lines that rise `tangent` rows a column, -1 to 1.
+    pub fn horizons(&self, tangent: f64) -> Horizons {
+        let shifts: Vec<i64> = (0..self.width).map(|x| (x as f64 * tangent).round() as i64).collect();
+        let (low, high) = (shifts[self.width - 1].min(0), shifts[self.width - 1].max(0));
+        // Without repeats, lines also enter through the upper and the lower edge.
+        let (first, lines) =
+            if self.wrap == Wrap::Repeat { (0, self.height) } else { (-high, self.height + (high - low) as usize) };
+        let mut values = vec![[0.0; 2]; lines * self.width];
+        let range = self.texels.iter().fold([f32::MAX, f32::MIN], |[a, b], &h| [a.min(h), b.max(h)]);
+        let before = self.before(tangent, f64::from(range[1] - range[0]));
+        values.par_chunks_mut(self.width).enumerate().with_min_len(16).for_each_init(
+            || (Vec::with_capacity(self.width), Hull::default()),
+            |(line, hull), (k, out)| {
+                let start = first + k as i64;
+                let inside =
+                    |x: &usize| self.wrap == Wrap::Repeat || (0..self.height as i64).contains(&(start + shifts[*x]));
+                // The texels of a line stand together.
+                let Some(from) = (0..self.width).find(inside) else { return };
+                let to = (from..self.width).find(|x| !inside(x)).unwrap_or(self.width);
+                let more = if self.wrap == Wrap::Repeat { NEAR as i64 } else { 0 };
+                let first = from as i64 - more;
+                self.fill(line, start, tangent, first..to as i64 + more);
+                let on_line = |x: i64| line.get(usize::try_from(x - first).ok()?).copied();
+                hull.clear();
+                for &[distance, level] in before.iter().rev() {
+                    hull.push(-distance, self.beyond(start, tangent, -distance, level));
+                }
+                for x in from..to {
+                    let own = self.moved(x, start + shifts[x], (start as f64 + x as f64 * tangent) as f32);
+                    out[x] = [own, hull.rise(x as f32, own)];
+                    // Nearer ones are no part of what the next column sees.
+                    let passed = x as i64 - NEAR as i64;
+                    if let Some(z) = on_line(passed) {
+                        hull.push(passed as f32, z);
+                    }
+                }
+                // The other way, with columns counted from the end.
+                hull.clear();
+                let last = self.width as f32 - 1.0;
+                for &[distance, level] in before.iter().rev() {
+                    hull.push(-distance, self.beyond(start, tangent, last + distance, level));
+                }
+                for x in (from..to).rev() {
+                    out[x][0] = hull.rise(last - x as f32, out[x][0]);
+                    let passed = (x + NEAR) as i64;
+                    if let Some(z) = on_line(passed) {
+                        hull.push(last - passed as f32, z);
+                    }
+                }
+            },
+        );
+        Horizons { shifts, first, width: self.width, lines, wrap: self.wrap, values }
+    }
+
+    /// Distances before the first column, and the copy of the map that is read there (0: the map itself), near to far, as long as
+    /// anything can rise by 1/64.
+    fn before(&self, tangent: f64, range: f64) -> Vec<[f32; 2]> {
+        let mut found = Vec::new();
+        if self.wrap == Wrap::Clamp {
+            return found;
+        }
+        let reach = 64.0 * range / (1.0 + tangent * tangent).sqrt();
+        let (mut distance, mut level, mut cell) = ((NEAR + 1) as f64, 0, 1usize);
+        // The coarsest copy is one height, and as high as everything.
+        while distance <= reach && level < self.coarse.len() {
+            if distance >= (COARSER * COARSER * cell) as f64 {
+                level += 1;
+                cell *= COARSER;
+                continue;
+            }
+            found.push([distance as f32, level as f32]);
+            distance += cell as f64;
+        }
+        found
+    }
+
+    /// The height of a texel, moved along its slope to where a line crosses its column.
+    fn moved(&self, x: usize, row: i64, line: f32) -> f32 {
+        let aside = line - row as f32;
+        let [a, own, b] = [-1, 0, 1].map(|step| {
+            let y = row + step;
+            let inside = (0..self.height as i64).contains(&y);
+            self.texels[(if inside { y as usize } else { self.wrap.texel(y, self.height as u32) }) * self.width + x]
+        });
+        own + 0.5 * aside * (b - a)
+    }
+
+    /// The height of a line before the first column, or after the last.
+    fn beyond(&self, start: i64, tangent: f64, x: f32, level: f32) -> f32 {
+        let y = start as f64 + f64::from(x) * tangent;
+        match level as usize {
+            0 => self.at(x as i64, y as f32),
+            level => self.far(level - 1, f64::from(x) + 0.5, y + 0.5),
+        }
+    }
+
+    /// The heights of a line.
+    fn fill(&self, line: &mut Vec<f32>, start: i64, tangent: f64, columns: std::ops::Range<i64>) {
+        line.clear();
+        let (height, width) = (self.height as i64, self.width);
+        line.extend(columns.map(|x| {
+            let y = start as f64 + x as f64 * tangent;
+            let low = y.floor();
+            let part = (y - low) as f32;
+            let mut low = low as i64;
+            if self.wrap == Wrap::Repeat && !(0..height).contains(&low) {
+                low = low.rem_euclid(height);
+            }
+            if low >= 0 && low + 1 < height && (0..width as i64).contains(&x) {
+                let at = low as usize * width + x as usize;
+                let (a, b) = (self.texels[at], self.texels[at + width]);
+                return a + part * (b - a);
+            }
+            self.at(x, low as f32 + part)
+        }));
+    }
+}
+
+impl Coarse {
+    fn averaged(from: &[f32], [width, height]: [usize; 2]) -> Self {
+        let [w, h] = [width.div_ceil(COARSER), height.div_ceil(COARSER)];
+        let mut texels = vec![0.0; w * h];
+        texels.par_chunks_mut(w).enumerate().for_each(|(y, out)| {
+            for (x, out) in out.iter_mut().enumerate() {
+                let part = |k: usize, of: usize, cells: usize| k * of / cells..((k + 1) * of).div_ceil(cells).min(of);
+                let (columns, rows) = (part(x, width, w), part(y, height, h));
+                let sum: f32 = rows.clone().map(|y| from[y * width..][columns.clone()].iter().sum::<f32>()).sum();
+                *out = sum / (columns.len() * rows.len()) as f32;
+            }
+        });
+        Self { width: w, height: h, texels }
+    }
+}
+
+impl Horizons {
+    /// Those of a row of texels: ahead, behind.
+    pub fn row(&self, y: usize, into: &mut [[f32; 2]]) {
+        for (x, (out, shift)) in into.iter_mut().zip(&self.shifts).enumerate() {
+            let line = y as i64 - shift - self.first;
+            let line = if self.wrap == Wrap::Repeat && !(0..self.lines as i64).contains(&line) {
+                line.rem_euclid(self.lines as i64)
+            } else {
+                line
+            };
+            *out = self.values[line as usize * self.width + x];
+        }
+    }
+}
+
+/// The upper hull of points of rising `x`.
+#[derive(Default)]
+struct Hull {
+    points: Vec<[f32; 2]>,
+}
+
+impl Hull {
+    fn clear(&mut self) {
+        self.points.clear();
+    }
+
+    fn push(&mut self, x: f32, z: f32) {
+        while let [.., a, b] = self.points[..] {
+            if (b[1] - a[1]) * (x - a[0]) > (z - a[1]) * (b[0] - a[0]) {
+                break;
+            }
+            self.points.pop();
+        }
+        self.points.push([x, z]);
+    }
+
+    /// The steepest rise from a place beyond the last point, or 0.
+    fn rise(&self, x: f32, z: f32) -> f32 {
+        let mut best = f32::MIN;
+        for point in self.points.iter().rev() {
+            let rise = (point[1] - z) / (x - point[0]);
+            if rise <= best {
+                break;
+            }
+            best = rise;
+        }
+        best.max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn field(width: usize, height: usize, wrap: Wrap) -> Field {
+        let texel = |i: usize| ((i * 7919 + 5) % 127) as f32 / 30.0 + ((i % width) as f32 * 0.3).sin() * 4.0;
+        Field::new(width, height, (0..width * height).map(texel).collect(), wrap)
+    }
+
+    /// Looks at every column of every line.
+    #[test]
+    fn hulls_find_what_looking_everywhere_finds() {
+        for wrap in [Wrap::Repeat, Wrap::Clamp] {
+            for (width, height) in [(40, 24), (23, 37), (5, 1), (1, 5), (2, 2)] {
+                let field = field(width, height, wrap);
+                for tangent in [0.0, 0.37, -0.8, 1.0] {
+                    let horizons = field.horizons(tangent);
+                    let mut row = vec![[0.0; 2]; width];
+                    for y in 0..height {
+                        horizons.row(y, &mut row);
+                        for (x, found) in row.iter().enumerate() {
+                            let start = y as i64 - horizons.shifts[x];
+                            let line = (start as f64 + x as f64 * tangent) as f32;
+                            let own = field.moved(x, start + horizons.shifts[x], line);
+                            // As far as the map itself is read before its first column.
+                            let seen = |side: i64| {
+                                let columns = match (wrap, side) {
+                                    (Wrap::Repeat, 1) => x as i64 + 3..width as i64 + 63,
+                                    (Wrap::Repeat, _) => -63..x as i64 - 2,
+                                    (_, 1) => x as i64 + 3..width as i64,
+                                    _ => 0..x as i64 - 2,
+                                };
+                                let there = |c: &i64| {
+                                    wrap == Wrap::Repeat
+                                        || (0..height as i64).contains(&(start + horizons.shifts[*c as usize]))
+                                };
+                                let rise = |c: i64| {
+                                    (field.at(c, (start as f64 + c as f64 * tangent) as f32) - own)
+                                        / (c - x as i64).abs() as f32
+                                };
+                                columns.filter(there).map(rise).fold(0.0, f32::max)
+                            };
+                            let (ahead, behind) = (seen(1), seen(-1));
+                            let apart = (found[0] - ahead).abs().max((found[1] - behind).abs());
+                            // What lies further away is seen as blocks.
+                            let far = if wrap == Wrap::Repeat { 0.13 } else { 1e-4 };
+                            assert!(
+                                apart < 1e-4 || found[0].max(found[1]) < far,
+                                "{wrap:?} {tangent} {x} {y}: {found:?} {ahead} {behind}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

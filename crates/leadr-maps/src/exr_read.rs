@@ -1,0 +1,306 @@
+//! OpenEXR: the `exr` crate parses the header and unpacks blocks; this file decides which blocks may be unpacked.
+//!
+//! Offsets, block lengths and the size of the result are checked against the file before they are believed, blocks
+//! go one at a time, and a panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput
+//! JPEG 2000 are refused with a sentence; of mip levels the largest is read, but for baked maps.
+
+use std::collections::HashSet;
+use std::io::Cursor;
+
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
+use exr::compression::Compression;
+use exr::math::{RoundingMode, Vec2};
+use exr::meta::attribute::LevelMode;
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::SampleType;
+
+use super::guard::guarded;
+use super::png_read::one_line;
+use super::{MapFault, limits};
+
+/// The chosen channels of one part, each `width * height` values, row 0 on top.
+pub(crate) struct Planes {
+    pub width: u32,
+    pub height: u32,
+    pub planes: Vec<Vec<f32>>,
+}
+
+/// Which channels to take from the names of a part, as indices; `None` passes on to the next part.
+pub(crate) type Choose = fn(&[String]) -> Option<Vec<usize>>;
+
+/// Whether the bytes start like an OpenEXR file.
+pub(crate) fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// Decodes the channels that `choose` picks from the first part in which it picks any; `wanted` names them for the
+/// error message.
+pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
+    // Damaged blocks overflow arithmetic inside the crate (its B44, for one).
+    guarded("EXR", || decode_unguarded(bytes, choose, wanted))
+}
+
+/// What the first part says of itself; a flat part.
+pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
+    guarded("EXR", || {
+        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
+        meta.headers.into_iter().next().ok_or_else(|| MapFault::damaged("it has no part"))
+    })
+}
+
+/// Decodes these channels of the first part on all its mip levels, which are halved and rounded down to 1 x 1.
+pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes>, MapFault> {
+    guarded("EXR", || {
+        let (meta, tables_start) = read_meta(bytes)?;
+        let header = &meta.headers[0];
+        let BlockDescription::Tiles(tiles) = header.blocks else {
+            return Err(MapFault::damaged("it has no mip levels"));
+        };
+        if (tiles.level_mode, tiles.rounding_mode) != (LevelMode::MipMap, RoundingMode::Down) {
+            return Err(MapFault::damaged("it has no mip levels of sizes that are rounded down"));
+        }
+        if header.deep || header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
+            return Err(MapFault::damaged("its channels are deep or subsampled"));
+        }
+        let longest = header.layer_size.width().max(header.layer_size.height());
+        let count = usize::BITS - longest.leading_zeros();
+        (0..count).map(|level| decode_level(bytes, &meta, tables_start, 0, picked, level)).collect()
+    })
+}
+
+fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
+    let (meta, tables_start) = read_meta(bytes)?;
+    let (part, picked) = pick_part(&meta, choose, wanted)?;
+    decode_level(bytes, &meta, tables_start, part, &picked, 0)
+}
+
+/// The header, and where the tables of blocks begin, which lie within the file.
+fn read_meta(bytes: &[u8]) -> Result<(MetaData, usize), MapFault> {
+    let mut cursor = Cursor::new(bytes);
+    let meta = MetaData::read_from_buffered(&mut cursor, false).map_err(fault)?;
+    let tables_start = cursor.position() as usize;
+    let chunks = meta.headers.iter().try_fold(0usize, |sum, h| sum.checked_add(h.chunk_count));
+    if chunks.and_then(|n| n.checked_mul(8)).is_none_or(|n| n > bytes.len() - tables_start) {
+        return Err(MapFault::damaged("the file is shorter than its own table of blocks"));
+    }
+    Ok((meta, tables_start))
+}
+
+/// Decodes channels of a part on one level.
+fn decode_level(
+    bytes: &[u8],
+    meta: &MetaData,
+    tables_start: usize,
+    part: usize,
+    picked: &[usize],
+    level: u32,
+) -> Result<Planes, MapFault> {
+    let chunk_counts: Vec<usize> = meta.headers.iter().map(|h| h.chunk_count).collect();
+    let header = &meta.headers[part];
+    let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+    limits::check_size(
+        width,
+        height,
+        (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64),
+        bytes.len(),
+    )?;
+    // Only now, so that sizes of zero and of billions get their own sentences.
+    MetaData::validate(&meta.headers, false).map_err(fault)?;
+
+    let table = tables_start + 8 * chunk_counts[..part].iter().sum::<usize>();
+    let offsets = bytes[table..table + 8 * chunk_counts[part]].chunks_exact(8);
+    let offsets: Vec<u64> = offsets.map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
+
+    let [width, height] = [width, height].map(|side| (side >> level).max(1));
+    let texel_count = (width * height) as usize;
+    let mut planes = Vec::new();
+    let mut seen = HashSet::new();
+    let mut covered = 0;
+    for offset in offsets {
+        let Some(block) = read_block(bytes, offset, part, meta, level)? else { continue };
+        if !seen.insert(block.index.pixel_position) {
+            return Err(MapFault::damaged("two of its blocks claim the same texels"));
+        }
+        covered += block.index.pixel_size.area();
+        // The size is believed only once a block has really filled its place.
+        while planes.len() < picked.len() {
+            planes.push(limits::zeroed::<f32>(texel_count)?);
+        }
+        copy_lines(&block, header, picked, width as usize, &mut planes)?;
+    }
+    if covered != texel_count {
+        return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
+    }
+    Ok(Planes { width: width as u32, height: height as u32, planes })
+}
+
+/// The first flat part in which `choose` finds its channels.
+fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Vec<usize>), MapFault> {
+    let mut found = Vec::new();
+    for (part, header) in meta.headers.iter().enumerate() {
+        if header.deep {
+            found.push("deep data".to_string());
+            continue;
+        }
+        let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
+        let holds = |name: &str| names.iter().any(|n| n.rsplit('.').next() == Some(name));
+        if ["Y", "RY", "BY"].into_iter().all(holds) {
+            let what = "it holds luminance and chroma (channels Y, RY and BY)".into();
+            return Err(MapFault::Unsupported { what, remedy: "save it as plain RGB".into() });
+        }
+        let Some(picked) = choose(&names) else {
+            found.extend(names);
+            continue;
+        };
+        if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
+            let what = "its channels have fewer samples than it has pixels".into();
+            return Err(MapFault::Unsupported {
+                what,
+                remedy: "save it with one sample of each channel for every pixel".into(),
+            });
+        }
+        return Ok((part, picked));
+    }
+    let mut found = found.join(", ").escape_debug().to_string();
+    if let Some((cut, _)) = found.char_indices().nth(200) {
+        found.truncate(cut);
+    }
+    let what = format!("it has no channel {wanted}, only: {found}");
+    Err(MapFault::Unsupported { what, remedy: "rename or re-export its channels".into() })
+}
+
+/// Reads the little-endian `i32` at `*at` and advances `at` past it.
+fn read_i32(bytes: &[u8], at: &mut usize) -> Result<i32, MapFault> {
+    let end = at.checked_add(4).filter(|&end| end <= bytes.len());
+    let end = end.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
+    let value = i32::from_le_bytes(bytes[*at..end].try_into().expect("four bytes"));
+    *at = end;
+    Ok(value)
+}
+
+/// Unpacks the block at `offset`, or `None` when it belongs to another mip level.
+fn read_block(
+    bytes: &[u8],
+    offset: u64,
+    part: usize,
+    meta: &MetaData,
+    level: u32,
+) -> Result<Option<UncompressedBlock>, MapFault> {
+    if offset == 0 {
+        return Err(MapFault::damaged("a block was never written (incomplete render?)"));
+    }
+    let mut at = usize::try_from(offset).unwrap_or(usize::MAX);
+    if meta.requirements.is_multilayer() && read_i32(bytes, &mut at)? != part as i32 {
+        return Err(MapFault::damaged("a block belongs to another part than its table says"));
+    }
+    let negative = |_| MapFault::damaged("a tile has a negative index");
+    let tiled = matches!(meta.headers[part].blocks, BlockDescription::Tiles(_));
+    let (mut coordinates, mut y_coordinate) = ([0usize; 4], 0);
+    if tiled {
+        for value in &mut coordinates {
+            *value = usize::try_from(read_i32(bytes, &mut at)?).map_err(negative)?;
+        }
+    } else {
+        y_coordinate = read_i32(bytes, &mut at)?;
+    }
+    let len =
+        usize::try_from(read_i32(bytes, &mut at)?).map_err(|_| MapFault::damaged("a block has a negative length"))?;
+    let data = at.checked_add(len).and_then(|end| bytes.get(at..end));
+    let data = data.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
+    if coordinates[2..] != [level as usize; 2] {
+        return Ok(None);
+    }
+    check_dwa_claims(data, &meta.headers[part])?;
+    let compressed_pixels_le = data.to_vec();
+    let compressed_block = if tiled {
+        let [x, y, level_x, level_y] = coordinates;
+        let coordinates = TileCoordinates { tile_index: Vec2(x, y), level_index: Vec2(level_x, level_y) };
+        CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
+    } else {
+        CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
+    };
+    let chunk = Chunk { layer_index: part, compressed_block };
+    UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(fault)
+}
+
+/// Checks the sizes that a block of DWA states for its sections: the crate allocates them before it unpacks anything, and would end
+/// the program where there is no memory.
+fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
+    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return Ok(());
+    }
+    // Eleven numbers: the version, then sizes and counts of values of two bytes, and last the coder.
+    let (counters, _) = data.as_chunks::<8>();
+    let claims = counters.iter().take(10).skip(1).map(|bytes| u64::from_le_bytes(*bytes));
+    // Blocks of 8 x 8 overlap the edges; a value of one byte may become a coefficient of two.
+    let (block, whole) = (header.max_block_pixel_size(), header.layer_size);
+    let texels = (block.0.min(whole.0) as u64 + 8).saturating_mul(block.1.min(whole.1) as u64 + 8);
+    let most = texels.saturating_mul(4 * header.channels.bytes_per_pixel as u64);
+    match claims.max() {
+        Some(claim) if claim > most => Err(MapFault::damaged(format!(
+            "a block states {claim} bytes for one of its sections, but has room for {most}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Copies the picked channels of a block into their planes.
+fn copy_lines(
+    block: &UncompressedBlock,
+    header: &Header,
+    picked: &[usize],
+    width: usize,
+    planes: &mut [Vec<f32>],
+) -> Result<(), MapFault> {
+    for line in block.lines(&header.channels) {
+        let Some(slot) = picked.iter().position(|&p| p == line.location.channel) else { continue };
+        let Vec2(x, y) = line.location.position;
+        let start = y * width + x;
+        let row = planes[slot].get_mut(start..start + line.location.sample_count);
+        let row = row.ok_or_else(|| MapFault::damaged("a block lies outside the image"))?;
+        match header.channels.list[line.location.channel].sample_type {
+            SampleType::F16 => fill(row, line.read_samples::<exr::prelude::f16>(), |v| v.to_f32())?,
+            SampleType::F32 => fill(row, line.read_samples::<f32>(), |v| v)?,
+            SampleType::U32 => fill(row, line.read_samples::<u32>(), |v| v as f32)?,
+        }
+    }
+    Ok(())
+}
+
+fn fill<T>(
+    row: &mut [f32],
+    samples: impl Iterator<Item = exr::error::Result<T>>,
+    convert: impl Fn(T) -> f32,
+) -> Result<(), MapFault> {
+    for (texel, sample) in row.iter_mut().zip(samples) {
+        *texel = convert(sample.map_err(fault)?);
+    }
+    Ok(())
+}
+
+/// The crate's error, worded as one of our sentences.
+fn fault(error: exr::error::Error) -> MapFault {
+    match error {
+        exr::error::Error::NotSupported(reason) => MapFault::Unsupported {
+            what: one_line(&reason),
+            remedy: "save it as a flat EXR with ZIP compression".into(),
+        },
+        exr::error::Error::Invalid(reason) => MapFault::damaged(one_line(&reason)),
+        other => MapFault::damaged(one_line(&other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_while_decoding_is_an_error() {
+        let bytes = crate::save::encode_exr(1, 1, &[("Y", &[1.0])]).unwrap();
+        assert_eq!(decode(&bytes, |_| Some(vec![0]), "Y").unwrap().planes, [[1.0]]);
+        let message = decode(&bytes, |_| panic!("on purpose"), "Y").map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("internal panic"), "{message}");
+    }
+}

@@ -1,0 +1,362 @@
+//! What the bumps of a height map hide from each of its texels: the horizon in every direction, fitted by the smooth form
+//! of [`leadr_reflectance::visible::horizon`].
+//!
+//! From every texel, rays go out in 8 or 16 directions. On each the largest excess over the plane of the texel's mean
+//! slope counts, `(h(p + o) − h(p) − m·o) / |o|`, or 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away: nearer heights
+//! belong to the texel's own slope statistics, and far ones are smoothed over a quarter of their distance.
+
+use std::f32::consts::PI;
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::Wrap;
+
+/// The source of this module, for the keys of caches: what it makes is made again when it changes.
+pub const SOURCE: &str = include_str!("horizon.rs");
+
+/// Longest ray, texels.
+const LONGEST: usize = 512;
+
+/// Heights, row by row, and what lies beyond their edges.
+pub struct Heights<'a> {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) texels: &'a [f32],
+    pub(crate) wrap: Wrap,
+    /// Where the rows of a map lie one behind the other in a single one: their distance.
+    stride: Option<usize>,
+}
+
+impl<'a> Heights<'a> {
+    /// Heights of `width` times `height` texels.
+    pub fn new(width: usize, height: usize, texels: &'a [f32], wrap: Wrap) -> Self {
+        Self { width, height, texels, wrap, stride: None }
+    }
+}
+
+/// The texels whose horizons are wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// First column.
+    pub x: usize,
+    /// First row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// The horizon at a texel, in heights per texel: see [`leadr_reflectance::visible::horizon::Horizon`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HorizonTexel {
+    /// The lean.
+    pub(crate) lean: [f32; 2],
+    /// Deviations of the spread.
+    pub(crate) deviations: [f32; 2],
+    /// Correlation of the spread, -1 to 1.
+    pub(crate) correlation: f32,
+}
+
+impl HorizonTexel {
+    /// As four halves and one, for a map of `size` texels on which lengths are in units of the map.
+    pub fn halves(&self, size: [u32; 2]) -> ([u16; 4], u16) {
+        let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0)).to_bits();
+        let [w, h] = size.map(|n| n as f32);
+        let ([lx, ly], [dx, dy]) = (self.lean, self.deviations);
+        ([lx * w, ly * h, dx * w, dy * h].map(half), half(self.correlation))
+    }
+}
+
+/// Distance of a sample in texels.
+fn distance_of(step: usize) -> f32 {
+    if step == 0 { 1.5 } else { (1usize << step.div_ceil(2)) as f32 * if step.is_multiple_of(2) { 1.5 } else { 1.0 } }
+}
+
+/// Number of smoothings of the heights that a sample reads.
+fn smoothness_of(step: usize) -> usize {
+    step.saturating_sub(3) / 2
+}
+
+/// The rays that look for the horizon.
+#[derive(Clone, Copy, Debug)]
+pub struct Rays {
+    /// Pairs of opposite directions, at least 3.
+    pub axes: usize,
+    /// Length in texels.
+    pub reach: usize,
+}
+
+/// The horizons of the texels in a window, row by row. `slopes`: mean slopes of these texels, heights per texel.
+pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays: Rays) -> Vec<HorizonTexel> {
+    let Rays { axes, reach } = rays;
+    if let Some(texels) = horizons_inside(heights, window, slopes, rays) {
+        return texels;
+    }
+    let steps = (0..).take_while(|&step| distance_of(step) <= reach.min(LONGEST) as f32).count();
+    let smooth = smoothed(heights, smoothness_of(steps.saturating_sub(1)));
+    let field = |step: usize| match smoothness_of(step) {
+        0 => heights.texels,
+        k => &smooth[k - 1],
+    };
+    let mut texels = vec![HorizonTexel::default(); window.width * window.height];
+    let rows = texels.par_chunks_mut(window.width.max(1)).enumerate().with_min_len(4);
+    rows.for_each_init(
+        || Row::new(window.width),
+        |row, (k, out)| {
+            let y = window.y + k;
+            row.here.copy_from_slice(&heights.texels[y * heights.width + window.x..][..window.width]);
+            let [across, down] = &mut row.slopes;
+            for ((sx, sy), slope) in across.iter_mut().zip(down).zip(&slopes[k * window.width..]) {
+                (*sx, *sy) = (slope[0], slope[1]);
+            }
+            row.sums.fill([0.0; 5]);
+            for axis in 0..axes {
+                let azimuth = PI * (axis as f32 + 0.5) / axes as f32;
+                let v = [azimuth.cos(), azimuth.sin()];
+                row.excess.iter_mut().for_each(|excess| excess.fill(0.0));
+                for step in 0..steps {
+                    for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                        let far = distance_of(step) * sign;
+                        let offset = v.map(|v| v * far);
+                        let offset = if far.abs() < 4.0 { offset } else { offset.map(f32::round) };
+                        row.there.fetch(heights, field(step), [window.x, y], offset);
+                        row.raise(side, offset);
+                    }
+                }
+                row.add(v, [(2.0 * azimuth).cos(), (2.0 * azimuth).sin()]);
+            }
+            for (out, sums) in out.iter_mut().zip(&row.sums) {
+                *out = fitted(sums.map(|sum| sum / axes as f32));
+            }
+        },
+    );
+    texels
+}
+
+/// The same where no ray leaves the map, for small windows: their rows, with what lies between them, are one long row of a
+/// map of a single row, on which an offset by a row is an offset by so many columns.
+fn horizons_inside(
+    heights: &Heights<'_>,
+    window: Window,
+    slopes: &[[f32; 2]],
+    rays: Rays,
+) -> Option<Vec<HorizonTexel>> {
+    let Window { x, y, width, height } = window;
+    let (margin, stride) = (rays.reach + 2, heights.width);
+    let inside = |start: usize, len: usize, all: usize| start >= margin && start + len + margin <= all;
+    if height < 2 || !inside(x, width, stride) || !inside(y, height, heights.height) || heights.stride.is_some() {
+        return None;
+    }
+    let line = Heights { width: heights.texels.len(), height: 1, stride: Some(stride), ..*heights };
+    let span = Window { x: y * stride + x, y: 0, width: (height - 1) * stride + width, height: 1 };
+    let mut spread = vec![[0.0; 2]; span.width];
+    for (row, slopes) in slopes.chunks_exact(width).enumerate() {
+        spread[row * stride..][..width].copy_from_slice(slopes);
+    }
+    let found = horizons(&line, span, &spread, rays);
+    Some((0..height).flat_map(|row| found[row * stride..][..width].iter().copied()).collect())
+}
+
+/// A row of texels while their horizons are looked for.
+struct Row {
+    here: Vec<f32>,
+    slopes: [Vec<f32>; 2],
+    /// Largest excess so far, ahead and behind.
+    excess: [Vec<f32>; 2],
+    sums: Vec<[f32; 5]>,
+    there: Sampled,
+}
+
+impl Row {
+    fn new(width: usize) -> Self {
+        let zeros = || vec![0.0f32; width];
+        Self {
+            here: zeros(),
+            slopes: [zeros(), zeros()],
+            excess: [zeros(), zeros()],
+            sums: vec![[0.0; 5]; width],
+            there: Sampled::new(width),
+        }
+    }
+
+    /// Raises the excess ahead (0) or behind (1) to that of the heights at an offset.
+    fn raise(&mut self, side: usize, offset: [f32; 2]) {
+        let per = 1.0 / offset[0].hypot(offset[1]);
+        let [ux, uy] = offset.map(|v| v * per);
+        let heights = self.there.values.iter().zip(&self.here);
+        let slopes = self.slopes[0].iter().zip(&self.slopes[1]);
+        for (excess, ((there, here), (sx, sy))) in self.excess[side].iter_mut().zip(heights.zip(slopes)) {
+            let found = (there - here) * per - (sx * ux + sy * uy);
+            *excess = if found > *excess { found } else { *excess };
+        }
+    }
+
+    /// Adds what a pair of opposite directions contributes to the fit. v: ahead; harmonics: cosine and sine of twice its
+    /// azimuth.
+    fn add(&mut self, v: [f32; 2], harmonics: [f32; 2]) {
+        for (sums, (ahead, behind)) in self.sums.iter_mut().zip(self.excess[0].iter().zip(&self.excess[1])) {
+            let (more, mean) = (ahead - behind, 0.5 * (ahead + behind));
+            let square = mean * mean;
+            let added = [more * v[0], more * v[1], square, square * harmonics[0], square * harmonics[1]];
+            for (sum, added) in sums.iter_mut().zip(added) {
+                *sum += added;
+            }
+        }
+    }
+}
+
+/// The smooth form from means over pairs of opposite directions v: of (ahead − behind) v, and of the square of half of
+/// (ahead + behind) with its second harmonics.
+fn fitted([lx, ly, square, c, s]: [f32; 5]) -> HorizonTexel {
+    // The second harmonics count twice, but no direction may become negative.
+    let part = 2.0f32.min(square / c.hypot(s).max(1e-30));
+    let [c, s] = [c * part, s * part];
+    let deviations = [square + c, square - c].map(|v| v.max(0.0).sqrt());
+    let correlation = (s / (deviations[0] * deviations[1]).max(1e-30)).clamp(-1.0, 1.0);
+    HorizonTexel { lean: [lx, ly], deviations, correlation }
+}
+
+/// A row of heights at a constant offset from a row of texels.
+pub(super) struct Sampled {
+    pub(super) values: Vec<f32>,
+    rows: [Vec<f32>; 2],
+}
+
+impl Sampled {
+    pub(super) fn new(width: usize) -> Self {
+        Self { values: vec![0.0; width], rows: [vec![0.0; width + 1], vec![0.0; width + 1]] }
+    }
+
+    /// Bilinear heights of `texels` at `offset` from as many texels from `start` on as there are values.
+    pub(super) fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
+        let whole = offset.map(f32::floor);
+        let [fx, fy] = [offset[0] - whole[0], offset[1] - whole[1]];
+        let place = |row: i64| {
+            let [x, y] = [start[0] as i64 + whole[0] as i64, start[1] as i64 + whole[1] as i64 + row];
+            heights.stride.map_or([x, y], |stride| [x + y * stride as i64, 0])
+        };
+        if fx == 0.0 && fy == 0.0 {
+            copy_row(heights, texels, place(0), &mut self.values);
+            return;
+        }
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            copy_row(heights, texels, place(k as i64), row);
+        }
+        let [a, b] = &self.rows;
+        let pairs = a.iter().zip(&a[1..]).zip(b.iter().zip(&b[1..]));
+        for (value, ((a0, a1), (b0, b1))) in self.values.iter_mut().zip(pairs) {
+            // In this form constant heights stay the same to the last bit.
+            let (a, b) = (a0 + fx * (a1 - a0), b0 + fx * (b1 - b0));
+            *value = a + fy * (b - a);
+        }
+    }
+}
+
+/// Copies texels of row `y` from column `x` on; both may lie beyond the edges.
+fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut [f32]) {
+    let (w, n) = (heights.width as i64, into.len());
+    let row = &texels[heights.wrap.texel(y, heights.height as u32) * heights.width..][..heights.width];
+    if x >= 0 && x + n as i64 <= w {
+        into.copy_from_slice(&row[x as usize..x as usize + n]);
+        return;
+    }
+    let mut done = 0;
+    while done < n {
+        let at = x + done as i64;
+        let from = heights.wrap.texel(at, heights.width as u32);
+        let inside = (0..w).contains(&at) || heights.wrap == Wrap::Repeat;
+        let count = if inside { (n - done).min(heights.width - from) } else { 1 };
+        into[done..done + count].copy_from_slice(&row[from..from + count]);
+        done += count;
+    }
+}
+
+/// The heights smoothed once, twice … : each time by the weights 1/4, 1/2, 1/4 at twice the distance, along both axes.
+fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
+    let (width, rows) =
+        heights.stride.map_or((heights.width, heights.height), |stride| (stride, heights.width / stride));
+    let heights = &Heights::new(width, rows, heights.texels, heights.wrap);
+    let mut levels: Vec<Vec<f32>> = Vec::with_capacity(times);
+    for k in 0..times {
+        let apart = 1i64 << k;
+        let source = levels.last().map_or(heights.texels, |level| &level[..]);
+        let mut level = vec![0.0f32; source.len()];
+        level.par_chunks_mut(heights.width.max(1)).enumerate().with_min_len(16).for_each(|(y, out)| {
+            let mut row = vec![0.0f32; heights.width];
+            let mut side = vec![0.0f32; heights.width];
+            // Down the columns first, then along the row.
+            for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
+                copy_row(heights, source, [0, y as i64 + apart], &mut side);
+                row.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
+            }
+            let columns = Heights::new(heights.width, 1, &row, heights.wrap);
+            for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
+                copy_row(&columns, &row, [apart, 0], &mut side);
+                out.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
+            }
+        });
+        levels.push(level);
+    }
+    levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The excess at a texel in the direction of an angle.
+    fn excess(texel: &HorizonTexel, azimuth: f32) -> f32 {
+        let v = [azimuth.cos(), azimuth.sin()];
+        let [x, y] = [v[0] * texel.deviations[0], v[1] * texel.deviations[1]];
+        let square = x * x + y * y + 2.0 * texel.correlation * x * y;
+        texel.lean[0] * v[0] + texel.lean[1] * v[1] + square.max(0.0).sqrt()
+    }
+
+    fn of(width: usize, wrap: Wrap, height: impl Fn(usize, usize) -> f32, reach: usize) -> Vec<HorizonTexel> {
+        let texels: Vec<f32> = (0..width * width).map(|k| height(k % width, k / width)).collect();
+        let heights = Heights::new(width, width, &texels, wrap);
+        let window = Window { x: 0, y: 0, width, height: width };
+        horizons(&heights, window, &vec![[0.0; 2]; width * width], Rays { axes: 8, reach })
+    }
+
+    #[test]
+    fn flat_ground_has_no_horizon() {
+        assert!(of(32, Wrap::Repeat, |_, _| 3.0, 16).iter().all(|texel| *texel == HorizonTexel::default()));
+    }
+
+    #[test]
+    fn a_wall_stands_as_high_as_it_looks() {
+        // Ground at 0 up to a wall of height 6 that begins at column 40.
+        let texels = of(64, Wrap::Clamp, |x, _| if x < 40 { 0.0 } else { 6.0 }, 24);
+        let texel = &texels[32 * 64 + 32];
+        let seen = excess(texel, 0.0);
+        assert!((0.55..0.85).contains(&seen), "{seen} for a wall of 6 at 8");
+        assert!(excess(texel, PI) < 0.1 && excess(texel, PI) > -0.1);
+        // On top of the wall, nothing.
+        let texel = &texels[32 * 64 + 50];
+        assert!(excess(texel, 0.0).abs() < 1e-3 && excess(texel, PI).abs() < 1e-3, "{texel:?}");
+    }
+
+    #[test]
+    fn a_valley_is_closed_across_and_open_along() {
+        let texels = of(64, Wrap::Repeat, |x, _| 4.0 * (1.0 + (x as f32 * PI / 16.0).cos()), 32);
+        let texel = &texels[20 * 64 + 16];
+        let (across, along) = (excess(texel, 0.0), excess(texel, 0.5 * PI));
+        assert!(across > 0.4 && along < 0.25 * across, "{across} across, {along} along");
+        assert!(texel.lean[0].abs() < 1e-3 && texel.lean[1].abs() < 1e-3);
+    }
+
+    #[test]
+    fn windows_and_repeated_maps_agree() {
+        let height = |x: usize, y: usize| ((x * 7 + y * 13) % 11) as f32 + (y as f32 * 0.3).sin();
+        let whole = of(32, Wrap::Repeat, height, 12);
+        let texels: Vec<f32> = (0..96 * 96).map(|k| height(k % 96 % 32, k / 96 % 32)).collect();
+        let heights = Heights::new(96, 96, &texels, Wrap::Clamp);
+        let window = Window { x: 32, y: 32, width: 32, height: 32 };
+        for (a, b) in whole.iter().zip(horizons(&heights, window, &[[0.0; 2]; 32 * 32], Rays { axes: 8, reach: 12 })) {
+            assert!((a.lean[0] - b.lean[0]).abs() < 1e-4 && (a.deviations[1] - b.deviations[1]).abs() < 1e-4);
+        }
+    }
+}

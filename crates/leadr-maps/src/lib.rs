@@ -1,0 +1,45 @@
+//! Textures on the CPU. Load and validate untrusted files, derive slope moments and mips, make procedural
+//! height maps, tonemap and save images. Knows nothing of Vulkan.
+//!
+//! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
+//! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.
+
+pub mod bake;
+pub mod baked;
+mod bc5;
+pub mod cache;
+pub mod checksum;
+pub mod derive;
+mod exr_read;
+mod fault;
+mod foreign;
+mod guard;
+pub mod halves;
+mod hdr;
+pub mod horizon;
+pub mod limits;
+mod load;
+mod looks;
+pub mod material;
+pub mod moments;
+pub mod new_file;
+pub mod noise;
+pub mod origin;
+mod png_read;
+pub mod procedural;
+mod raster_read;
+pub mod reads;
+mod remark;
+pub mod save;
+pub mod srgb;
+pub mod tonemap;
+mod types;
+
+pub use fault::{MapError, MapFault};
+pub use load::{
+    Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
+    load_color_srgb8, load_environment, load_height_map, load_picture, load_raster,
+};
+pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
+pub use raster_read::decode_raster;
+pub use types::{HeightMap, Rgb8Image, RgbImage};

@@ -1,0 +1,106 @@
+//! How much an untrusted file may ask for. A header's claim is believed only within these.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::{MapFault, reads};
+
+/// Most texels in one image: 16384 x 16384.
+pub const MAX_TEXELS: u64 = 1 << 28;
+/// Largest width or height.
+pub const MAX_SIDE: u64 = 1 << 16;
+/// Most bytes one decoded image may take, all its stored channels together.
+pub const MAX_DECODED_BYTES: u64 = 2 << 30;
+/// Largest file that is read, in bytes.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Decoded bytes that a file of any length may claim.
+const FREE_DECODED_BYTES: u64 = 64 << 20;
+/// Further decoded bytes that are believed per byte of the file. Deflate, the strongest common coder, reaches 1032.
+const MAX_EXPANSION: u64 = 1100;
+/// Largest height accepted: its slope over 16384 texels can still be squared in 32 bits.
+pub const MAX_HEIGHT: f32 = 1e12;
+/// Largest radiance accepted: sums and products of three colours stay finite in 32 bits.
+pub const MAX_RADIANCE: f32 = 1e18;
+/// Negative radiance down to this is the rounding of a lossy codec or a resampling filter, and is read as 0.
+pub const NEGATIVE_NOISE: f32 = -0.01;
+
+/// Negative radiance that is more than this is read as 0, too, as long as all of it is at most this share of the positive.
+pub const NEGATIVE_SHARE: f64 = 0.01;
+
+/// Checks a claimed image size before anything is allocated for it.
+///
+/// `bytes_per_texel` counts every channel the decoder will unpack; `file_bytes` is the length of the whole file.
+pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_bytes: usize) -> Result<(), MapFault> {
+    if width == 0 || height == 0 {
+        return Err(MapFault::Empty { width, height });
+    }
+    let texels = width.checked_mul(height).filter(|&n| n <= MAX_TEXELS && width <= MAX_SIDE && height <= MAX_SIDE);
+    let Some(texels) = texels else {
+        return Err(MapFault::TooLarge {
+            what: format!(
+                "{width} x {height} texels, the limit is as many as 16384 x 16384 have, and {MAX_SIDE} a side"
+            ),
+        });
+    };
+    let bytes = texels.saturating_mul(bytes_per_texel);
+    if bytes > MAX_DECODED_BYTES {
+        return Err(MapFault::TooLarge {
+            what: format!("{} when decoded, the limit is {}", in_words(bytes), in_words(MAX_DECODED_BYTES)),
+        });
+    }
+    if bytes > FREE_DECODED_BYTES.saturating_add(MAX_EXPANSION.saturating_mul(file_bytes as u64)) {
+        return Err(MapFault::TooLarge {
+            what: format!(
+                "the header claims {} when decoded, and the file has only {}",
+                in_words(bytes),
+                in_words(file_bytes as u64)
+            ),
+        });
+    }
+    Ok(())
+}
+
+/// A number of bytes as people say it.
+pub fn in_words(bytes: u64) -> String {
+    const UNITS: [(u64, &str); 3] = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
+    match UNITS.iter().find(|(unit, _)| bytes >= *unit) {
+        Some((unit, name)) if bytes.is_multiple_of(*unit) => format!("{} {name}", bytes / unit),
+        Some((unit, name)) => format!("{:.1} {name}", bytes as f64 / *unit as f64),
+        None => format!("{bytes} bytes"),
+    }
+}
+
+/// A zeroed buffer, or an error instead of an abort when memory is short.
+pub fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
+    let mut buffer = Vec::new();
+    buffer.try_reserve_exact(len).map_err(|_| MapFault::TooLarge {
+        what: format!("no memory for {}", in_words(len.saturating_mul(size_of::<T>()) as u64)),
+    })?;
+    buffer.resize(len, T::zeroed());
+    Ok(buffer)
+}
+
+/// Reads a whole regular file of at most [`MAX_FILE_BYTES`].
+pub fn read_file(path: &Path) -> Result<Vec<u8>, MapFault> {
+    read_start(path, MAX_FILE_BYTES)
+}
+
+/// Reads up to `most` bytes from the start of a regular file of at most [`MAX_FILE_BYTES`].
+pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
+    let io = |doing| move |source| MapFault::Io { doing, source };
+    // Asked before opening: opening a pipe would wait for its writer.
+    let metadata = std::fs::metadata(path).map_err(io("cannot be found"))?;
+    if !metadata.is_file() {
+        return Err(MapFault::NotAFile);
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        let [length, most] = [metadata.len(), MAX_FILE_BYTES].map(in_words);
+        return Err(MapFault::TooLarge { what: format!("{length}, the limit is {most}") });
+    }
+    let file = File::open(path).map_err(io("cannot be opened"))?;
+    let mut bytes = Vec::new();
+    file.take(most.min(MAX_FILE_BYTES)).read_to_end(&mut bytes).map_err(io("cannot be read"))?;
+    reads::note(path, &bytes);
+    Ok(bytes)
+}

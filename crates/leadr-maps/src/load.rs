@@ -1,0 +1,247 @@
+//! The loaders. The format is recognised by the first bytes, not by the file's name.
+
+use std::path::Path;
+
+use super::foreign::unrecognised;
+use super::looks::{Looks, looks};
+use super::material::{self, Raster};
+use super::png_read::{Png, Samples};
+use super::remark::remark;
+use super::srgb::linear_from_srgb;
+use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read, raster_read};
+
+/// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
+///
+/// In a PNG or JPEG the first channel (grey, or red) is the height and alpha is ignored. In an EXR it is the only channel, or
+/// else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, whatever its case, with or without a layer
+/// prefix. Fails on anything unreadable, over [`limits`], or not finite, and on what looks like a normal map; what looks like
+/// colours is remarked upon in the log.
+pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
+    let (map, looks) = load(path.as_ref(), decode_heights)?;
+    if looks == Looks::Colors {
+        remark(path.as_ref(), "its colours differ: red counts as the height; is it a colour map?");
+    }
+    Ok(map)
+}
+
+/// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
+///
+/// In an EXR the channels are `R`, `G`, `B`, or those of the first layer that has all three, or a lone `Y` as grey.
+/// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named). Negative values
+/// within [`limits::NEGATIVE_NOISE`] are what lossy compression leaves of black, and become 0; so do larger ones, as resampling and
+/// changes of the gamut make them, that together are at most [`limits::NEGATIVE_SHARE`] of the light, which the log remarks upon.
+pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
+    let (image, clamped) = load(path.as_ref(), decode_light)?;
+    if let Some(clamped) = clamped {
+        remark(path.as_ref(), &clamped);
+    }
+    Ok(image)
+}
+
+/// Loads a colour PNG as linear 0..1. The codes are taken as sRGB whatever the file's gamma chunk says; grey is
+/// spread to the three channels; alpha is ignored. 16-bit files keep their precision.
+pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
+    load(path.as_ref(), decode_color)
+}
+
+/// Loads a colour PNG as 8-bit sRGB codes; like [`load_color`], 16-bit files are rounded to 8.
+pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
+    load(path.as_ref(), decode_color_srgb8)
+}
+
+/// A picture to be compared or shown, from any accepted format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Linear Rec.709.
+    pub image: RgbImage,
+    /// True for PNG: the file held display codes, which [`crate::tonemap::Tonemap::Clamp`] at exposure 1 gives
+    /// back. False for EXR and HDR: the file held radiance, which a tonemap takes to the display.
+    pub display_referred: bool,
+}
+
+/// Loads a picture from PNG (as [`load_color`]), EXR or HDR (channels as [`load_environment`], but any texel value is
+/// let through: a render may hold NaN).
+pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
+    load(path.as_ref(), decode_picture)
+}
+
+/// Texels of a PNG, JPEG or EXR (its R, G, B or a lone Y; floats) as they are, whatever they mean.
+///
+/// # Errors
+/// On anything unreadable, over [`limits`], or not finite.
+pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
+    load(path.as_ref(), |bytes| {
+        if !exr_read::is_exr(bytes) {
+            return raster_read::decode_raster(bytes);
+        }
+        let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
+        let channels = planes.len();
+        let samples = (0..planes[0].len()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
+        Raster::new(width, height, channels, material::Samples::F32(samples))
+    })
+}
+
+fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, MapError> {
+    limits::read_file(path).and_then(|bytes| decode(&bytes)).map_err(|fault| fault.in_file(path))
+}
+
+/// [`load_height_map`] from bytes in memory.
+pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
+    decode_heights(bytes).map(|(map, _)| map)
+}
+
+/// Heights, and what the whole image looks like where it has three channels.
+fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, Looks), MapFault> {
+    if exr_read::is_exr(bytes) {
+        let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
+        let looks = match &image.planes[..] {
+            [r, g, b] => looks(r.len(), |i| [r[i], g[i], b[i]]),
+            _ => Looks::Grey,
+        };
+        let texels = image.planes.into_iter().next().unwrap_or_default();
+        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(looks)?));
+    }
+    if !raster_read::is_raster(bytes) {
+        return Err(unrecognised(bytes, "a PNG, JPEG or EXR height map", "-depth 16 FILE.png"));
+    }
+    let raster = raster_read::decode_raster(bytes)?;
+    let (width, height) = (raster.width(), raster.height());
+    let looks = if raster.channels() >= 3 {
+        let place = |i: usize| [i % width as usize, i / width as usize].map(|k| k as u32);
+        looks(width as usize * height as usize, |i| {
+            let [x, y] = place(i);
+            [0, 1, 2].map(|channel| raster.value(x, y, channel))
+        })
+    } else {
+        Looks::Grey
+    };
+    refuse_normals(looks)?;
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    Ok((HeightMap::new(width, height, places.map(|(x, y)| raster.value(x, y, 0)).collect())?, looks))
+}
+
+fn refuse_normals(looks: Looks) -> Result<Looks, MapFault> {
+    if looks != Looks::Normals {
+        return Ok(looks);
+    }
+    Err(MapFault::Unsupported {
+        what: "it looks like a normal map, and heights are expected".into(),
+        remedy: "give it as --normal-map (leadr bake: --normal), or make heights of it: leadr bake --normal FILE --kind height".into(),
+    })
+}
+
+/// [`load_environment`] from bytes in memory.
+pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
+    decode_light(bytes).map(|(image, _)| image)
+}
+
+/// An environment, and a sentence about its negative values if they are more than noise.
+fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
+    let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
+    let (mut light, mut missing, mut count, mut least) = (0.0f64, 0.0f64, 0u64, 0.0f32);
+    for value in image.texels.as_flattened_mut() {
+        if (limits::NEGATIVE_NOISE..0.0).contains(value) {
+            *value = 0.0;
+        } else if *value < 0.0 {
+            (missing, count, least) = (missing - f64::from(*value), count + 1, least.min(*value));
+        } else if *value > 0.0 {
+            light += f64::from(*value);
+        }
+    }
+    let mut clamped = None;
+    if count > 0 && missing <= limits::NEGATIVE_SHARE * light {
+        image.texels.as_flattened_mut().iter_mut().filter(|value| **value < 0.0).for_each(|value| *value = 0.0);
+        let percent = 100.0 * missing / light;
+        clamped = Some(format!(
+            "{count} values below 0, down to {least}, count as 0: together they are {percent:.2} % of its light"
+        ));
+    }
+    image.check_radiance()?;
+    Ok((image, clamped))
+}
+
+/// [`load_picture`] from bytes in memory.
+pub fn decode_picture(bytes: &[u8]) -> Result<Picture, MapFault> {
+    let display_referred = png_read::is_png(bytes);
+    let image =
+        if display_referred { decode_color(bytes)? } else { decode_radiance(bytes, "a PNG, EXR or HDR picture")? };
+    Ok(Picture { image, display_referred })
+}
+
+fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, MapFault> {
+    if hdr::is_hdr(bytes) {
+        hdr::decode(bytes)
+    } else if exr_read::is_exr(bytes) {
+        let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
+        let plane = |c: usize| &planes[c.min(planes.len() - 1)];
+        let (r, g, b) = (plane(0), plane(1), plane(2));
+        let texels = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
+        RgbImage::new(width, height, texels)
+    } else {
+        Err(unrecognised(bytes, expected, "FILE.exr"))
+    }
+}
+
+/// [`load_color`] from bytes in memory.
+pub fn decode_color(bytes: &[u8]) -> Result<RgbImage, MapFault> {
+    let Png { width, height, channels, samples } = decode_color_png(bytes)?;
+    let texels = match samples {
+        Samples::U8(s) => {
+            return Ok(Rgb8Image::new(width, height, spread(&s, channels))?.to_linear());
+        }
+        Samples::U16(s) => spread(&s, channels),
+    };
+    let texels = texels.into_iter().map(|t| t.map(|v| linear_from_srgb(f32::from(v) / 65535.0))).collect();
+    RgbImage::new(width, height, texels)
+}
+
+/// [`load_color_srgb8`] from bytes in memory.
+pub fn decode_color_srgb8(bytes: &[u8]) -> Result<Rgb8Image, MapFault> {
+    let Png { width, height, channels, samples } = decode_color_png(bytes)?;
+    let texels = match samples {
+        Samples::U8(s) => spread(&s, channels),
+        // 65535 = 257 * 255, so this rounds to the nearest code.
+        Samples::U16(s) => {
+            spread(&s, channels).into_iter().map(|t| t.map(|v| ((u32::from(v) + 128) / 257) as u8)).collect()
+        }
+    };
+    Rgb8Image::new(width, height, texels)
+}
+
+fn decode_color_png(bytes: &[u8]) -> Result<Png, MapFault> {
+    if !png_read::is_png(bytes) {
+        return Err(unrecognised(bytes, "a PNG colour map", "FILE.png"));
+    }
+    png_read::decode(bytes)
+}
+
+/// Grey or RGB, with or without alpha, to RGB.
+fn spread<T: Copy>(samples: &[T], channels: usize) -> Vec<[T; 3]> {
+    let texels = samples.chunks_exact(channels);
+    if channels < 3 { texels.map(|t| [t[0]; 3]).collect() } else { texels.map(|t| [t[0], t[1], t[2]]).collect() }
+}
+
+/// The name without its layer, in lower case.
+fn last_part(name: &str) -> String {
+    name.rsplit('.').next().unwrap_or(name).to_ascii_lowercase()
+}
+
+fn choose_height(names: &[String]) -> Option<Vec<usize>> {
+    if names.len() == 1 {
+        return Some(vec![0]);
+    }
+    let wanted = ["height", "displacement", "disp", "y", "z", "r"];
+    let height = wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w))?;
+    // Of colours all three, since they may be normals.
+    let colors = choose_rgb(names).filter(|rgb| rgb.first() == Some(&height));
+    Some(colors.unwrap_or(vec![height]))
+}
+
+fn choose_rgb(names: &[String]) -> Option<Vec<usize>> {
+    let rgb_of = |prefix: &str| -> Option<Vec<usize>> {
+        ["R", "G", "B"].iter().map(|c| names.iter().position(|n| *n == format!("{prefix}{c}"))).collect()
+    };
+    rgb_of("")
+        .or_else(|| names.iter().filter_map(|n| n.strip_suffix('R')).find_map(rgb_of))
+        .or_else(|| (names.len() == 1 && last_part(&names[0]) == "y").then(|| vec![0]))
+}

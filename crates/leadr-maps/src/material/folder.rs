@@ -1,0 +1,361 @@
+//! A material as it is downloaded: a folder of pictures whose names say what they are.
+
+use std::path::{Path, PathBuf};
+
+use super::normals::green_axis;
+use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Samples, Texture};
+use crate::load::{load_height_map, load_raster};
+use crate::{MapError, MapFault};
+use leadr_reflectance::facets::gloss::Gloss;
+
+/// What a picture of a material says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// Base colour.
+    Color,
+    /// Perceptual roughness.
+    Roughness,
+    /// One minus it.
+    Gloss,
+    /// Share of metal.
+    Metalness,
+    /// Occlusion in red, roughness in green, metalness in blue.
+    Packed,
+    /// Normals whose green goes up.
+    NormalUp,
+    /// Normals whose green goes down.
+    NormalDown,
+    /// Normals whose name does not tell.
+    Normal,
+    /// Heights.
+    Height,
+    /// Occlusion.
+    Occlusion,
+    /// Where what is not occluded is seen.
+    Cones,
+    /// Where it is.
+    Opacity,
+    /// Emitted light.
+    Emission,
+}
+
+/// The words of each role, in lower case, without what separates them.
+const WORDS: &[(Role, &[&str])] = &[
+    (Role::Color, &["color", "colour", "col", "albedo", "basecolor", "basecolour", "diffuse", "diff", "basemap"]),
+    (Role::Roughness, &["roughness", "rough", "rgh"]),
+    (Role::Gloss, &["gloss", "glossiness", "smoothness", "smooth"]),
+    (Role::Metalness, &["metalness", "metallic", "metal", "metallness"]),
+    (Role::Packed, &["arm", "orm", "aorm", "occlusionroughnessmetallic"]),
+    (Role::NormalUp, &["normalgl", "norgl", "nrmgl", "normalopengl", "normgl"]),
+    (Role::NormalDown, &["normaldx", "nordx", "nrmdx", "normaldirectx", "normdx"]),
+    (Role::Normal, &["normal", "normals", "nor", "nrm", "norm", "normalmap"]),
+    (Role::Height, &["displacement", "disp", "height", "heightmap", "bump"]),
+    (Role::Occlusion, &["ambientocclusion", "occlusion", "ao", "occ"]),
+    (Role::Cones, &["cones"]),
+    (Role::Opacity, &["opacity", "alpha", "mask"]),
+    (Role::Emission, &["emission", "emissive", "emit"]),
+];
+
+const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
+
+/// Most entries of a folder that are looked at.
+const MOST_ENTRIES: usize = 10_000;
+
+/// The role that a file's name tells, if any: the last word of it that is one of a role's.
+#[must_use]
+pub fn role_of(file: &Path) -> Option<Role> {
+    let stem = file.file_stem()?.to_str()?.to_ascii_lowercase();
+    let words: Vec<&str> = stem.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
+    let found = |word: &str| WORDS.iter().find(|(_, words)| words.contains(&word)).map(|(role, _)| *role);
+    (0..words.len()).rev().find_map(|last| {
+        // "nor_gl" before "nor".
+        let pair = (last > 0).then(|| [words[last - 1], words[last]].concat());
+        pair.and_then(|pair| found(&pair)).or_else(|| found(words[last]))
+    })
+}
+
+/// The pictures of a folder by what they say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialFolder {
+    /// The folder's name.
+    pub name: String,
+    /// One picture for each role, in the order of roles.
+    pub pictures: Vec<(Role, PathBuf)>,
+    /// What was left aside, in a sentence each.
+    pub remarks: Vec<String>,
+}
+
+impl MaterialFolder {
+    /// Reads the names in a folder.
+    ///
+    /// # Errors
+    /// If it is no folder or cannot be read, if two pictures claim one role, or if none has any.
+    pub fn open(folder: impl AsRef<Path>) -> Result<Self, MapError> {
+        let folder = folder.as_ref();
+        let fault = |fault: MapFault| fault.in_file(folder);
+        let entries = std::fs::read_dir(folder)
+            .map_err(|source| fault(MapFault::Io { doing: "cannot be read as a folder of a material", source }))?;
+        let mut files = Vec::new();
+        for entry in entries.take(MOST_ENTRIES) {
+            let entry = entry.map_err(|source| fault(MapFault::Io { doing: "cannot be listed", source }))?;
+            files.push(entry.path());
+        }
+        files.sort();
+        let mut pictures: Vec<(Role, PathBuf)> = Vec::new();
+        let mut remarks = Vec::new();
+        for file in files {
+            let extension = file.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+            if !extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str())) {
+                continue;
+            }
+            let Some(role) = role_of(&file) else {
+                remarks.push(format!("{} is not used: its name tells no part of a material", file.display()));
+                continue;
+            };
+            if let Some((_, other)) = pictures.iter().find(|(taken, _)| *taken == role) {
+                return Err(fault(MapFault::Unsupported {
+                    what: format!("{} and {} are both {role:?}", name_of(other), name_of(&file)),
+                    remedy: "leave one of them in the folder".into(),
+                }));
+            }
+            pictures.push((role, file));
+        }
+        pictures.sort_by_key(|(role, _)| *role);
+        let mut this = Self { name: name_of(folder), pictures, remarks };
+        this.leave_aside();
+        if this.pictures.is_empty() {
+            return Err(fault(MapFault::Unsupported {
+                what: "no picture in it is named like a part of a material".into(),
+                remedy: "name them NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png".into(),
+            }));
+        }
+        Ok(this)
+    }
+
+    /// Of several pictures that say the same, the one that says most stays.
+    fn leave_aside(&mut self) {
+        use Role::{Gloss, Metalness, Normal, NormalDown, NormalUp, Packed, Roughness};
+        for (kept, other) in [
+            (NormalUp, NormalDown),
+            (NormalUp, Normal),
+            (NormalDown, Normal),
+            (Roughness, Gloss),
+            (Packed, Roughness),
+            (Packed, Gloss),
+            (Packed, Metalness),
+        ] {
+            if self.picture(kept).is_some()
+                && let Some(at) = self.pictures.iter().position(|(role, _)| *role == other)
+            {
+                let (_, file) = self.pictures.remove(at);
+                self.remarks.push(format!("{} is not used: {kept:?} says the same", file.display()));
+            }
+        }
+        // What bumps hide from each other is found from their heights, and must not count twice.
+        if let (Some(file), Some(_)) = (self.picture(Role::Occlusion), self.picture(Role::Height)) {
+            self.remarks.push(format!("{} is not used: what its heights hide is computed from them", file.display()));
+        }
+    }
+
+    /// The picture of a role.
+    #[must_use]
+    pub fn picture(&self, role: Role) -> Option<&Path> {
+        self.pictures.iter().find(|(other, _)| *other == role).map(|(_, file)| file.as_path())
+    }
+
+    /// Reads the pictures.
+    ///
+    /// # Errors
+    /// If one of them is damaged, too large or of the wrong kind.
+    pub fn load(&self) -> Result<Material, MapError> {
+        let mut material = Material::new(&self.name);
+        for (role, file) in &self.pictures {
+            match role {
+                Role::Color => material.base_color = Input::colors(texture(file, Encoding::Srgb)?),
+                Role::Roughness | Role::Gloss => material.set_roughness(file, *role == Role::Gloss)?,
+                Role::Metalness => material.metalness = Input::texture(texture(file, Encoding::Linear)?, 0),
+                Role::Packed => {
+                    let packed = texture(file, Encoding::Linear)?;
+                    material.roughness = Input::texture(packed.clone(), 1);
+                    material.metalness = Input::texture(packed.clone(), 2);
+                    if self.picture(Role::Height).is_none() && self.picture(Role::Occlusion).is_none() {
+                        material.occlusion = Input::texture(packed, 0);
+                    }
+                }
+                Role::NormalUp => material.set_normals(file, Some(GreenAxis::Up))?,
+                Role::NormalDown => material.set_normals(file, Some(GreenAxis::Down))?,
+                Role::Normal => material.set_normals(file, None)?,
+                Role::Height => material.set_heights(file)?,
+                Role::Occlusion if self.picture(Role::Height).is_some() => {}
+                Role::Occlusion => material.set_occlusion(file)?,
+                Role::Cones => material.set_cones(file)?,
+                Role::Opacity => {
+                    let mask = Input::texture(texture(file, Encoding::Linear)?, 0);
+                    material.opacity = Opacity::Mask { mask, cutoff: 0.5 };
+                }
+                Role::Emission => material.emission = Input::colors(texture(file, Encoding::Srgb)?),
+            }
+        }
+        Ok(material)
+    }
+}
+
+impl Material {
+    /// Reads the base colours of a picture.
+    ///
+    /// # Errors
+    /// If it is damaged, too large or of the wrong kind.
+    pub fn set_colors(&mut self, file: &Path) -> Result<(), MapError> {
+        self.base_color = Input::colors(texture(file, Encoding::Srgb)?);
+        Ok(())
+    }
+
+    /// Reads a perceptual roughness, or a gloss.
+    ///
+    /// # Errors
+    /// If it is damaged, too large or of the wrong kind.
+    pub fn set_roughness(&mut self, file: &Path, gloss: bool) -> Result<(), MapError> {
+        self.roughness = Input::texture(texture(file, Encoding::Linear)?, 0);
+        self.roughness_meaning =
+            if gloss { RoughnessMeaning::Gloss(Gloss::Perceptual) } else { RoughnessMeaning::Perceptual };
+        Ok(())
+    }
+
+    /// Reads a normal map. `green`: which way its green goes; `None`: as they fit together best.
+    ///
+    /// # Errors
+    /// If it is damaged, too large or has one channel.
+    pub fn set_normals(&mut self, file: &Path, green: Option<GreenAxis>) -> Result<(), MapError> {
+        let texture = texture(file, Encoding::Linear)?;
+        if texture.raster.channels() == 1 {
+            let fault = MapFault::Unsupported {
+                what: "it is grey, and normals have two or three channels".into(),
+                remedy: "give heights as a height map".into(),
+            };
+            return Err(fault.in_file(file));
+        }
+        let green = green.unwrap_or_else(|| green_axis(&texture.raster));
+        self.normal_map = Some(NormalMap { texture, green, scale: 1.0 });
+        Ok(())
+    }
+
+    /// Reads the share of the surroundings that is seen.
+    ///
+    /// # Errors
+    /// If it is damaged, too large or of the wrong kind.
+    pub fn set_occlusion(&mut self, file: &Path) -> Result<(), MapError> {
+        self.occlusion = Input::texture(texture(file, Encoding::Linear)?, 0);
+        Ok(())
+    }
+
+    /// Reads cones, as `leadr bake --kind cones` writes them into a picture.
+    ///
+    /// # Errors
+    /// If they are damaged, too large or have no four channels.
+    pub fn set_cones(&mut self, file: &Path) -> Result<(), MapError> {
+        let texture = texture(file, Encoding::Linear)?;
+        if texture.raster.channels() != 4 {
+            let fault = MapFault::Unsupported {
+                what: "cones have four channels: a direction, and the share of the surroundings that is seen".into(),
+                remedy: "make them with leadr bake --kind cones -o NAME_Cones.png".into(),
+            };
+            return Err(fault.in_file(file));
+        }
+        self.cones = Some(texture);
+        Ok(())
+    }
+
+    /// Reads heights whose unit is not told.
+    ///
+    /// # Errors
+    /// If they are damaged, too large or of the wrong kind.
+    pub fn set_heights(&mut self, file: &Path) -> Result<(), MapError> {
+        let map = load_height_map(file)?;
+        let middle = map.mean();
+        self.relief = Some(Relief { map, scale: None, in_widths: false, middle });
+        Ok(())
+    }
+}
+
+fn texture(file: &Path, encoding: Encoding) -> Result<Texture, MapError> {
+    let raster = load_raster(file)?;
+    // Floats are linear whatever they are.
+    let encoding = if matches!(raster.samples(), Samples::F32(_)) { Encoding::Linear } else { encoding };
+    Ok(Texture::new(raster, file.display().to_string(), encoding))
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_as_libraries_spell_them() {
+        for (name, role) in [
+            ("Rock003_1K-PNG_Color.png", Some(Role::Color)),
+            ("Rock003_1K-PNG_NormalGL.png", Some(Role::NormalUp)),
+            ("Rock003_1K-PNG_NormalDX.png", Some(Role::NormalDown)),
+            ("Rock003_1K-PNG_Displacement.png", Some(Role::Height)),
+            ("rock_wall_nor_gl_2k.exr", Some(Role::NormalUp)),
+            ("rock_wall_nor_dx_2k.png", Some(Role::NormalDown)),
+            ("rock_wall_diff_2k.jpg", Some(Role::Color)),
+            ("rock_wall_arm_2k.jpg", Some(Role::Packed)),
+            ("metal_plate_rough_1k.png", Some(Role::Roughness)),
+            ("Metal Plate Base_Color.png", Some(Role::Color)),
+            ("brushed-metal-ao.png", Some(Role::Occlusion)),
+            ("wood_Glossiness.png", Some(Role::Gloss)),
+            ("color_ramp_height.png", Some(Role::Height)),
+            ("preview.png", None),
+            (".png", None),
+        ] {
+            assert_eq!(role_of(Path::new(name)), role, "{name}");
+        }
+    }
+
+    fn folder(files: &[&str]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        files.iter().for_each(|file| std::fs::write(folder.path().join(file), b"").unwrap());
+        folder
+    }
+
+    #[test]
+    fn each_role_has_one_picture() {
+        let both = folder(&["a_NormalGL.png", "a_NormalDX.png", "a_Roughness.png", "a_preview.png", "notes.txt"]);
+        let found = MaterialFolder::open(both.path()).unwrap();
+        assert_eq!(found.pictures.iter().map(|p| p.0).collect::<Vec<_>>(), [Role::Roughness, Role::NormalUp]);
+        assert_eq!(found.remarks.len(), 2, "{:?}", found.remarks);
+        let twice = folder(&["a_Color.png", "b_Albedo.png"]);
+        let error = MaterialFolder::open(twice.path()).unwrap_err().to_string();
+        assert!(error.contains("a_Color.png and b_Albedo.png are both Color"), "{error}");
+        let none = folder(&["readme.txt", "1.png"]);
+        assert!(MaterialFolder::open(none.path()).unwrap_err().to_string().contains("NAME_Color.png"));
+        assert!(MaterialFolder::open(none.path().join("nowhere")).is_err());
+    }
+
+    #[test]
+    fn pictures_that_are_none_are_named() {
+        let empty = folder(&["a_Color.png"]);
+        let error = MaterialFolder::open(empty.path()).unwrap().load().unwrap_err().to_string();
+        assert!(error.contains("a_Color.png: is not an image"), "{error}");
+    }
+
+    #[test]
+    fn a_folder_becomes_a_material() {
+        let folder = tempfile::tempdir().unwrap();
+        let save = |name: &str, image: image::DynamicImage| image.save(folder.path().join(name)).unwrap();
+        save("x_Color.png", image::RgbImage::from_pixel(4, 2, image::Rgb([255, 0, 0])).into());
+        save("x_Roughness.jpg", image::GrayImage::from_pixel(8, 8, image::Luma([128])).into());
+        save("x_Displacement.png", image::ImageBuffer::from_fn(2, 1, |x, _| image::Luma([x as u16 * 65535])).into());
+        save("x_nrm.png", image::RgbImage::from_pixel(2, 2, image::Rgb([128, 128, 255])).into());
+        let material = MaterialFolder::open(folder.path()).unwrap().load().unwrap();
+        let color = material.base_color.texture.unwrap();
+        assert_eq!((color.raster.width(), color.encoding), (4, Encoding::Srgb));
+        let relief = material.relief.unwrap();
+        assert_eq!((relief.map.texels, relief.middle, relief.scale), (vec![0.0, 1.0], 0.5, None));
+        assert!((material.roughness.texture.unwrap().raster.value(3, 3, 0) - 0.5).abs() < 0.01);
+        assert!(material.normal_map.is_some());
+    }
+}

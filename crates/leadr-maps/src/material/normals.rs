@@ -1,0 +1,171 @@
+//! Slopes of a normal map: what its codes say, which way its green goes, and how they agree with heights.
+
+use rayon::prelude::*;
+
+use super::{Encoding, GreenAxis, NormalMap, Raster};
+use crate::moments::Wrap;
+use crate::types::HeightMap;
+
+/// Steepest slope that a normal map may tell, rise over run: what is steeper is noise of its codes.
+pub const STEEPEST: f64 = 8.0;
+
+/// The channel of y: images of two channels have it where others have alpha.
+fn second(raster: &Raster) -> usize {
+    if raster.channels() == 2 { 3 } else { 1 }
+}
+
+impl NormalMap {
+    /// Rise over run at a texel along `s` and `t` (down), at most [`STEEPEST`]. Panics outside the image.
+    #[must_use]
+    pub fn slope(&self, x: u32, y: u32) -> [f64; 2] {
+        let raster = &self.texture.raster;
+        if self.texture.encoding == Encoding::Slopes {
+            return [0, 1].map(|channel| f64::from(raster.value(x, y, channel)));
+        }
+        let code = |channel| 2.0 * f64::from(raster.value(x, y, channel)) - 1.0;
+        let [nx, ny] = [0, second(raster)].map(|channel| code(channel) * f64::from(self.scale));
+        let nz = if raster.channels() >= 3 { code(2) } else { (1.0 - nx * nx - ny * ny).max(0.0).sqrt() };
+        let up = if self.green == GreenAxis::Up { 1.0 } else { -1.0 };
+        let slope = [-nx, up * ny].map(|n| n / nz.max(1e-3));
+        let kept = (STEEPEST / slope[0].hypot(slope[1]).max(1e-20)).min(1.0);
+        slope.map(|v| v * kept)
+    }
+
+    /// The vector at a texel as it is stored, y along `t` (down), without scale or limits; `None` where slopes are stored, or x and y alone.
+    /// Panics outside the image.
+    #[must_use]
+    pub fn vector(&self, x: u32, y: u32) -> Option<[f32; 3]> {
+        let raster = &self.texture.raster;
+        if self.texture.encoding == Encoding::Slopes || raster.channels() < 3 {
+            return None;
+        }
+        let up = if self.green == GreenAxis::Up { -1.0 } else { 1.0 };
+        let code = |channel| 2.0 * raster.value(x, y, channel) - 1.0;
+        Some([code(0), up * code(1), code(2)])
+    }
+}
+
+/// How heights and normals of one surface agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// Texels of the heights that a unit of height is high, as the normals have it: the regression of their slopes on those of the
+    /// heights.
+    pub scale_texels: f64,
+    /// Correlation of their slopes, -1 to 1.
+    pub correlation: f64,
+    /// Share of the normals' squared slopes that no scale of the heights explains.
+    pub left_over: f64,
+}
+
+impl std::fmt::Display for Agreement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { scale_texels, correlation, left_over } = self;
+        write!(
+            f,
+            "correlation {correlation:.3}, heights fit the normals best at {scale_texels:.2} texels, {:.1} % left over",
+            100.0 * left_over
+        )
+    }
+}
+
+/// Compares heights with normals of the same surface, whose texels are looked up where those of the heights are; `None` if one of them is
+/// flat.
+#[must_use]
+pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option<Agreement> {
+    let raster = &normals.texture.raster;
+    let at = |x: u32, y: u32, dx: i64, dy: i64| {
+        let x = wrap.texel(i64::from(x) + dx, heights.width);
+        let y = wrap.texel(i64::from(y) + dy, heights.height);
+        f64::from(heights.texels[y * heights.width as usize + x])
+    };
+    let nearest = |k: u32, of: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(of)) as u32;
+    // Row by row, and rows in their order: the same sums on any number of cores.
+    let row = |y: u32| {
+        (0..heights.width).fold([0.0f64; 3], |sum, x| {
+            let gradient = [0.5 * (at(x, y, 1, 0) - at(x, y, -1, 0)), 0.5 * (at(x, y, 0, 1) - at(x, y, 0, -1))];
+            let slope =
+                normals.slope(nearest(x, heights.width, raster.width()), nearest(y, heights.height, raster.height()));
+            let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+            [sum[0] + dot(gradient, slope), sum[1] + dot(gradient, gradient), sum[2] + dot(slope, slope)]
+        })
+    };
+    let rows: Vec<[f64; 3]> = (0..heights.height).into_par_iter().map(row).collect();
+    let [both, of_heights, of_normals] = rows.into_iter().fold([0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+    if of_heights <= 0.0 || of_normals <= 0.0 {
+        return None;
+    }
+    let correlation = both / (of_heights * of_normals).sqrt();
+    Some(Agreement { scale_texels: both / of_heights, correlation, left_over: 1.0 - correlation * correlation })
+}
+
+/// As the slopes fit together best. Those of heights have no curl: `dh/ds` changes along `t` as `dh/dt` does along `s`. Of the two ways
+/// to read green, the one that leaves less curl is right; up, where both leave as much.
+#[must_use]
+pub fn green_axis(raster: &Raster) -> GreenAxis {
+    let (width, height, green) = (raster.width(), raster.height(), second(raster));
+    let signed = |x: u32, y: u32, channel: usize| f64::from(2.0 * raster.value(x % width, y % height, channel) - 1.0);
+    let curl_of = |x: u32, y: u32| {
+        // Over a cell between four texels, times the size of a texel.
+        let by = |channel, dx, dy| {
+            signed(x + dx, y + dy, channel) + signed(x + 1, y + 1, channel)
+                - signed(x, y, channel)
+                - signed(x + dy, y + dx, channel)
+        };
+        // dh/ds = -red; dh/dt, t down, is green where that goes up.
+        (-by(0, 0, 1), by(green, 1, 0))
+    };
+    let (mut up, mut down) = (0.0, 0.0);
+    for y in 0..height {
+        for x in 0..width {
+            let (along_t, along_s) = curl_of(x, y);
+            up += (along_t - along_s).powi(2);
+            down += (along_t + along_s).powi(2);
+        }
+    }
+    if down < up { GreenAxis::Down } else { GreenAxis::Up }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Samples;
+
+    /// Normals of waves, as codes of 8 bits.
+    fn waves(up: f32) -> Raster {
+        let n = 32;
+        let codes = (0..n * n).flat_map(|i| {
+            let [s, t] = [i % n, i / n].map(|k| std::f32::consts::TAU * k as f32 / n as f32);
+            let [by_s, by_t] = [0.4 * (s + t).cos() + 0.2 * s.cos(), 0.4 * (s + t).cos() - 0.3 * (2.0 * t).sin()];
+            let length = (1.0 + by_s * by_s + by_t * by_t).sqrt();
+            [-by_s, up * by_t, 1.0].map(|v| ((v / length * 0.5 + 0.5) * 255.0 + 0.5) as u8)
+        });
+        Raster::new(n, n, 3, Samples::U8(codes.collect())).unwrap()
+    }
+
+    #[test]
+    fn two_channels_are_x_and_y() {
+        let three = waves(1.0);
+        let Samples::U8(codes) = three.samples() else { panic!("codes") };
+        let two = codes.chunks(3).flat_map(|texel| [texel[0], texel[1]]).collect();
+        let two = Raster::new(32, 32, 2, Samples::U8(two)).unwrap();
+        assert_eq!((green_axis(&two), two.channels()), (GreenAxis::Up, 2));
+        let map = |raster| NormalMap {
+            texture: crate::material::Texture::new(raster, "waves", Encoding::Linear),
+            green: GreenAxis::Up,
+            scale: 1.0,
+        };
+        let (two, three) = (map(two), map(three));
+        for (x, y) in [(0, 0), (3, 17), (30, 9)] {
+            let (a, b) = (two.slope(x, y), three.slope(x, y));
+            assert!((a[0] - b[0]).abs() < 0.01 && (a[1] - b[1]).abs() < 0.01, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn green_is_found_by_the_curl() {
+        assert_eq!(green_axis(&waves(1.0)), GreenAxis::Up);
+        assert_eq!(green_axis(&waves(-1.0)), GreenAxis::Down);
+        let flat = Raster::new(1, 1, 3, Samples::U8(vec![128, 128, 255])).unwrap();
+        assert_eq!(green_axis(&flat), GreenAxis::Up);
+    }
+}

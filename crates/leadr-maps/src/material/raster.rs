@@ -1,0 +1,233 @@
+//! Texels as files hold them, whatever they mean.
+
+use std::sync::Arc;
+
+use crate::MapFault;
+use crate::srgb::linear_from_srgb;
+
+/// The samples of a [`Raster`], row-major, channels interleaved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// Codes of 8 bits: 255 is 1.
+    U8(Vec<u8>),
+    /// Codes of 16 bits: 65535 is 1.
+    U16(Vec<u16>),
+    /// Values as stored.
+    F32(Vec<f32>),
+}
+
+impl Samples {
+    fn len(&self) -> usize {
+        match self {
+            Self::U8(s) => s.len(),
+            Self::U16(s) => s.len(),
+            Self::F32(s) => s.len(),
+        }
+    }
+}
+
+/// An image of one to four channels, row 0 on top, whose meaning is told by who uses it. At least 1 x 1; floats are finite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Raster {
+    width: u32,
+    height: u32,
+    channels: usize,
+    samples: Samples,
+}
+
+impl Raster {
+    /// An image of `width * height` texels of 1 to 4 channels.
+    ///
+    /// # Errors
+    /// If a side is 0, there are 0 or more than 4 channels, the samples do not fill the size, or a float is not finite (its
+    /// place is named).
+    pub fn new(width: u32, height: u32, channels: usize, samples: Samples) -> Result<Self, MapFault> {
+        if width == 0 || height == 0 {
+            return Err(MapFault::Empty { width: width.into(), height: height.into() });
+        }
+        let expected = u64::from(width) * u64::from(height) * channels as u64;
+        if !(1..=4).contains(&channels) || expected != samples.len() as u64 {
+            let what = format!("{} samples were given for {width} x {height} x {channels}", samples.len());
+            return Err(MapFault::SizeMismatch { what });
+        }
+        if let Samples::F32(values) = &samples
+            && let Some(index) = values.iter().position(|v| !v.is_finite())
+        {
+            let texel = index / channels;
+            return Err(MapFault::BadTexel {
+                channel: ["R", "G", "B", "A"][index % channels],
+                x: (texel % width as usize) as u32,
+                y: (texel / width as usize) as u32,
+                value: values[index],
+                remedy: "every value must be finite",
+            });
+        }
+        Ok(Self { width, height, channels, samples })
+    }
+
+    /// Texels across.
+    #[must_use]
+    pub const fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Texels down.
+    #[must_use]
+    pub const fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Channels of a texel, 1 to 4: grey, grey and alpha, RGB, RGBA.
+    #[must_use]
+    pub const fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The samples.
+    #[must_use]
+    pub const fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// The value of a channel at a texel: codes as 0..1, floats as stored. Colours of grey images are their grey, and images
+    /// without alpha are opaque. Panics outside the image.
+    #[must_use]
+    pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {
+        assert!(x < self.width && y < self.height && channel < 4, "({x}, {y}), channel {channel} of {self:?}");
+        let color = self.channels - usize::from(self.channels.is_multiple_of(2));
+        let channel = match channel {
+            3 if color == self.channels => return 1.0,
+            3 => color,
+            c => c.min(color - 1),
+        };
+        let index = (y as usize * self.width as usize + x as usize) * self.channels + channel;
+        match &self.samples {
+            Samples::U8(s) => f32::from(s[index]) / 255.0,
+            Samples::U16(s) => f32::from(s[index]) / 65535.0,
+            Samples::F32(s) => s[index],
+        }
+    }
+
+    /// The colour at a texel, linear: codes are decoded as `encoding` says, floats are linear always.
+    #[must_use]
+    pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
+        let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
+        match (encoding, &self.samples) {
+            (Encoding::Linear | Encoding::Slopes, _) | (_, Samples::F32(_)) => codes,
+            (Encoding::Srgb, _) => codes.map(linear_from_srgb),
+        }
+    }
+}
+
+/// What the codes of an image mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Encoding {
+    /// Numbers: roughness, normals, heights, masks.
+    #[default]
+    Linear,
+    /// Colours for a display.
+    Srgb,
+    /// In place of normals, slopes in floats: rise over run along `s` and `t` (down).
+    Slopes,
+}
+
+/// What lies beyond the edge of a texture, along one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum TextureWrap {
+    /// The texture repeats.
+    #[default]
+    Repeat,
+    /// Every second repeat is mirrored.
+    Mirror,
+    /// The edge texel goes on.
+    Clamp,
+}
+
+impl TextureWrap {
+    /// The texel that index `i` of `length` reads.
+    #[must_use]
+    pub fn texel(self, i: i64, length: u32) -> u32 {
+        let length = i64::from(length);
+        (match self {
+            Self::Repeat => i.rem_euclid(length),
+            Self::Mirror => {
+                let i = i.rem_euclid(2 * length);
+                i.min(2 * length - 1 - i)
+            }
+            Self::Clamp => i.clamp(0, length - 1),
+        }) as u32
+    }
+}
+
+/// An image as a surface wears it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// Its texels, shared by all textures that show them.
+    pub raster: Arc<Raster>,
+    /// What it is called in messages: the file's name, or the file's and the image's.
+    pub name: String,
+    /// What its codes mean.
+    pub encoding: Encoding,
+    /// Which set of the mesh's texture coordinates it follows, from 0.
+    pub coordinates: u32,
+    /// From those coordinates to the texture's own, in which the image covers `[0, 1]²`, `t` down.
+    pub transform: glam::Affine2,
+    /// What lies beyond its edges, across and down.
+    pub wrap: [TextureWrap; 2],
+}
+
+impl Texture {
+    /// An image that covers the first texture coordinates and repeats.
+    #[must_use]
+    pub fn new(raster: Raster, name: impl Into<String>, encoding: Encoding) -> Self {
+        Self {
+            raster: Arc::new(raster),
+            name: name.into(),
+            encoding,
+            coordinates: 0,
+            transform: glam::Affine2::IDENTITY,
+            wrap: [TextureWrap::Repeat; 2],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_of_every_kind_of_image() {
+        let image = |channels, samples| Raster::new(1, 1, channels, Samples::U8(samples)).unwrap();
+        let all = |raster: &Raster| [0, 1, 2, 3].map(|c| (raster.value(0, 0, c) * 255.0).round() as u8);
+        assert_eq!(all(&image(1, vec![7])), [7, 7, 7, 255]);
+        assert_eq!(all(&image(2, vec![7, 9])), [7, 7, 7, 9]);
+        assert_eq!(all(&image(3, vec![1, 2, 3])), [1, 2, 3, 255]);
+        assert_eq!(all(&image(4, vec![1, 2, 3, 4])), [1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn wrong_sizes_and_values_are_refused() {
+        assert!(Raster::new(0, 1, 1, Samples::U8(vec![])).is_err());
+        assert!(Raster::new(2, 1, 3, Samples::U8(vec![0; 5])).is_err());
+        assert!(Raster::new(1, 1, 5, Samples::U8(vec![0; 5])).is_err());
+        let nan = Raster::new(2, 1, 2, Samples::F32(vec![0.0, 0.0, 0.0, f32::NAN])).unwrap_err();
+        assert!(nan.to_string().contains("channel G at x = 1, y = 0"), "{nan}");
+    }
+
+    #[test]
+    fn codes_of_colours_are_decoded_and_numbers_are_not() {
+        let image = Raster::new(1, 1, 1, Samples::U8(vec![188])).unwrap();
+        assert!((image.color(0, 0, Encoding::Srgb)[0] - 0.5029).abs() < 1e-3);
+        assert!((image.color(0, 0, Encoding::Linear)[0] - 188.0 / 255.0).abs() < 1e-6);
+        let fine = Raster::new(1, 1, 1, Samples::U16(vec![188 * 257])).unwrap();
+        assert!((fine.color(0, 0, Encoding::Srgb)[0] - image.color(0, 0, Encoding::Srgb)[0]).abs() < 1e-6);
+    }
+
+    #[test]
+    fn indices_beyond_the_edge() {
+        let read = |wrap: TextureWrap| [-2, -1, 0, 2, 3, 4].map(|i| wrap.texel(i, 3));
+        assert_eq!(read(TextureWrap::Repeat), [1, 2, 0, 2, 0, 1]);
+        assert_eq!(read(TextureWrap::Mirror), [1, 0, 0, 2, 2, 1]);
+        assert_eq!(read(TextureWrap::Clamp), [0, 0, 0, 2, 2, 2]);
+    }
+}

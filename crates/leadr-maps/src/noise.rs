@@ -1,0 +1,305 @@
+//! Periodic lattice noise, a pure function of seed and place. Coordinates are in lattice cells; `period` cells repeat.
+
+/// The source of this module, for the keys of caches: what it makes is made again when it changes.
+pub const SOURCE: &str = include_str!("noise.rs");
+
+/// A well-mixed 32-bit number of a seed and a cell (Murmur's finaliser between the words).
+pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
+    let mix = |mut h: u32| {
+        h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+        h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+        h ^ (h >> 16)
+    };
+    let h = mix(seed.wrapping_mul(0x9e37_79b1).wrapping_add(0x7f4a_7c15));
+    let h = mix(h ^ (x as u32).wrapping_mul(0x9e37_79b1));
+    mix(h ^ (y as u32).wrapping_mul(0x27d4_eb2f))
+}
+
+/// Uniform in 0..1.
+pub fn unit(h: u32) -> f32 {
+    (h >> 8) as f32 / (1 << 24) as f32
+}
+
+/// The unit gradient at a corner of the lattice, `[cos, sin]`.
+fn corner_gradient(seed: u32, x: i32, y: i32) -> [f32; 2] {
+    let (sin, cos) = (unit(hash(seed, x, y)) * std::f32::consts::TAU).sin_cos();
+    [cos, sin]
+}
+
+/// Quintic blending of the gradients at the corners `(i, j)` of a cell, `i, j` 0 or 1, scaled into -1..1.
+fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32 {
+    let corner = |i: usize, j: usize| {
+        let [cos, sin] = gradient(i, j);
+        cos * (fx - i as f32) + sin * (fy - j as f32)
+    };
+    let fade = |t: f32| t * t * t * (t * (6.0 * t - 15.0) + 10.0);
+    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+    let (u, v) = (fade(fx), fade(fy));
+    let value = mix(mix(corner(0, 0), corner(1, 0), u), mix(corner(0, 1), corner(1, 1), u), v);
+    value * std::f32::consts::SQRT_2
+}
+
+/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. For many places use [`Gradients`].
+pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
+    let (cx, cy) = (x.floor(), y.floor());
+    blended(x - cx, y - cy, |i, j| {
+        corner_gradient(seed, (cx as i32 + i as i32).rem_euclid(period), (cy as i32 + j as i32).rem_euclid(period))
+    })
+}
+
+/// Octaves of [`gradient`], each of twice the frequency and `gain` times the height. For many places use [`Fractal`].
+pub fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) -> f32 {
+    let (mut sum, mut amplitude) = (0.0, 1.0);
+    for octave in 0..octaves {
+        let scale = (1 << octave) as f32;
+        sum += amplitude * gradient(seed.wrapping_add(octave), x * scale, y * scale, period << octave);
+        amplitude *= gain;
+    }
+    sum
+}
+
+/// The cell of a place in a lattice that repeats, and the cell after it, along one axis.
+fn cell_and_next(cell: f32, period: usize) -> [usize; 2] {
+    let here = (cell as i32).rem_euclid(period as i32) as usize;
+    [here, if here + 1 == period { 0 } else { here + 1 }]
+}
+
+/// [`gradient`], its gradients worked out once.
+pub(crate) struct Gradients {
+    period: usize,
+    corners: Vec<[f32; 2]>,
+}
+
+impl Gradients {
+    pub(crate) fn new(seed: u32, period: i32) -> Self {
+        let corners = (0..period).flat_map(|y| (0..period).map(move |x| corner_gradient(seed, x, y))).collect();
+        Self { period: period as usize, corners }
+    }
+
+    pub(crate) fn at(&self, x: f32, y: f32) -> f32 {
+        let (cx, cy) = (x.floor(), y.floor());
+        let (columns, rows) = (cell_and_next(cx, self.period), cell_and_next(cy, self.period));
+        blended(x - cx, y - cy, |i, j| self.corners[rows[j] * self.period + columns[i]])
+    }
+}
+
+/// [`fractal`], its gradients worked out once.
+pub(crate) struct Fractal {
+    octaves: Vec<Gradients>,
+    gain: f32,
+}
+
+impl Fractal {
+    pub(crate) fn new(seed: u32, period: i32, octaves: u32, gain: f32) -> Self {
+        let octave = |k: u32| Gradients::new(seed.wrapping_add(k), period << k);
+        Self { octaves: (0..octaves).map(octave).collect(), gain }
+    }
+
+    pub(crate) fn at(&self, x: f32, y: f32) -> f32 {
+        let (mut sum, mut amplitude) = (0.0, 1.0);
+        for (octave, gradients) in self.octaves.iter().enumerate() {
+            let scale = (1 << octave) as f32;
+            sum += amplitude * gradients.at(x * scale, y * scale);
+            amplitude *= self.gain;
+        }
+        sum
+    }
+}
+
+/// [`gradient`] on a lattice turned against the axes, over the unit square, which is one repeat.
+struct TurnedLattice {
+    /// The steps of the lattice along one repeat: `(a, b)` of it along s are as long as one along s is.
+    along: [i32; 2],
+    /// The first corner of the table and the corners in its rows.
+    first: i32,
+    width: usize,
+    corners: Vec<[f32; 2]>,
+}
+
+impl TurnedLattice {
+    /// About `cells` cells along a repeat, turned by `degrees`: as nearly as a lattice that repeats can be.
+    fn new(seed: u32, cells: i32, degrees: f32) -> Self {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let [a, b] = [cos, sin].map(|part| (cells as f32 * part).round() as i32);
+        // Corners are the same whose places differ by whole repeats: (a, −b) and (b, a).
+        let count = a * a + b * b;
+        let (reach, first) = (a.abs() + b.abs(), -(a.abs() + b.abs()) - 1);
+        let width = (2 * reach + 4) as usize;
+        let corner = |i: i32, j: i32| {
+            corner_gradient(seed, (a * i - b * j).rem_euclid(count), (b * i + a * j).rem_euclid(count))
+        };
+        let ends = first..first + width as i32;
+        let corners = ends.clone().flat_map(|j| ends.clone().map(move |i| corner(i, j))).collect();
+        Self { along: [a, b], first, width, corners }
+    }
+
+    fn at(&self, s: f32, t: f32) -> f32 {
+        let ([a, b], s, t) = (self.along.map(|n| n as f32), s - s.floor(), t - t.floor());
+        let (x, y) = (a * s + b * t, a * t - b * s);
+        let (cx, cy) = (x.floor(), y.floor());
+        let [column, row] = [cx, cy].map(|c| (c as i32 - self.first) as usize);
+        blended(x - cx, y - cy, |i, j| self.corners[(row + j) * self.width + column + i])
+    }
+}
+
+/// Gradient noise that favours no direction, over the unit square, which is one repeat: a lattice of cells shows its rows where few of them
+/// fill a repeat, so this is the sum of three that are turned against each other, as high as one.
+pub(crate) struct Turned([TurnedLattice; 3]);
+
+impl Turned {
+    pub(crate) fn new(seed: u32, cells: i32) -> Self {
+        // Octaves turn on.
+        let turn = 10.0 + 17.0 * (seed % 3) as f32;
+        Self([0, 1, 2].map(|k| TurnedLattice::new(seed.wrapping_add(0x1000 * k), cells, turn + 30.0 * k as f32)))
+    }
+
+    pub(crate) fn at(&self, s: f32, t: f32) -> f32 {
+        self.0.iter().map(|lattice| lattice.at(s, t)).sum::<f32>() / 3f32.sqrt()
+    }
+}
+
+/// Octaves of [`Turned`], each of twice the frequency and `gain` times the height, over the unit square.
+pub(crate) struct TurnedFractal {
+    octaves: Vec<Turned>,
+    gain: f32,
+}
+
+impl TurnedFractal {
+    pub(crate) fn new(seed: u32, cells: i32, octaves: u32, gain: f32) -> Self {
+        Self { octaves: (0..octaves).map(|k| Turned::new(seed.wrapping_add(k), cells << k)).collect(), gain }
+    }
+
+    pub(crate) fn at(&self, s: f32, t: f32) -> f32 {
+        self.octaves.iter().rev().fold(0.0, |sum, octave| octave.at(s, t) + self.gain * sum)
+    }
+}
+
+/// One feature point near a place, of one random point per cell.
+#[derive(Clone, Copy)]
+pub struct Feature {
+    /// From the point to the place, in cells.
+    pub offset: [f32; 2],
+    /// The cell's random number.
+    pub id: u32,
+}
+
+/// Calls `visit` with the feature points of the `(2 reach + 1)^2` cells around a place.
+pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: impl FnMut(Feature)) {
+    let (cx, cy) = (x.floor() as i32, y.floor() as i32);
+    for j in -reach..=reach {
+        for i in -reach..=reach {
+            let id = hash(seed, (cx + i).rem_euclid(period), (cy + j).rem_euclid(period));
+            let (px, py) = (unit(id), unit(hash(id, 1, 2)));
+            let offset = [x - (cx + i) as f32 - px, y - (cy + j) as f32 - py];
+            visit(Feature { offset, id });
+        }
+    }
+}
+
+/// [`features`] with a value of each cell, worked out once.
+pub(crate) struct Scattered<T> {
+    period: usize,
+    /// The place of the point in its cell, and the value.
+    cells: Vec<([f32; 2], T)>,
+}
+
+impl<T> Scattered<T> {
+    /// `value` of a cell's random number.
+    pub(crate) fn new(seed: u32, period: i32, value: impl Fn(u32) -> T) -> Self {
+        let cell = |x, y| {
+            let id = hash(seed, x, y);
+            ([unit(id), unit(hash(id, 1, 2))], value(id))
+        };
+        let cells = (0..period).flat_map(|y| (0..period).map(move |x| (x, y))).map(|(x, y)| cell(x, y)).collect();
+        Self { period: period as usize, cells }
+    }
+
+    /// Calls `visit` with the offsets from the points of the `(2 reach + 1)^2` cells around a place, and their values.
+    pub(crate) fn visit(&self, x: f32, y: f32, reach: i32, mut visit: impl FnMut([f32; 2], &T)) {
+        let (cx, cy) = (x.floor() as i32, y.floor() as i32);
+        let first = |c: i32| (c - reach).rem_euclid(self.period as i32) as usize;
+        let next = |k: usize| if k + 1 == self.period { 0 } else { k + 1 };
+        let mut row = first(cy);
+        for j in -reach..=reach {
+            let mut column = first(cx);
+            for i in -reach..=reach {
+                let ([px, py], value) = &self.cells[row * self.period + column];
+                visit([x - (cx + i) as f32 - px, y - (cy + j) as f32 - py], value);
+                column = next(column);
+            }
+            row = next(row);
+        }
+    }
+
+    /// Distances to the nearest and second nearest point, in cells; their difference is 0 on cell borders.
+    pub(crate) fn nearest_two(&self, x: f32, y: f32) -> [f32; 2] {
+        let mut best = [f32::MAX; 2];
+        self.visit(x, y, 2, |[dx, dy], _| {
+            let d = dx * dx + dy * dy;
+            if d < best[0] {
+                best = [d, best[0]];
+            } else if d < best[1] {
+                best[1] = d;
+            }
+        });
+        best.map(f32::sqrt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turned_noise_repeats_and_favours_no_direction() {
+        for cells in [3, 12, 48] {
+            let noise = Turned::new(7, cells);
+            let n = 256;
+            let at = |i: u32, j: u32| noise.at(i as f32 / n as f32, j as f32 / n as f32);
+            let step = 1.0 / (cells as f32 * 50.0);
+            let (mut square, mut along, mut across, mut diagonal) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+            for i in 0..n {
+                for j in 0..n {
+                    let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
+                    let here = at(i, j);
+                    // Shifts of the table's coordinates by whole repeats are rounded.
+                    assert!((noise.at(s + 3.0, t - 2.0) - here).abs() < 1e-3);
+                    let change = |ds: f32, dt: f32| f64::from(noise.at(s + ds, t + dt) - here).powi(2);
+                    square += f64::from(here * here);
+                    along += change(step, 0.0);
+                    across += change(0.0, step);
+                    diagonal += 0.5 * (change(0.707 * step, 0.707 * step) + change(0.707 * step, -0.707 * step));
+                }
+            }
+            let rms = (square / f64::from(n * n)).sqrt();
+            println!(
+                "{cells} cells: rms {rms:.3}, slopes {:.3} {:.3}",
+                across / along,
+                2.0 * diagonal / (along + across)
+            );
+            assert!((0.2..0.5).contains(&rms), "{rms}");
+            assert!(cells < 12 || (across / along - 1.0).abs() < 0.15, "{cells} cells: {}", across / along);
+            assert!((2.0 * diagonal / (along + across) - 1.0).abs() < 0.1, "{cells} cells");
+        }
+    }
+
+    #[test]
+    fn tables_give_what_the_functions_give() {
+        let (gradients, octaves) = (Gradients::new(7, 5), Fractal::new(9, 3, 4, 0.6));
+        let points = Scattered::new(11, 6, |id| id);
+        for k in 0..500 {
+            let (x, y) = (0.37 * k as f32 - 40.0, 0.23 * k as f32 - 61.0);
+            assert_eq!(gradients.at(x, y), gradient(7, x, y, 5));
+            assert_eq!(octaves.at(x, y), fractal(9, x, y, 3, 4, 0.6));
+            let mut seen = Vec::new();
+            points.visit(x, y, 2, |offset, &id| seen.push((offset, id)));
+            let mut wanted = Vec::new();
+            features(11, x, y, 6, 2, |Feature { offset, id }| wanted.push((offset, id)));
+            assert_eq!(seen, wanted);
+            let mut distances: Vec<f32> = wanted.iter().map(|([dx, dy], _)| dx.hypot(*dy)).collect();
+            distances.sort_by(f32::total_cmp);
+            let [first, second] = points.nearest_two(x, y);
+            assert!((first - distances[0]).abs() < 1e-6 && (second - distances[1]).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! What a picture says of itself: the program and the command that made it, and a fingerprint of all that decided it.
+//!
+//! PNG keeps it in `iTXt` chunks before the pixels, EXR in attributes of its layer, both where other programs show it: `Software`
+//! and `Comment` are registered names of PNG, `software` and `comments` standard ones of EXR.
+
+use std::path::Path;
+
+use exr::meta::MetaData;
+use exr::meta::attribute::AttributeValue;
+use exr::prelude::{LayerAttributes, Text};
+
+/// Name of the fingerprint.
+const FINGERPRINT: &str = "leadr-fingerprint";
+/// Names in a PNG, in the order of the fields of [`Origin`].
+const PNG_NAMES: [&str; 3] = ["Software", "Comment", FINGERPRINT];
+/// The signature and the chunk `IHDR`.
+const PNG_HEADER: usize = 8 + 25;
+/// Longer texts are not this program's.
+const MOST_BYTES: usize = 1 << 20;
+
+/// Where a picture comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The program and its version.
+    pub software: String,
+    /// The command that makes the picture again.
+    pub command: String,
+    /// The same for two pictures only if everything that decides what they show is the same.
+    pub fingerprint: String,
+}
+
+impl Origin {
+    /// `png`, whole and not animated, with this in it.
+    #[must_use]
+    pub fn in_png(&self, mut png: Vec<u8>) -> Vec<u8> {
+        let texts = [&self.software, &self.command, &self.fingerprint];
+        let chunks =
+            PNG_NAMES.into_iter().zip(texts).flat_map(|(name, text)| text_chunk(name, text)).collect::<Vec<_>>();
+        let at = PNG_HEADER.min(png.len());
+        png.splice(at..at, chunks);
+        png
+    }
+
+    /// What the bytes of a PNG say, if they say it all.
+    #[must_use]
+    pub fn of_png(png: &[u8]) -> Option<Self> {
+        let mut found = [None, None, None];
+        let mut rest = png.get(8..)?;
+        while let Some((kind, data, after)) = chunk(rest) {
+            rest = after;
+            match &kind {
+                b"IDAT" | b"IEND" => break,
+                b"iTXt" => {
+                    let Some((name, text)) = text_of(data) else { continue };
+                    if let Some(i) = PNG_NAMES.iter().position(|known| known.as_bytes() == name) {
+                        found[i] = Some(text.to_owned());
+                    }
+                }
+                _ => {}
+            }
+        }
+        let [software, command, fingerprint] = found;
+        Some(Self { software: software?, command: command?, fingerprint: fingerprint? })
+    }
+
+    /// The attributes of an EXR that say this. Only one is not among the standard ones: the order of more would be another in each
+    /// file.
+    #[must_use]
+    pub(super) fn exr_attributes(&self) -> LayerAttributes {
+        let other = [(Text::from(FINGERPRINT), AttributeValue::Text(latin(&self.fingerprint)))].into_iter().collect();
+        LayerAttributes {
+            software_name: Some(latin(&self.software)),
+            comments: Some(latin(&self.command)),
+            other,
+            ..LayerAttributes::default()
+        }
+    }
+
+    /// What the only layer of an EXR says, if it says it all.
+    #[must_use]
+    pub fn of_exr(path: &Path) -> Option<Self> {
+        let meta = MetaData::read_from_file(path, false).ok()?;
+        let [header] = meta.headers.as_slice() else { return None };
+        let own = &header.own_attributes;
+        let Some(AttributeValue::Text(fingerprint)) = own.other.get(&Text::from(FINGERPRINT)) else { return None };
+        let (software, command) = (own.software_name.as_ref()?, own.comments.as_ref()?);
+        let [software, command, fingerprint] = [software, command, fingerprint].map(ToString::to_string);
+        Some(Self { software, command, fingerprint })
+    }
+}
+
+/// A text of EXR, which has Latin-1 alone.
+fn latin(text: &str) -> Text {
+    let escaped: String =
+        text.chars().map(|c| if u32::from(c) < 256 { c.to_string() } else { c.escape_unicode().to_string() }).collect();
+    Text::new_or_none(&escaped).unwrap_or_else(|| Text::from(""))
+}
+
+fn text_chunk(name: &str, text: &str) -> Vec<u8> {
+    // Keyword, then: not compressed, no method, no language, no translated keyword.
+    let data = [name.as_bytes(), &[0, 0, 0, 0, 0], text.as_bytes()].concat();
+    let kind_and_data = [b"iTXt", &data[..]].concat();
+    let (length, sum) = (data.len() as u32, crc(&kind_and_data));
+    [&length.to_be_bytes()[..], &kind_and_data, &sum.to_be_bytes()].concat()
+}
+
+/// The kind and the data of the first chunk, and what follows it; `None` if it is not whole.
+fn chunk(bytes: &[u8]) -> Option<([u8; 4], &[u8], &[u8])> {
+    let length = u32::from_be_bytes(bytes.get(..4)?.try_into().ok()?) as usize;
+    let kind_and_data = bytes.get(4..8usize.checked_add(length)?)?;
+    let rest = &bytes[8 + length..];
+    let sum = u32::from_be_bytes(rest.get(..4)?.try_into().ok()?);
+    (sum == crc(kind_and_data)).then_some(())?;
+    Some((kind_and_data[..4].try_into().ok()?, &kind_and_data[4..], &rest[4..]))
+}
+
+/// Keyword and text of an `iTXt` chunk that is not compressed.
+fn text_of(data: &[u8]) -> Option<(&[u8], &str)> {
+    let mut parts = data.splitn(2, |&byte| byte == 0);
+    let (name, rest) = (parts.next()?, parts.next()?);
+    let [0, _, rest @ ..] = rest else { return None };
+    let text = rest.splitn(3, |&byte| byte == 0).nth(2)?;
+    (text.len() <= MOST_BYTES).then_some(())?;
+    Some((name, std::str::from_utf8(text).ok()?))
+}
+
+/// The checksum of PNG.
+fn crc(bytes: &[u8]) -> u32 {
+    let step = |sum: u32, &byte: &u8| {
+        (0..8).fold(sum ^ u32::from(byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
+    };
+    !bytes.iter().fold(u32::MAX, step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rgb8Image;
+    use crate::save::{encode_exr, encode_exr_of, encode_png_srgb8};
+    use crate::{decode_color_srgb8, decode_picture};
+
+    fn origin() -> Origin {
+        let [software, command] = ["leadr 1 (abc)", "leadr capture --material 'ä wall'"].map(str::to_owned);
+        Origin { software, command, fingerprint: "0123456789abcdef".to_owned() }
+    }
+
+    #[test]
+    fn the_checksum_is_that_of_png() {
+        assert_eq!(crc(b"IEND"), 0xae42_6082);
+    }
+
+    #[test]
+    fn a_png_says_where_it_comes_from_and_shows_the_same() {
+        let image = Rgb8Image { width: 2, height: 1, texels: vec![[1, 2, 3], [4, 5, 6]] };
+        let plain = encode_png_srgb8(&image).unwrap();
+        assert_eq!(Origin::of_png(&plain), None);
+        let png = origin().in_png(plain.clone());
+        assert_eq!(Origin::of_png(&png), Some(origin()));
+        assert_eq!(decode_color_srgb8(&png).unwrap(), image);
+        for end in 0..png.len() - plain.len() {
+            assert_eq!(Origin::of_png(&png[..end]), None, "cut after {end} bytes");
+        }
+        let mut damaged = png.clone();
+        damaged[PNG_HEADER + 20] ^= 1;
+        assert_eq!(Origin::of_png(&damaged), None);
+    }
+
+    #[test]
+    fn an_exr_says_where_it_comes_from_and_holds_the_same() {
+        let folder = tempfile::tempdir().unwrap();
+        let [plain, told] = ["plain.exr", "told.exr"].map(|name| folder.path().join(name));
+        let channels: [(&str, &[f32]); 3] = [("R", &[0.5, 2.0]), ("G", &[1.0, 0.0]), ("B", &[0.25, 8.0])];
+        let bytes = encode_exr_of(&origin(), 2, 1, &channels).unwrap();
+        assert_eq!(bytes, encode_exr_of(&origin(), 2, 1, &channels).unwrap(), "bytes differ between two runs");
+        std::fs::write(&told, &bytes).unwrap();
+        let bare = encode_exr(2, 1, &channels).unwrap();
+        std::fs::write(&plain, &bare).unwrap();
+        assert_eq!((Origin::of_exr(&plain), Origin::of_exr(&told)), (None, Some(origin())));
+        assert_eq!(decode_picture(&bytes).unwrap(), decode_picture(&bare).unwrap());
+    }
+}

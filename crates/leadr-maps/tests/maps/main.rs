@@ -1,0 +1,10 @@
+//! Loading and saving files, the cost of damaged ones, and the moments of height maps.
+
+mod bad_input;
+mod bake;
+mod derive;
+mod images;
+mod not_a_number;
+mod slope_variance;
+mod textures;
+mod tiling;

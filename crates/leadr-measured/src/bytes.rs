@@ -1,0 +1,48 @@
+//! Numbers in little-endian bytes.
+
+use leadr_maps::MapFault;
+
+/// Reads from the front of what is left.
+pub struct Bytes<'a> {
+    left: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub const fn new(left: &'a [u8]) -> Self {
+        Self { left }
+    }
+
+    pub fn take(&mut self, count: usize) -> Result<&'a [u8], MapFault> {
+        let (taken, left) =
+            self.left.split_at_checked(count).ok_or_else(|| MapFault::damaged("it ends in the middle"))?;
+        self.left = left;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], MapFault> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    pub fn u8(&mut self) -> Result<u8, MapFault> {
+        Ok(self.array::<1>()?[0])
+    }
+
+    pub fn u16(&mut self) -> Result<u16, MapFault> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub fn u32(&mut self) -> Result<u32, MapFault> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub fn u64(&mut self) -> Result<u64, MapFault> {
+        self.array().map(u64::from_le_bytes)
+    }
+}
+
+/// Doubles, one after the other.
+pub fn doubles(bytes: &[u8]) -> impl Iterator<Item = f64> + '_ {
+    bytes.chunks_exact(8).map(|chunk| f64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|i| chunk[i])))
+}

@@ -1,0 +1,246 @@
+//! A fitted material as a JSON file: what `leadr fit` writes and every command reads.
+//!
+//! | field | what it is |
+//! |---|---|
+//! | `format`, `version` | `"leadr fit"`, 1 |
+//! | `masking` | `smith`, `vgroove` or `normal-map`: how the fit is to be drawn |
+//! | `diffuse` | albedo of the body, linear RGB |
+//! | `fresnel` | reflectances of the facets at even steps of the difference angle from 0 to 90°, linear RGB |
+//! | `density` | densities of the facets' normals at `θ = (i/n)² 90°`; for anisotropic materials one row for each azimuth `k/rows` of a turn |
+//! | `lobes` | Gaussian lobes of the same slopes: `share` and `covariance` `[xx, yy, xy]` |
+//!
+//! What else it holds, roughnesses and errors, is for readers.
+
+use std::path::Path;
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use leadr_maps::{MapError, MapFault, limits};
+use leadr_reflectance::facets::fresnel::{Fresnel, FresnelTable};
+use leadr_reflectance::facets::gaussian_mixture::{Lobe, MOST_LOBES};
+use leadr_reflectance::facets::polar_table::PolarTable;
+use leadr_reflectance::facets::radial_table::RadialTable;
+use leadr_reflectance::facets::tabulated::Tabulated;
+use leadr_reflectance::masking::variants::Masking;
+use leadr_reflectance::materials::fitted::FittedBrdf;
+use leadr_reflectance::materials::microfacet::Microfacet;
+
+const FORMAT: &str = "leadr fit";
+const VERSION: u64 = 1;
+/// Most angles and azimuths of a table.
+const MOST_NODES: usize = 1024;
+/// Largest file, in bytes.
+const MOST_BYTES: u64 = 64 << 20;
+/// Reflectances that a file holds.
+const FRESNEL_ANGLES: usize = 46;
+const MASKINGS: [(&str, Masking); 3] =
+    [("smith", Masking::SmithCorrelated), ("vgroove", Masking::VGroove), ("normal-map", Masking::NormalMap)];
+
+/// A material as it is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitFile {
+    /// Facets and body.
+    pub brdf: FittedBrdf,
+    /// Gaussian lobes of the facets' slopes, at least one.
+    pub lobes: Vec<Lobe>,
+}
+
+/// The name of a form of masking in files.
+#[must_use]
+pub fn masking_name(masking: Masking) -> &'static str {
+    MASKINGS.iter().find(|(_, form)| *form == masking).map_or("smith", |(name, _)| name)
+}
+
+impl FitFile {
+    /// What is kept of it, to which fields for readers may be added.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        let facets = &self.brdf.facets;
+        let step = std::f64::consts::FRAC_PI_2 / (FRESNEL_ANGLES - 1) as f64;
+        let fresnel: Vec<[f64; 3]> =
+            (0..FRESNEL_ANGLES).map(|i| facets.fresnel.at((step * i as f64).cos()).to_array()).collect();
+        let density = match &facets.distribution {
+            Tabulated::Radial(table) => json!(table.densities()),
+            Tabulated::Polar(table) => json!(table.densities()),
+        };
+        let lobes: Vec<Value> =
+            self.lobes.iter().map(|l| json!({ "share": l.share, "covariance": l.covariance.to_array() })).collect();
+        json!({
+            "format": FORMAT,
+            "version": VERSION,
+            "masking": masking_name(facets.masking),
+            "diffuse": self.brdf.diffuse.to_array(),
+            "fresnel": fresnel,
+            "density": density,
+            "lobes": lobes,
+        })
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// No such file, another format or version, or fields that are missing or no such numbers.
+    pub fn load(file: &Path) -> Result<Self, MapError> {
+        Self::load_bytes(file).map_err(|fault| fault.in_file(file))
+    }
+
+    fn load_bytes(file: &Path) -> Result<Self, MapFault> {
+        let bytes = limits::read_start(file, MOST_BYTES)?;
+        let value: Value =
+            serde_json::from_slice(&bytes).map_err(|fault| MapFault::damaged(format!("it is no JSON ({fault})")))?;
+        Self::from_json(&value)
+    }
+
+    /// From what a file holds.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn from_json(value: &Value) -> Result<Self, MapFault> {
+        let other =
+            |what: String| MapFault::Unsupported { what, remedy: "give a file that leadr fit wrote".to_owned() };
+        if value["format"].as_str() != Some(FORMAT) {
+            return Err(other("it is no fitted material".to_owned()));
+        }
+        if value["version"].as_u64() != Some(VERSION) {
+            return Err(other(format!("its version is {}, and {VERSION} is read", value["version"])));
+        }
+        let name = value["masking"].as_str().unwrap_or_default();
+        let masking = MASKINGS.iter().find(|(known, _)| *known == name).map(|(_, form)| *form);
+        let masking =
+            masking.ok_or_else(|| MapFault::damaged("its masking is none of smith, vgroove and normal-map"))?;
+        let diffuse = color(&value["diffuse"], "diffuse")?;
+        let reflectances = array(&value["fresnel"], "fresnel")?;
+        if reflectances.len() > MOST_NODES {
+            return Err(MapFault::damaged("its 'fresnel' is too long"));
+        }
+        let fresnel = reflectances.iter().map(|f| color(f, "fresnel")).collect::<Result<_, _>>()?;
+        let fresnel = FresnelTable::new(fresnel).map_err(|fault| MapFault::damaged(fault.to_string()))?;
+        let rows = array(&value["density"], "density")?;
+        let empty = || MapFault::damaged("its 'density' is no table of densities");
+        let distribution = if rows.iter().all(Value::is_number) {
+            RadialTable::new(&densities(rows)?).map(Tabulated::Radial)
+        } else {
+            if rows.len() > MOST_NODES {
+                return Err(empty());
+            }
+            let rows: Vec<Vec<f64>> =
+                rows.iter().map(|row| densities(row.as_array().ok_or_else(empty)?)).collect::<Result<_, _>>()?;
+            PolarTable::new(&rows).map(Tabulated::Polar)
+        };
+        let lobes = array(&value["lobes"], "lobes")?.iter().map(lobe).collect::<Result<Vec<_>, _>>()?;
+        if lobes.is_empty() || lobes.len() > MOST_LOBES {
+            return Err(MapFault::damaged(format!("it has {} lobes instead of 1 to {MOST_LOBES}", lobes.len())));
+        }
+        let facets =
+            Microfacet { distribution: distribution.ok_or_else(empty)?, masking, fresnel: Fresnel::Tabulated(fresnel) };
+        Ok(Self { brdf: FittedBrdf { facets, diffuse }, lobes })
+    }
+}
+
+fn array<'a>(value: &'a Value, name: &str) -> Result<&'a Vec<Value>, MapFault> {
+    value.as_array().ok_or_else(|| MapFault::damaged(format!("it has no array '{name}'")))
+}
+
+fn number(value: &Value, name: &str, least: f64, most: f64) -> Result<f64, MapFault> {
+    let number = value.as_f64().filter(|x| (least..=most).contains(x));
+    number.ok_or_else(|| MapFault::damaged(format!("'{name}' holds what is no number from {least} to {most}")))
+}
+
+fn color(value: &Value, name: &str) -> Result<DVec3, MapFault> {
+    match value.as_array().map(Vec::as_slice) {
+        Some([r, g, b]) => {
+            let channel = |c| number(c, name, 0.0, 1.0);
+            Ok(DVec3::new(channel(r)?, channel(g)?, channel(b)?))
+        }
+        _ => Err(MapFault::damaged(format!("'{name}' is no linear RGB"))),
+    }
+}
+
+fn densities(values: &[Value]) -> Result<Vec<f64>, MapFault> {
+    if values.len() > MOST_NODES {
+        return Err(MapFault::damaged(format!("its 'density' has more than {MOST_NODES} angles")));
+    }
+    values.iter().map(|d| number(d, "density", 0.0, 1e30)).collect()
+}
+
+fn lobe(value: &Value) -> Result<Lobe, MapFault> {
+    let share = number(&value["share"], "share", 0.0, 1.0)?;
+    match value["covariance"].as_array().map(Vec::as_slice) {
+        Some([xx, yy, xy]) => {
+            let of = |c, least| number(c, "covariance", least, 1e12);
+            let covariance = DVec3::new(of(xx, 0.0)?, of(yy, 0.0)?, of(xy, -1e12)?);
+            if covariance.z * covariance.z > covariance.x * covariance.y {
+                return Err(MapFault::damaged("a lobe's covariance is none"));
+            }
+            Ok(Lobe { share, covariance })
+        }
+        _ => Err(MapFault::damaged("a lobe has no 'covariance' of three numbers")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_reflectance::materials::brdf::Brdf as _;
+
+    fn sample(polar: bool) -> FitFile {
+        let d = |i: usize, k: usize| (-(i as f64) * 0.3 * (1.0 + 0.1 * k as f64)).exp();
+        let distribution = if polar {
+            let rows: Vec<Vec<f64>> = (0..4).map(|k| (0..12).map(|i| d(i, k % 2)).collect()).collect();
+            Tabulated::Polar(PolarTable::new(&rows).unwrap())
+        } else {
+            Tabulated::Radial(RadialTable::new(&(0..12).map(|i| d(i, 0)).collect::<Vec<_>>()).unwrap())
+        };
+        let fresnel = FresnelTable::new(vec![DVec3::new(0.9, 0.5, 0.2), DVec3::ONE]).unwrap();
+        FitFile {
+            brdf: FittedBrdf {
+                facets: Microfacet { distribution, masking: Masking::VGroove, fresnel: Fresnel::Tabulated(fresnel) },
+                diffuse: DVec3::new(0.1, 0.2, 0.3),
+            },
+            lobes: vec![Lobe { share: 1.0, covariance: DVec3::new(0.1, 0.2, 0.05) }],
+        }
+    }
+
+    #[test]
+    fn files_hold_the_material() {
+        for polar in [false, true] {
+            let fit = sample(polar);
+            let text = fit.to_json().to_string();
+            let back = FitFile::from_json(&serde_json::from_str(&text).unwrap()).unwrap();
+            assert_eq!(back.lobes, fit.lobes);
+            for (x, y) in [(0.1, 0.2), (-0.5, 0.3), (0.0, 0.9f64)] {
+                let (wo, wi) = (DVec3::new(x, y, 0.6).normalize(), DVec3::new(y, -x, 0.7).normalize());
+                let (a, b) = (fit.brdf.eval(wo, wi), back.brdf.eval(wo, wi));
+                assert!((a - b).length() < 1e-9 * a.length().max(1e-3), "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_such_file_is_told() {
+        let good = sample(false).to_json();
+        assert!(FitFile::from_json(&good).is_ok());
+        for (field, bad, word) in [
+            ("format", json!("other"), "no fitted material"),
+            ("version", json!(2), "version is 2"),
+            ("masking", json!("fog"), "masking"),
+            ("diffuse", json!([0.1, 0.2]), "diffuse"),
+            ("diffuse", json!([0.1, 0.2, 7.0]), "diffuse"),
+            ("fresnel", json!([[1.0, 1.0, 1.0]]), "Fresnel"),
+            ("density", json!([1.0, 0.5, -1.0]), "density"),
+            ("density", json!([0.0, 0.0, 0.0]), "density"),
+            ("density", json!([[1.0, 0.5], [1.0, 0.5]]), "density"),
+            ("density", json!(["a"]), "density"),
+            ("density", json!(vec![1.0; 2000]), "density"),
+            ("lobes", json!([]), "0 lobes"),
+            ("lobes", json!([{ "share": 1.0, "covariance": [0.1, 0.1, 0.2] }]), "covariance"),
+            ("lobes", json!([{ "share": 1e300, "covariance": [0.1, 0.1, 0.0] }]), "share"),
+        ] {
+            let mut value = good.clone();
+            value[field] = bad;
+            let fault = FitFile::from_json(&value).unwrap_err().to_string();
+            assert!(fault.contains(word), "{field}: {fault}");
+        }
+    }
+}

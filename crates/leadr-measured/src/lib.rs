@@ -1,0 +1,135 @@
+//! Measured materials on the CPU: reads the files of reflectance databases and answers as a [`Brdf`].
+//!
+//! | file | database | what it holds |
+//! |---|---|---|
+//! | `.binary` | MERL (Matusik et al. 2003) | isotropic, 90 × 90 × 180 half and difference angles ([`merl`]) |
+//! | `.bsdf` | RGL (Dupuy and Jakob 2018) | isotropic or anisotropic, in coordinates that follow the material's own lobe ([`rgl`]) |
+//! | `.bin` | UTIA (Filip and Vávra 2014) | anisotropic, every 15° and 7.5° ([`utia`]) |
+//! | `.csv` | any program | backscattering, or half and difference angles ([`table`]) |
+//!
+//! Directions are those of [`leadr_reflectance`]; values are `f_r` in linear RGB per steradian, never negative.
+
+pub mod fit_file;
+pub mod merl;
+pub mod rgl;
+pub mod table;
+pub mod utia;
+
+mod bytes;
+mod values;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use leadr_maps::{MapError, MapFault, limits};
+use leadr_reflectance::materials::brdf::Brdf;
+
+use self::merl::Merl;
+use self::rgl::Rgl;
+use self::table::Table;
+use self::utia::Utia;
+
+/// A measured material.
+#[derive(Clone, Debug)]
+pub enum Measured {
+    /// Of the MERL database.
+    Merl(Merl),
+    /// Of the RGL database.
+    Rgl(Rgl),
+    /// Of the UTIA database.
+    Utia(Utia),
+    /// From a table as text.
+    Table(Table),
+}
+
+/// What formats are read, in words.
+const EXPECTED: &str = "a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv of angles and values";
+
+impl Measured {
+    /// Reads a file, by what it holds.
+    ///
+    /// # Errors
+    /// [`MapError`]: no such file, none of these formats, damaged, or values that are no reflectances.
+    pub fn load(file: &Path) -> Result<Self, MapError> {
+        Self::load_bytes(file).map_err(|fault| fault.in_file(file))
+    }
+
+    fn load_bytes(file: &Path) -> Result<Self, MapFault> {
+        let bytes = limits::read_file(file)?;
+        if rgl::is_rgl(&bytes) {
+            Rgl::read(&bytes).map(Self::Rgl)
+        } else if merl::is_merl(&bytes) {
+            Merl::read(&bytes).map(Self::Merl)
+        } else if bytes.len() == utia::BYTES {
+            Utia::read(&bytes).map(Self::Utia)
+        } else if let Some(text) = std::str::from_utf8(&bytes).ok().filter(|_| has_extension(file, "csv")) {
+            Table::read(text).map(Self::Table)
+        } else {
+            Err(unrecognised(file, &bytes))
+        }
+    }
+
+    /// Whether it looks the same from all azimuths.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        match self {
+            Self::Merl(_) | Self::Table(_) => true,
+            Self::Rgl(rgl) => rgl.is_isotropic(),
+            Self::Utia(_) => false,
+        }
+    }
+
+    /// Whether nothing but backscattering is known.
+    #[must_use]
+    pub fn is_backscattering(&self) -> bool {
+        matches!(self, Self::Table(table) if table.is_backscattering())
+    }
+
+    /// The database, and what the file says of itself.
+    #[must_use]
+    pub fn description(&self) -> String {
+        match self {
+            Self::Merl(_) => "MERL".to_owned(),
+            Self::Rgl(rgl) => format!("RGL: {}", rgl.description()),
+            Self::Utia(_) => "UTIA".to_owned(),
+            Self::Table(_) => "table".to_owned(),
+        }
+    }
+}
+
+fn has_extension(file: &Path, wanted: &str) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+}
+
+/// Says what is wrong as near as the name and the length of a file tell.
+fn unrecognised(file: &Path, bytes: &[u8]) -> MapFault {
+    let what = if has_extension(file, "binary") {
+        merl::fault_of_start(bytes)
+    } else if has_extension(file, "bin") {
+        format!("it has {} bytes, where UTIA's have {}", bytes.len(), utia::BYTES)
+    } else if has_extension(file, "bsdf") {
+        "it does not begin as a tensor file".to_owned()
+    } else {
+        "it is no measured material".to_owned()
+    };
+    MapFault::Unsupported { what, remedy: format!("give {EXPECTED}") }
+}
+
+impl Brdf for Measured {
+    fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return DVec3::ZERO;
+        }
+        match self {
+            Self::Merl(merl) => merl.value(wo, wi),
+            Self::Rgl(rgl) => rgl.value(wo, wi),
+            Self::Utia(utia) => utia.value(wo, wi),
+            Self::Table(table) => table.value(wo, wi),
+        }
+    }
+
+    fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        self.eval(wo, wi) * wi.z.max(0.0)
+    }
+}

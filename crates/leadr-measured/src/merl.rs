@@ -1,0 +1,162 @@
+//! The MERL database (Matusik, Pfister, Brand and McMillan 2003).
+//!
+//! Three planes of doubles, R, G and B, over `θ_h`, `θ_d` and `φ_d`: entry `(i, j, k)` is at `θ_h = (i/90)² 90°`, `θ_d = j°` and
+//! `φ_d = k°`, in units of 1/1500, 1.15/1500 and 1.66/1500. Where a direction was below the horizon entries are negative. Values between entries are
+//! interpolated among those that were measured. Exchanging the directions moves `φ_d` by 180°, so half a turn is stored.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::DVec3;
+
+use super::bytes::{Bytes, doubles};
+use super::values::reflectance;
+use leadr_maps::{MapFault, limits};
+use leadr_reflectance::materials::half_difference::directions_to_half_difference;
+
+/// Entries along `θ_h`, `θ_d` and `φ_d`.
+const SIZE: [usize; 3] = [90, 90, 180];
+const ENTRIES: usize = SIZE[0] * SIZE[1] * SIZE[2];
+const BYTES: usize = 12 + 3 * 8 * ENTRIES;
+const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
+
+/// A material of the MERL database.
+#[derive(Clone, Debug)]
+pub struct Merl {
+    /// Linear RGB; negative where nothing was measured.
+    values: Vec<[f32; 3]>,
+}
+
+/// Whether a file begins and ends as those of MERL do.
+#[must_use]
+pub fn is_merl(bytes: &[u8]) -> bool {
+    bytes.len() == BYTES && sizes(bytes).is_ok_and(|sizes| sizes == SIZE.map(|n| n as u32))
+}
+
+fn sizes(bytes: &[u8]) -> Result<[u32; 3], MapFault> {
+    let mut bytes = Bytes::new(bytes);
+    Ok([bytes.u32()?, bytes.u32()?, bytes.u32()?])
+}
+
+/// Why a file that is named as one of MERL is none.
+pub(super) fn fault_of_start(bytes: &[u8]) -> String {
+    match sizes(bytes) {
+        Ok(sizes) if sizes == SIZE.map(|n| n as u32) => {
+            format!("it has {} bytes, where MERL's have {BYTES}", bytes.len())
+        }
+        Ok([a, b, c]) => format!("it says {a} x {b} x {c} entries, where MERL's have 90 x 90 x 180"),
+        Err(_) => format!("it has {} bytes", bytes.len()),
+    }
+}
+
+impl Merl {
+    /// Reads the content of a file.
+    ///
+    /// # Errors
+    /// Another size, or a value that is no number or beyond any reflectance.
+    pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
+        if !is_merl(bytes) {
+            return Err(MapFault::damaged(fault_of_start(bytes)));
+        }
+        let mut values: Vec<[f32; 3]> = limits::zeroed(ENTRIES)?;
+        for (i, value) in doubles(&bytes[12..]).enumerate() {
+            let (channel, entry) = (i / ENTRIES, i % ENTRIES);
+            let name = || {
+                let [_, d, p] = SIZE;
+                let (h, d, p) = (entry / (d * p), entry / p % d, entry % p);
+                format!("{} at entry {h}, {d}, {p}", ["R", "G", "B"][channel])
+            };
+            let scaled = SCALE[channel] * value;
+            values[entry][channel] = if scaled < 0.0 { -1.0 } else { reflectance(scaled, name)? as f32 };
+        }
+        Ok(Self { values })
+    }
+
+    /// `f_r` of two directions above the horizon.
+    pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        let p = directions_to_half_difference(wo, wi);
+        let theta_h = p.wh.truncate().length().atan2(p.wh.z);
+        let theta_d = p.wd.truncate().length().atan2(p.wd.z);
+        let phi_d = p.wd.y.atan2(p.wd.x).rem_euclid(PI);
+        let places = [(theta_h / FRAC_PI_2).sqrt() * 90.0, theta_d / FRAC_PI_2 * 90.0, phi_d / PI * 180.0];
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        for corner in 0..8usize {
+            let (mut index, mut share) = (0, 1.0);
+            for (axis, &place) in places.iter().enumerate() {
+                let low = (place.max(0.0) as usize).min(SIZE[axis] - 1);
+                let t = (place - low as f64).clamp(0.0, 1.0);
+                let high = corner >> axis & 1 == 1;
+                share *= if high { t } else { 1.0 - t };
+                let i = low + usize::from(high);
+                // φ_d comes round; beyond the last of the others there is nothing.
+                let i = if axis == 2 { i % SIZE[axis] } else { i.min(SIZE[axis] - 1) };
+                index = index * SIZE[axis] + i;
+            }
+            let value = self.values[index];
+            if share > 0.0 && value.iter().all(|&c| c >= 0.0) {
+                sum += share * DVec3::from_array(value.map(f64::from));
+                weight += share;
+            }
+        }
+        if weight > 0.0 { sum / weight } else { DVec3::ZERO }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_reflectance::materials::half_difference::{HalfDifference, half_difference_to_directions};
+
+    /// Linear along each axis of entries, so that interpolation is exact.
+    fn entry(h: f64, d: f64, p: f64) -> f64 {
+        1.0 + 0.01 * h + 0.02 * d + 0.001 * p
+    }
+
+    fn file() -> Vec<u8> {
+        let mut bytes: Vec<u8> = [90i32, 90, 180].iter().flat_map(|n| n.to_le_bytes()).collect();
+        for scale in SCALE {
+            for i in 0..ENTRIES {
+                let (h, d, p) = (i / 16_200, i / 180 % 90, i % 180);
+                let value = if h == 80 { -1.0 } else { entry(h as f64, d as f64, p as f64) / scale };
+                bytes.extend(value.to_le_bytes());
+            }
+        }
+        bytes
+    }
+
+    fn directions(h: f64, d: f64, p: f64) -> (DVec3, DVec3) {
+        let direction =
+            |theta: f64, phi: f64| DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let wh = direction((h / 90.0).powi(2) * FRAC_PI_2, 0.7);
+        half_difference_to_directions(&HalfDifference { wh, wd: direction(d.to_radians(), p.to_radians()) })
+    }
+
+    #[test]
+    fn entries_are_where_they_were_measured() {
+        let mut bytes = file();
+        let merl = Merl::read(&bytes).unwrap();
+        for (h, d, p) in [(0.0, 0.0, 30.0), (10.0, 20.0, 45.0), (10.5, 20.25, 90.5), (40.0, 3.0, 179.0)] {
+            let (wo, wi) = directions(h, d, p);
+            let expected = if h == 0.0 { None } else { Some(entry(h, d, p)) };
+            let found = merl.value(wo, wi);
+            if let Some(expected) = expected {
+                assert!((found - DVec3::splat(expected)).length() < 1e-4, "{h} {d} {p}: {found} {expected}");
+            }
+            // Half a turn of φ_d exchanges the directions.
+            assert!((merl.value(wi, wo) - found).length() < 1e-6, "{h} {d} {p}");
+        }
+        // What was not measured is left to its neighbours.
+        let (wo, wi) = directions(79.5, 2.0, 20.0);
+        assert!((merl.value(wo, wi).x - entry(79.0, 2.0, 20.0)).abs() < 1e-4);
+        let (wo, wi) = directions(80.0, 2.0, 20.0);
+        assert_eq!(merl.value(wo, wi), DVec3::ZERO);
+
+        bytes[20..28].copy_from_slice(&f64::NAN.to_le_bytes());
+        let fault = Merl::read(&bytes).unwrap_err().to_string();
+        assert!(fault.contains("R at entry 0, 0, 1 is NaN"), "{fault}");
+        bytes.pop();
+        assert!(Merl::read(&bytes).unwrap_err().to_string().contains("34992011 bytes"));
+        bytes[0] = 91;
+        assert!(fault_of_start(&bytes).contains("91 x 90 x 180"));
+        assert!(!is_merl(&bytes[..5]) && fault_of_start(&bytes[..5]).contains("5 bytes"));
+    }
+}

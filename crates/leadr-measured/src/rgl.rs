@@ -1,0 +1,455 @@
+//! The RGL database (Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering").
+//!
+//! A *tensor file* holds named arrays. The material is kept for a few directions of light, in the coordinates of the square on which its visible
+//! normals are uniform:
+//!
+//! ```text
+//! f_r(wi, wo) cos θ_o = value(u) D(wm) / (4 σ(wi)),   u: the share of visible normals before wm, along θ and along φ
+//! ```
+//!
+//! where `D`, `σ` and the visible normals are arrays too, all over `√(θ · 2/π)` and `(φ + π) / 2π`.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::bytes::Bytes;
+use super::values::bracket;
+use leadr_maps::MapFault;
+
+const MAGIC: &[u8] = b"tensor_file\0";
+/// More arrays or axes than any file of the database has.
+const MOST_FIELDS: u32 = 64;
+const MOST_AXES: u16 = 8;
+
+/// A material of the RGL database, in linear RGB.
+#[derive(Clone, Debug)]
+pub struct Rgl {
+    description: String,
+    phi_i: Vec<f64>,
+    theta_i: Vec<f64>,
+    /// By how much of a turn the light was moved: 1 for all of it, 2 and 4 for what symmetry leaves.
+    reduction: u32,
+    jacobian: bool,
+    ndf: Grid,
+    sigma: Grid,
+    /// Visible normals, for each direction of light.
+    visible: Vec<Warp>,
+    /// R, G and B for each direction of light.
+    values: Vec<[Grid; 3]>,
+}
+
+/// Whether a file begins as a tensor file.
+#[must_use]
+pub fn is_rgl(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
+/// Values over the unit square, bilinear between them; at least 2 × 2.
+#[derive(Clone, Debug)]
+struct Grid {
+    width: usize,
+    values: Vec<f32>,
+}
+
+impl Grid {
+    fn height(&self) -> usize {
+        self.values.len() / self.width
+    }
+
+    fn get(&self, x: usize, y: usize) -> f64 {
+        f64::from(self.values[y * self.width + x])
+    }
+
+    /// The lower entries, and how far beyond them.
+    fn place(&self, at: DVec2) -> (usize, usize, f64, f64) {
+        let along = |t: f64, n: usize| {
+            let place = if t > 0.0 { t.min(1.0) } else { 0.0 } * (n - 1) as f64;
+            let low = (place as usize).min(n - 2);
+            (low, place - low as f64)
+        };
+        let ((x, fx), (y, fy)) = (along(at.x, self.width), along(at.y, self.height()));
+        (x, y, fx, fy)
+    }
+
+    fn at(&self, at: DVec2) -> f64 {
+        let (x, y, fx, fy) = self.place(at);
+        let row = |y| (1.0 - fx) * self.get(x, y) + fx * self.get(x + 1, y);
+        (1.0 - fy) * row(y) + fy * row(y + 1)
+    }
+}
+
+/// A density over the unit square, with its sums: along each row, and of the rows.
+#[derive(Clone, Debug)]
+struct Warp {
+    density: Grid,
+    before: Vec<f64>,
+    rows_before: Vec<f64>,
+}
+
+/// What a [`Warp`] knows of a place, so that several can be blended.
+#[derive(Clone, Copy, Default)]
+struct Shares {
+    /// Of the square, before the place's row.
+    rows: f64,
+    /// Of its row, before the place and in all.
+    before: f64,
+    row: f64,
+}
+
+impl Warp {
+    fn new(mut density: Grid) -> Self {
+        let (w, h) = (density.width, density.height());
+        let sums = |density: &Grid| {
+            let mut before = vec![0.0; w * h];
+            for y in 0..h {
+                for x in 1..w {
+                    before[y * w + x] = before[y * w + x - 1] + 0.5 * (density.get(x - 1, y) + density.get(x, y));
+                }
+            }
+            let mut rows = vec![0.0; h];
+            for y in 1..h {
+                rows[y] = rows[y - 1] + 0.5 * (before[y * w - 1] + before[(y + 1) * w - 1]);
+            }
+            (before, rows)
+        };
+        let (mut before, mut rows_before) = sums(&density);
+        let all = rows_before[h - 1].max(1e-30);
+        density.values.iter_mut().for_each(|v| *v = (f64::from(*v) / all) as f32);
+        before.iter_mut().chain(&mut rows_before).for_each(|v| *v /= all);
+        Self { density, before, rows_before }
+    }
+
+    fn shares(&self, at: DVec2) -> Shares {
+        let (x, y, fx, fy) = self.density.place(at);
+        let w = self.density.width;
+        let mix = |a: f64, b: f64| (1.0 - fy) * a + fy * b;
+        let (this, next) = (self.before[(y + 1) * w - 1], self.before[(y + 2) * w - 1]);
+        let density = |x| mix(self.density.get(x, y), self.density.get(x, y + 1));
+        let (from, to) = (density(x), density(x + 1));
+        Shares {
+            rows: self.rows_before[y] + fy * (this + 0.5 * fy * (next - this)),
+            before: mix(self.before[y * w + x], self.before[(y + 1) * w + x]) + fx * (from + 0.5 * fx * (to - from)),
+            row: mix(this, next),
+        }
+    }
+}
+
+impl Rgl {
+    /// Whether it looks the same from all azimuths.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        self.phi_i.len() <= 2
+    }
+
+    /// What the file says of the material.
+    #[must_use]
+    pub fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// Reads the content of a file.
+    ///
+    /// # Errors
+    /// Another version, arrays that are missing, of another type or size, or that lie outside of the file; spectra instead of RGB.
+    pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
+        let fields = Fields::read(bytes)?;
+        if fields.find("rgb").is_none() && fields.find("spectra").is_some() {
+            return Err(MapFault::Unsupported {
+                what: "it holds spectra".to_owned(),
+                remedy: "download its _rgb.bsdf from the database".to_owned(),
+            });
+        }
+        let [phi_i, theta_i] = ["phi_i", "theta_i"].map(|name| fields.axis(name));
+        let (phi_i, theta_i) = (phi_i?, theta_i?);
+        let lights = phi_i.len() * theta_i.len();
+        let grids = |name: &str, leading: &[usize]| fields.grids(name, leading);
+        let one = |name: &str| -> Result<Grid, MapFault> { Ok(grids(name, &[])?.remove(0)) };
+        let visible = grids("vndf", &[phi_i.len(), theta_i.len()])?.into_iter().map(Warp::new).collect();
+        let mut channels = grids("rgb", &[phi_i.len(), theta_i.len(), 3])?.into_iter();
+        let mut values = Vec::with_capacity(lights);
+        while let (Some(r), Some(g), Some(b)) = (channels.next(), channels.next(), channels.next()) {
+            values.push([r, g, b]);
+        }
+        let turned = phi_i[phi_i.len() - 1] - phi_i[0];
+        let reduction = if phi_i.len() <= 2 { 1 } else { (TAU / turned).round().clamp(1.0, 4.0) as u32 };
+        if reduction == 3 {
+            return Err(MapFault::damaged(format!(
+                "its phi_i go through {turned} radians, which is no half or quarter turn"
+            )));
+        }
+        let text = fields.bytes("description").unwrap_or_default();
+        let description = String::from_utf8_lossy(text).trim_end_matches('\0').trim().to_owned();
+        let jacobian = fields.bytes("jacobian").is_none_or(|bytes| bytes.first() != Some(&0));
+        Ok(Self {
+            description,
+            phi_i,
+            theta_i,
+            reduction,
+            jacobian,
+            ndf: one("ndf")?,
+            sigma: one("sigma")?,
+            visible,
+            values,
+        })
+    }
+
+    /// `f_r` of two directions above the horizon.
+    pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        // Into the part of the turn that was measured.
+        let turn = |v: DVec3, x: bool, y: bool| DVec3::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z);
+        let (flip_x, flip_y) = match self.reduction {
+            4 => (wi.x > 0.0, wi.y > 0.0),
+            2 => (wi.y > 0.0, wi.y > 0.0),
+            _ => (false, false),
+        };
+        let (wo, wi) = (turn(wo, flip_x, flip_y), turn(wi, flip_x, flip_y));
+        let wm = (wo + wi).normalize_or(DVec3::Z);
+        let angles = |w: DVec3| (w.truncate().length().atan2(w.z), w.y.atan2(w.x));
+        let ((theta_i, phi_i), (theta_m, phi_m)) = (angles(wi), angles(wm));
+        let place = |theta: f64, phi: f64| DVec2::new((theta / FRAC_PI_2).sqrt(), ((phi + PI) / TAU).rem_euclid(1.0));
+        let to_m = place(theta_m, if self.is_isotropic() { phi_m - phi_i } else { phi_m });
+        // The directions of light around this one.
+        let (p0, p1, p) = bracket(&self.phi_i, phi_i);
+        let (t0, t1, t) = bracket(&self.theta_i, theta_i);
+        let index = |p: usize, t: usize| p * self.theta_i.len() + t;
+        let around = [
+            (index(p0, t0), (1.0 - p) * (1.0 - t)),
+            (index(p0, t1), (1.0 - p) * t),
+            (index(p1, t0), p * (1.0 - t)),
+            (index(p1, t1), p * t),
+        ];
+        let around = || around.into_iter().filter(|(_, weight)| *weight > 0.0);
+        let mut shares = Shares::default();
+        for (i, weight) in around() {
+            let Shares { rows, before, row } = self.visible[i].shares(to_m);
+            shares.rows += weight * rows;
+            shares.before += weight * before;
+            shares.row += weight * row;
+        }
+        let u = DVec2::new(shares.before / shares.row.max(1e-30), shares.rows);
+        let channel = |c: usize| around().map(|(i, weight)| weight * self.values[i][c].at(u)).sum::<f64>();
+        let scale = if self.jacobian {
+            self.ndf.at(to_m) / (4.0 * self.sigma.at(place(theta_i, phi_i)).max(1e-9))
+        } else {
+            1.0
+        };
+        (DVec3::new(channel(0), channel(1), channel(2)) * (scale / wo.z.max(1e-6))).max(DVec3::ZERO)
+    }
+}
+
+/// The arrays of a tensor file.
+struct Fields<'a> {
+    all: Vec<Field<'a>>,
+}
+
+struct Field<'a> {
+    name: &'a [u8],
+    kind: u8,
+    shape: Vec<usize>,
+    bytes: &'a [u8],
+}
+
+/// Type codes: bytes of both signs, and single precision.
+const BYTE_KINDS: [u8; 2] = [1, 2];
+const FLOAT: u8 = 10;
+
+/// Bytes of a value of each type code, from 1.
+const KIND_BYTES: [usize; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
+
+impl<'a> Fields<'a> {
+    fn read(bytes: &'a [u8]) -> Result<Self, MapFault> {
+        let mut from = Bytes::new(bytes);
+        from.take(MAGIC.len())?;
+        let version = (from.u8()?, from.u8()?);
+        if version.0 != 1 {
+            return Err(MapFault::Unsupported {
+                what: format!("it is a tensor file of version {}.{}", version.0, version.1),
+                remedy: "version 1 is read".to_owned(),
+            });
+        }
+        let count = from.u32()?;
+        if count > MOST_FIELDS {
+            return Err(MapFault::damaged(format!("it says {count} arrays")));
+        }
+        let all = (0..count).map(|_| Field::read(&mut from, bytes)).collect::<Result<_, _>>()?;
+        Ok(Self { all })
+    }
+
+    fn find(&self, name: &str) -> Option<&Field<'a>> {
+        self.all.iter().find(|field| field.name == name.as_bytes())
+    }
+
+    fn bytes(&self, name: &str) -> Option<&'a [u8]> {
+        self.find(name).filter(|field| BYTE_KINDS.contains(&field.kind)).map(|field| field.bytes)
+    }
+
+    fn floats(&self, name: &str) -> Result<(&[usize], Vec<f32>), MapFault> {
+        let field = self.find(name).ok_or_else(|| MapFault::damaged(format!("it has no array '{name}'")))?;
+        if field.kind != FLOAT {
+            return Err(MapFault::damaged(format!("its array '{name}' is not of 32-bit floats")));
+        }
+        let floats: Vec<f32> =
+            field.bytes.chunks_exact(4).map(|chunk| f32::from_le_bytes([0, 1, 2, 3].map(|i| chunk[i]))).collect();
+        match floats.iter().position(|v| !v.is_finite()) {
+            Some(i) => Err(MapFault::damaged(format!("value {i} of its array '{name}' is {}", floats[i]))),
+            None => Ok((&field.shape, floats)),
+        }
+    }
+
+    /// Ascending angles.
+    fn axis(&self, name: &str) -> Result<Vec<f64>, MapFault> {
+        let (shape, floats) = self.floats(name)?;
+        if shape.len() != 1 || floats.is_empty() || floats.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Err(MapFault::damaged(format!("its array '{name}' is no row of ascending angles")));
+        }
+        Ok(floats.into_iter().map(f64::from).collect())
+    }
+
+    /// One grid for each of the leading axes' entries.
+    fn grids(&self, name: &str, leading: &[usize]) -> Result<Vec<Grid>, MapFault> {
+        let (shape, floats) = self.floats(name)?;
+        let wrong =
+            || MapFault::damaged(format!("its array '{name}' has {shape:?} values, which do not fit the others"));
+        let (first, last) = shape.split_at_checked(leading.len()).ok_or_else(wrong)?;
+        let &[height, width] = last else { return Err(wrong()) };
+        if first != leading || height < 2 || width < 2 {
+            return Err(wrong());
+        }
+        // Colours outside of the space of the screen are; densities are not.
+        if name != "rgb" && floats.iter().any(|v| *v < -1e-3) {
+            return Err(MapFault::damaged(format!("its array '{name}' has negative values")));
+        }
+        Ok(floats.chunks_exact(width * height).map(|values| Grid { width, values: values.to_vec() }).collect())
+    }
+}
+
+impl<'a> Field<'a> {
+    fn read(from: &mut Bytes<'a>, file: &'a [u8]) -> Result<Self, MapFault> {
+        let length = from.u16()?;
+        let name = from.take(usize::from(length))?;
+        let named = || String::from_utf8_lossy(name).into_owned();
+        let axes = from.u16()?;
+        if axes > MOST_AXES {
+            return Err(MapFault::damaged(format!("its array '{}' has {axes} axes", named())));
+        }
+        let kind = from.u8()?;
+        let offset = from.u64()?;
+        let outside = || MapFault::damaged(format!("its array '{}' lies outside of the file", named()));
+        let (mut shape, mut count) = (Vec::new(), 1usize);
+        for _ in 0..axes {
+            let size = usize::try_from(from.u64()?).map_err(|_| outside())?;
+            count = count.checked_mul(size).ok_or_else(outside)?;
+            shape.push(size);
+        }
+        let size = usize::from(kind).checked_sub(1).and_then(|i| KIND_BYTES.get(i).copied());
+        let size = size.ok_or_else(|| MapFault::damaged(format!("its array '{}' is of type {kind}", named())))?;
+        let start = usize::try_from(offset).map_err(|_| outside())?;
+        let end = count.checked_mul(size).and_then(|n| start.checked_add(n)).ok_or_else(outside)?;
+        let bytes = file.get(start..end).ok_or_else(outside)?;
+        Ok(Self { name, kind, shape, bytes })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tensor file of floats and bytes.
+    fn file(fields: &[(&str, &[u64], Vec<f32>)]) -> Vec<u8> {
+        let mut head = MAGIC.to_vec();
+        head.extend([1, 0]);
+        head.extend((fields.len() as u32).to_le_bytes());
+        let length = |(name, shape, _): &(&str, &[u64], Vec<f32>)| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
+        let mut offset = head.len() + fields.iter().map(length).sum::<usize>();
+        let mut body = Vec::new();
+        for (name, shape, values) in fields {
+            head.extend((name.len() as u16).to_le_bytes());
+            head.extend(name.as_bytes());
+            head.extend((shape.len() as u16).to_le_bytes());
+            head.push(FLOAT);
+            head.extend((offset as u64).to_le_bytes());
+            shape.iter().for_each(|n| head.extend(n.to_le_bytes()));
+            values.iter().for_each(|v| body.extend(v.to_le_bytes()));
+            offset += 4 * values.len();
+        }
+        head.extend(body);
+        head
+    }
+
+    /// The same everywhere: normals of density 1 that look 1 large, so that `f_r cos θ_o` is a quarter of the value.
+    fn plain() -> Vec<(&'static str, &'static [u64], Vec<f32>)> {
+        vec![
+            ("phi_i", &[1], vec![0.0]),
+            ("theta_i", &[2], vec![0.0, 1.5]),
+            ("sigma", &[2, 4], vec![1.0; 8]),
+            ("ndf", &[2, 4], vec![1.0; 8]),
+            ("vndf", &[1, 2, 4, 4], vec![1.0; 32]),
+            ("rgb", &[1, 2, 3, 2, 2], [[0.8f32; 4], [0.4; 4], [0.2; 4], [1.6; 4], [0.8; 4], [0.4; 4]].concat()),
+        ]
+    }
+
+    fn direction(theta: f64, phi: f64) -> DVec3 {
+        DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+    }
+
+    #[test]
+    fn values_are_scaled_by_facets_and_cosine() {
+        let rgl = Rgl::read(&file(&plain())).unwrap();
+        assert!(rgl.is_isotropic());
+        for (theta_i, factor) in [(0.0, 1.0), (0.75, 1.5), (1.5, 2.0)] {
+            let (wi, wo) = (direction(theta_i, 0.4), direction(0.6, 2.0));
+            let expected = DVec3::new(0.8, 0.4, 0.2) * factor / (4.0 * wo.z);
+            assert!((rgl.value(wo, wi) - expected).length() < 1e-5, "{theta_i}: {}", rgl.value(wo, wi));
+        }
+    }
+
+    #[test]
+    fn a_warp_is_the_share_of_what_comes_before() {
+        // Density 2x over the unit square.
+        let n = 5usize;
+        let values = (0..n * n).map(|i| (i % n) as f32 / 4.0).collect();
+        let warp = Warp::new(Grid { width: n, values });
+        for (x, y) in [(0.0, 0.0), (0.3, 0.4), (0.5, 0.9), (1.0, 1.0)] {
+            let shares = warp.shares(DVec2::new(x, y));
+            assert!((shares.before / shares.row - x * x).abs() < 1e-6 && (shares.rows - y).abs() < 1e-6, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn what_is_damaged_is_told() {
+        let good = file(&plain());
+        // Cut anywhere, it is an error or the same material.
+        for length in 0..good.len() {
+            let _ = Rgl::read(&good[..length]);
+        }
+        for i in 0..good.len().min(400) {
+            for bit in [1u8, 0x80] {
+                let mut bytes = good.clone();
+                bytes[i] ^= bit;
+                let _ = Rgl::read(&bytes).map(|rgl| rgl.value(direction(0.3, 0.0), direction(0.5, 1.0)));
+            }
+        }
+        let changed = |field: usize, shape: &'static [u64], values: Vec<f32>| {
+            let mut fields = plain();
+            fields[field] = (fields[field].0, shape, values);
+            Rgl::read(&file(&fields)).unwrap_err().to_string()
+        };
+        assert!(changed(1, &[2], vec![1.0, 0.5]).contains("'theta_i' is no row of ascending angles"));
+        assert!(changed(3, &[4], vec![1.0; 4]).contains("'ndf' has [4] values"));
+        assert!(changed(3, &[2, 4], vec![f32::NAN; 8]).contains("value 0 of its array 'ndf' is NaN"));
+        assert!(changed(4, &[1, 2, 4, 4], vec![-1.0; 32]).contains("negative"));
+        assert!(changed(4, &[2, 1, 4, 4], vec![1.0; 32]).contains("'vndf' has"));
+        let mut fields = plain();
+        fields[5].0 = "spectra";
+        assert!(Rgl::read(&file(&fields)).unwrap_err().to_string().contains("_rgb.bsdf"));
+        fields.pop();
+        assert!(Rgl::read(&file(&fields)).unwrap_err().to_string().contains("no array 'rgb'"));
+        let mut bytes = good.clone();
+        bytes[12] = 2;
+        assert!(Rgl::read(&bytes).unwrap_err().to_string().contains("version 2.0"));
+        bytes = good;
+        bytes[14..18].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert!(Rgl::read(&bytes).unwrap_err().to_string().contains("4294967295 arrays"));
+    }
+}

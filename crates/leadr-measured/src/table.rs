@@ -1,0 +1,208 @@
+//! Measurements as text: `.csv`, one per line, with a head that names the columns.
+//!
+//! * `theta,r,g,b` or `theta,value`: backscattering `f_r(o, o)` at angles to the normal. It says nothing of other directions.
+//! * `theta_h,theta_d,r,g,b`, or with `phi_d`, or `value`: half and difference angles, a full grid in any order. Missing `phi_d` means
+//!   that it does not matter.
+//!
+//! Angles are in degrees. Lines that begin with `#` are comments. Values between those given are interpolated linearly, and beyond them those at
+//! the ends hold.
+
+use glam::DVec3;
+
+use super::values::{bracket, reflectance};
+use leadr_maps::MapFault;
+use leadr_reflectance::materials::half_difference::directions_to_half_difference;
+
+/// Most measurements in a table.
+const MOST_ROWS: usize = 4_000_000;
+const MOST_COLUMNS: usize = 6;
+
+/// A material from a table.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Degrees along θ_h, θ_d and φ_d.
+    axes: [Vec<f64>; 3],
+    /// θ_h slowest.
+    values: Vec<DVec3>,
+}
+
+impl Table {
+    /// Reads the content of a file.
+    ///
+    /// # Errors
+    /// Columns that have no meaning here, lines that are no numbers, a grid with holes.
+    pub fn read(text: &str) -> Result<Self, MapFault> {
+        let mut lines = text.lines().enumerate().filter(|(_, line)| {
+            let line = line.trim();
+            !line.is_empty() && !line.starts_with('#')
+        });
+        let (_, head) = lines.next().ok_or_else(|| MapFault::damaged("it has no lines"))?;
+        let names: Vec<String> =
+            head.trim_start_matches('\u{feff}').split(',').map(|name| name.trim().to_ascii_lowercase()).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).take(MOST_COLUMNS + 1).collect();
+        let (angles, channels) = columns(&names)?;
+        let mut rows: Vec<([f64; 3], DVec3)> = Vec::new();
+        for (number, line) in lines {
+            let fault = |what: String| MapFault::damaged(format!("line {}: {what}", number + 1));
+            let mut fields = [0.0; MOST_COLUMNS];
+            let mut count = 0;
+            for field in line.split(',') {
+                let value =
+                    field.trim().parse::<f64>().map_err(|_| fault(format!("'{}' is no number", shorten(field))))?;
+                *fields.get_mut(count).ok_or_else(|| fault("too many columns".to_owned()))? = value;
+                count += 1;
+            }
+            if count != names.len() {
+                return Err(fault(format!("{count} columns instead of {}", names.len())));
+            }
+            if rows.len() == MOST_ROWS {
+                return Err(fault(format!("more than {MOST_ROWS} measurements")));
+            }
+            let mut place = [0.0; 3];
+            for (i, &axis) in angles.iter().enumerate() {
+                let most = if axis == 2 { 360.0 } else { 90.0 };
+                if !(0.0..=most).contains(&fields[i]) {
+                    return Err(fault(format!("{} is no angle from 0 to {most} degrees", fields[i])));
+                }
+                place[axis] = fields[i];
+            }
+            let mut value = [0.0; 3];
+            for (c, value) in value.iter_mut().enumerate() {
+                let column = angles.len() + if channels == 1 { 0 } else { c };
+                *value = reflectance(fields[column], || format!("line {}", number + 1))?;
+            }
+            rows.push((place, DVec3::from_array(value)));
+        }
+        Self::from_rows(rows)
+    }
+
+    fn from_rows(mut rows: Vec<([f64; 3], DVec3)>) -> Result<Self, MapFault> {
+        let axes = [0, 1, 2].map(|axis| {
+            let mut all: Vec<f64> = rows.iter().map(|(place, _)| place[axis]).collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup();
+            all
+        });
+        if axes[0].len() < 3 {
+            return Err(MapFault::damaged("it has fewer than three angles to the normal"));
+        }
+        let cells = axes.iter().try_fold(1usize, |product, axis| product.checked_mul(axis.len()));
+        rows.sort_by(|(a, _), (b, _)| {
+            a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+        });
+        if let Some(twice) = rows.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return Err(MapFault::damaged(format!("the angles {:?} are there twice", twice[0].0)));
+        }
+        if cells != Some(rows.len()) {
+            let sizes = axes.each_ref().map(Vec::len);
+            return Err(MapFault::damaged(format!(
+                "its {} measurements are no full grid of {sizes:?} angles",
+                rows.len()
+            )));
+        }
+        Ok(Self { axes, values: rows.into_iter().map(|(_, value)| value).collect() })
+    }
+
+    /// Whether it says nothing of other directions than those that look back to the light.
+    #[must_use]
+    pub fn is_backscattering(&self) -> bool {
+        self.axes[1].len() == 1
+    }
+
+    /// `f_r` of two directions above the horizon.
+    pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        let p = directions_to_half_difference(wo, wi);
+        let polar = |w: DVec3| w.truncate().length().atan2(w.z).to_degrees();
+        let mut phi = p.wd.y.atan2(p.wd.x).to_degrees().rem_euclid(360.0);
+        let most = self.axes[2].last().copied().unwrap_or(0.0);
+        // Exchanging the directions moves φ_d by half a turn: tables may hold half of it.
+        if most <= 180.0 {
+            phi = phi.rem_euclid(180.0);
+        }
+        let places = [polar(p.wh), polar(p.wd), phi];
+        let around: Vec<_> = self.axes.iter().zip(places).map(|(axis, at)| bracket(axis, at)).collect();
+        let mut sum = DVec3::ZERO;
+        for corner in 0..8usize {
+            let (mut index, mut share) = (0, 1.0);
+            for (axis, &(low, high, t)) in around.iter().enumerate() {
+                let upper = corner >> axis & 1 == 1;
+                share *= if upper { t } else { 1.0 - t };
+                index = index * self.axes[axis].len() + if upper { high } else { low };
+            }
+            if share > 0.0 {
+                sum += share * self.values[index];
+            }
+        }
+        sum
+    }
+}
+
+/// Which angle each of the first columns is, and how many channels follow.
+fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
+    let (angles, rest): (&[usize], &[&str]) = match names {
+        ["theta", rest @ ..] => (&[0], rest),
+        ["theta_h", "theta_d", "phi_d", rest @ ..] => (&[0, 1, 2], rest),
+        ["theta_h", "theta_d", rest @ ..] => (&[0, 1], rest),
+        _ => (&[], names),
+    };
+    let channels = match rest {
+        ["r", "g", "b"] => 3,
+        ["value"] => 1,
+        _ => 0,
+    };
+    if angles.is_empty() || channels == 0 {
+        return Err(MapFault::Unsupported {
+            what: format!("its first line is '{}'", shorten(&names.join(","))),
+            remedy: "it has to name the columns: theta or theta_h,theta_d[,phi_d], then r,g,b or value".to_owned(),
+        });
+    }
+    Ok((angles.to_vec(), channels))
+}
+
+/// As much of a text as a message can hold.
+fn shorten(text: &str) -> String {
+    text.trim().chars().filter(|c| !c.is_control()).take(40).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn direction(degrees: f64) -> DVec3 {
+        let theta = degrees.to_radians();
+        DVec3::new(theta.sin(), 0.0, theta.cos())
+    }
+
+    #[test]
+    fn tables_are_interpolated() {
+        let back = Table::read("\u{feff}theta, r,g,b\n# a comment\n0,1,2,3\n\n30,0.5,1,1.5\n60,0,0,0\n").unwrap();
+        assert!(back.is_backscattering());
+        for (degrees, expected) in [(0.0, 1.0), (15.0, 0.75), (30.0, 0.5), (45.0, 0.25), (80.0, 0.0)] {
+            let found = back.value(direction(degrees), direction(degrees));
+            assert!((found - expected * DVec3::new(1.0, 2.0, 3.0)).length() < 1e-9, "{degrees}: {found}");
+        }
+        let grid = Table::read("theta_h,theta_d,value\n0,0,1\n0,80,3\n90,80,7\n90,0,5\n45,0,3\n45,80,5\n").unwrap();
+        // Half way of both angles.
+        let found = grid.value(direction(40.0), direction(-40.0));
+        assert!((found.x - 2.0).abs() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn what_is_no_table_is_told_with_its_line() {
+        for (text, word) in [
+            ("", "no lines"),
+            ("angle,value\n1,2\n", "first line is 'angle,value'"),
+            ("theta,value\n0,1\n30,x\n60,1\n", "line 3: 'x' is no number"),
+            ("theta,value\n0,1\n30\n60,1\n", "line 3: 1 columns instead of 2"),
+            ("theta,value\n0,1,2,3,4,5,6,7,8\n", "line 2"),
+            ("theta,value\n0,1\n95,1\n60,1\n", "95 is no angle"),
+            ("theta,value\n0,1\n30,NaN\n60,1\n", "line 3 is NaN"),
+            ("theta,value\n0,1\n30,1\n", "fewer than three angles"),
+            ("theta,value\n0,1\n30,1\n30,2\n60,1\n", "there twice"),
+            ("theta_h,theta_d,value\n0,0,1\n30,0,1\n60,0,1\n60,10,1\n", "no full grid"),
+        ] {
+            let fault = Table::read(text).unwrap_err().to_string();
+            assert!(fault.contains(word), "{text:?}: {fault}");
+        }
+    }
+}

@@ -1,0 +1,380 @@
+//! Numbers in buffers: views, strides, component types and sparse changes, with every bound checked before a byte is read.
+
+use super::json::{Item, Place, Read};
+use crate::fault::{ModelFault, shown};
+use crate::limits::Budget;
+
+/// A buffer: how long it says that it is, and its bytes unless they are left to an extension.
+#[derive(Clone, Copy)]
+pub(super) struct Buffer<'a> {
+    pub(super) length: u64,
+    pub(super) bytes: Option<&'a [u8]>,
+}
+
+/// A slice of a buffer.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    place: Place,
+    length: u64,
+    bytes: Option<&'a [u8]>,
+    /// Bytes from one element to the next, if the file says.
+    stride: Option<usize>,
+}
+
+impl<'a> View<'a> {
+    /// Reads a buffer view.
+    pub(super) fn read(item: &Item<'_>, buffers: &[Buffer<'a>]) -> Read<Self> {
+        let buffer = item.index("buffer", "buffer", buffers.len())?;
+        let whole = buffers[item.required("buffer", buffer)?];
+        let offset = item.whole("byteOffset")?.unwrap_or(0);
+        let length = item.required("byteLength", item.whole("byteLength")?)?;
+        if length == 0 {
+            return Err(item.fault("`byteLength` must be 1 or more"));
+        }
+        let end = offset.saturating_add(length);
+        if end > whole.length {
+            return Err(item.fault(format!("needs bytes {offset} to {end}, but the buffer has {}", whole.length)));
+        }
+        // 0 is not allowed, but older exporters mean nothing by it.
+        let stride = item.whole("byteStride")?.filter(|&stride| stride != 0);
+        if stride.is_some_and(|s| !(4..=252).contains(&s) || s % 4 != 0) {
+            return Err(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"));
+        }
+        let bytes = whole.bytes.and_then(|bytes| slice(bytes, offset, length));
+        Ok(Self { place: item.place, length, bytes, stride: stride.map(|s| s as usize) })
+    }
+
+    /// Its bytes; an error if its buffer has none.
+    pub(super) fn bytes(&self) -> Read<&'a [u8]> {
+        self.bytes.ok_or_else(|| self.place.fault("is needed, but its buffer has no data that is read here"))
+    }
+
+    /// A part of it, as far as there are bytes at all; an error says what `what` needs.
+    fn part(&self, item: &Item<'_>, offset: u64, length: u64, what: &str) -> Read<Option<&'a [u8]>> {
+        let end = offset.saturating_add(length);
+        if end > self.length {
+            let all = self.length;
+            return Err(item.fault(format!("{what} need bytes {offset} to {end}, but the buffer view has {all}")));
+        }
+        Ok(self.bytes.and_then(|bytes| slice(bytes, offset, length)))
+    }
+}
+
+fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
+    let start = usize::try_from(offset).ok()?;
+    bytes.get(start..start.checked_add(usize::try_from(length).ok()?)?)
+}
+
+/// How a number is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of_code(code: u64) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    const fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::I8 => "signed bytes",
+            Self::U8 => "bytes",
+            Self::I16 => "signed 16-bit numbers",
+            Self::U16 => "16-bit numbers",
+            Self::U32 => "32-bit numbers",
+            Self::F32 => "floats",
+        }
+    }
+}
+
+/// How the numbers of an element are arranged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shape {
+    /// `SCALAR`, `VEC3` …
+    pub(super) name: &'static str,
+    rows: usize,
+    columns: usize,
+}
+
+/// All shapes by name.
+const SHAPES: [(&str, usize, usize); 7] =
+    [("SCALAR", 1, 1), ("VEC2", 2, 1), ("VEC3", 3, 1), ("VEC4", 4, 1), ("MAT2", 2, 2), ("MAT3", 3, 3), ("MAT4", 4, 4)];
+
+impl Shape {
+    fn of_name(text: &str) -> Option<Self> {
+        let found = SHAPES.iter().find(|(name, ..)| *name == text);
+        found.map(|&(name, rows, columns)| Self { name, rows, columns })
+    }
+
+    /// Numbers of an element.
+    pub(super) const fn numbers(self) -> usize {
+        self.rows * self.columns
+    }
+
+    /// Bytes from one element to the next: the columns of matrices start at multiples of four.
+    const fn stride(self, component: Component) -> usize {
+        let column = self.rows * component.bytes();
+        if self.columns == 1 { column } else { column.next_multiple_of(4) * self.columns }
+    }
+
+    /// Bytes of an element, without what may follow its last number.
+    const fn bytes(self, component: Component) -> usize {
+        let column = self.rows * component.bytes();
+        column.next_multiple_of(4) * (self.columns - 1) + column
+    }
+}
+
+/// Elements that differ from the rest.
+struct Sparse<'a> {
+    count: usize,
+    indices: &'a [u8],
+    index: Component,
+    values: &'a [u8],
+}
+
+/// What stands in an accessor where no sparse element does.
+#[derive(Clone, Copy)]
+enum Base<'a> {
+    Zeros,
+    /// From the first element on.
+    Bytes(&'a [u8]),
+    /// In a buffer without data.
+    Absent,
+}
+
+/// A typed list of elements.
+pub(super) struct Accessor<'a> {
+    place: Place,
+    /// Number of elements, at least 1.
+    pub(super) count: usize,
+    /// How a number is stored; unknown to this version of glTF if nothing.
+    pub(super) component: Option<Component>,
+    /// How they are arranged; unknown to this version of glTF if nothing.
+    pub(super) shape: Option<Shape>,
+    /// Whether integers stand for 0..1 or -1..1.
+    pub(super) normalized: bool,
+    base: Base<'a>,
+    stride: usize,
+    sparse: Option<Sparse<'a>>,
+}
+
+impl<'a> Accessor<'a> {
+    /// Reads an accessor and checks that all of it lies in its views.
+    pub(super) fn read(item: &Item<'_>, views: &[View<'a>], budget: &Budget) -> Read<Self> {
+        let code = item.required("componentType", item.whole("componentType")?)?;
+        let kind = item.required("type", item.string("type")?)?;
+        let count = item.required("count", item.whole("count")?)?;
+        let (component, shape) = (Component::of_code(code), Shape::of_name(kind));
+        let mut accessor = Self {
+            place: item.place,
+            count: usize::try_from(count).unwrap_or(usize::MAX),
+            component,
+            shape,
+            normalized: item.flag("normalized")?,
+            base: Base::Zeros,
+            stride: 0,
+            sparse: None,
+        };
+        if count == 0 {
+            return Err(item.fault("`count` must be 1 or more"));
+        }
+        let (Some(component), Some(shape)) = (component, shape) else { return Ok(accessor) };
+        accessor.stride = shape.stride(component);
+        if let Some(view) = item.index("bufferView", "buffer view", views.len())? {
+            accessor.place_in(item, &views[view], shape.bytes(component))?;
+        } else if item.has("byteOffset") {
+            return Err(item.fault("`byteOffset` needs a `bufferView`"));
+        }
+        if let Some(sparse) = item.item("sparse")? {
+            accessor.sparse = Sparse::read(&sparse, accessor.count, shape.stride(component), views)?;
+            // Many accessors may share the indices that are checked here.
+            budget.take::<u32>(accessor.sparse.as_ref().map_or(0, |sparse| sparse.count))?;
+            if accessor.sparse.is_none() {
+                accessor.base = Base::Absent;
+            }
+        }
+        Ok(accessor)
+    }
+
+    fn place_in(&mut self, item: &Item<'_>, view: &View<'a>, element: usize) -> Read<()> {
+        self.stride = view.stride.unwrap_or(self.stride);
+        if self.stride < element {
+            return Err(item.fault(format!("an element has {element} bytes, but `byteStride` is {}", self.stride)));
+        }
+        let offset = item.whole("byteOffset")?.unwrap_or(0);
+        let length = (self.count as u64 - 1).saturating_mul(self.stride as u64).saturating_add(element as u64);
+        let bytes = view.part(item, offset, length, &format!("{} elements", self.count))?;
+        self.base = bytes.map_or(Base::Absent, Base::Bytes);
+        Ok(())
+    }
+
+    /// A broken rule at this accessor.
+    pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
+        self.place.fault(what)
+    }
+
+    /// What it holds, in words.
+    pub(super) fn format(&self) -> String {
+        let shape = self.shape.map_or("an unknown type", |s| s.name);
+        let component = self.component.map_or("unknown components", Component::name);
+        format!("{shape} of {}{component}", if self.normalized { "normalised " } else { "" })
+    }
+
+    /// Refuses an accessor that does not hold what `user` needs, or not `count` of it.
+    pub(super) fn expect(&self, good: bool, user: Place, name: &str, wanted: &str) -> Read<()> {
+        if good {
+            return Ok(());
+        }
+        let what = format!("`{}` must be {wanted}, but {} is {}", shown(name), self.place, self.format());
+        Err(user.fault(what))
+    }
+
+    /// All elements as floats: integers as their value, or as 0..1 and -1..1 where they are normalised. Refuses what is not
+    /// finite. `N` must be the numbers of an element, and the accessor no matrix of small integers.
+    pub(super) fn floats<const N: usize>(&self, budget: &Budget) -> Read<Vec<[f32; N]>> {
+        assert!(self.shape.is_some_and(|s| s.numbers() == N), "{} is read as {N} numbers", self.format());
+        let scale = |most: f32| if self.normalized { 1.0 / most } else { 1.0 };
+        match self.component {
+            None => Err(self.fault("has components of an unknown type")),
+            Some(Component::F32) => {
+                let all = self.elements(budget, [0.0; N], f32::from_le_bytes)?;
+                match all.as_flattened().iter().position(|v| !v.is_finite()) {
+                    None => Ok(all),
+                    Some(i) => Err(self.fault(format!("element {} holds {}", i / N, all.as_flattened()[i]))),
+                }
+            }
+            Some(Component::U8) => {
+                let scale = scale(255.0);
+                self.elements(budget, [0.0; N], |b: [u8; 1]| f32::from(b[0]) * scale)
+            }
+            Some(Component::I8) => {
+                let scale = scale(127.0);
+                self.elements(budget, [0.0; N], |b| self.signed(f32::from(i8::from_le_bytes(b)) * scale))
+            }
+            Some(Component::U16) => {
+                let scale = scale(65535.0);
+                self.elements(budget, [0.0; N], |b| f32::from(u16::from_le_bytes(b)) * scale)
+            }
+            Some(Component::I16) => {
+                let scale = scale(32767.0);
+                self.elements(budget, [0.0; N], |b| self.signed(f32::from(i16::from_le_bytes(b)) * scale))
+            }
+            Some(Component::U32) => self.elements(budget, [0.0; N], |b| u32::from_le_bytes(b) as f32),
+        }
+    }
+
+    /// The least code of a signed type is a little below -1, and means -1.
+    fn signed(&self, value: f32) -> f32 {
+        if self.normalized { value.max(-1.0) } else { value }
+    }
+
+    /// All elements as whole numbers, or nothing if they are not unsigned.
+    pub(super) fn whole_numbers<const N: usize>(&self, budget: &Budget) -> Read<Option<Vec<[u32; N]>>> {
+        match self.component {
+            Some(Component::U8) => self.elements(budget, [0; N], |b: [u8; 1]| u32::from(b[0])),
+            Some(Component::U16) => self.elements(budget, [0; N], |b| u32::from(u16::from_le_bytes(b))),
+            Some(Component::U32) => self.elements(budget, [0; N], u32::from_le_bytes),
+            _ => return Ok(None),
+        }
+        .map(Some)
+    }
+
+    fn elements<T: Copy, const N: usize, const B: usize>(
+        &self,
+        budget: &Budget,
+        zero: [T; N],
+        convert: impl Fn([u8; B]) -> T,
+    ) -> Read<Vec<[T; N]>> {
+        budget.take::<[T; N]>(self.count)?;
+        let mut out = Vec::new();
+        out.try_reserve_exact(self.count)
+            .map_err(|_| ModelFault::TooLarge { what: format!("no memory for {} elements", self.count) })?;
+        let element = |bytes: &[u8]| {
+            let mut numbers = bytes.as_chunks::<B>().0.iter();
+            zero.map(|zero| numbers.next().map_or(zero, |b| convert(*b)))
+        };
+        match self.base {
+            Base::Absent => return Err(self.fault("is needed, but its buffer has no data that is read here")),
+            Base::Zeros => out.resize(self.count, zero),
+            Base::Bytes(bytes) if self.stride == N * B => out.extend(bytes.chunks_exact(N * B).map(element)),
+            // The last element may be shorter than the stride.
+            Base::Bytes(bytes) => out.extend(bytes.chunks(self.stride).map(element)),
+        }
+        if let Some(sparse) = &self.sparse {
+            let values = sparse.values.chunks_exact(N * B);
+            for (place, value) in sparse.places().zip(values) {
+                out[place] = element(value);
+            }
+        }
+        Ok(out)
+    }
+}
+
+impl<'a> Sparse<'a> {
+    /// Nothing, if its buffers have no data.
+    fn read(item: &Item<'_>, count: usize, element: usize, views: &[View<'a>]) -> Read<Option<Self>> {
+        let changed = item.required("count", item.whole("count")?)?;
+        if changed == 0 || changed > count as u64 {
+            return Err(
+                item.fault(format!("`count` is {changed}, but must be from 1 to the {count} elements that there are"))
+            );
+        }
+        let index = {
+            let indices = item.required("indices", item.item("indices")?)?;
+            let code = indices.required("componentType", indices.whole("componentType")?)?;
+            let unsigned = [Component::U8, Component::U16, Component::U32];
+            let component = Component::of_code(code).filter(|c| unsigned.contains(c));
+            component.ok_or_else(|| indices.fault("`componentType` must be 5121, 5123 or 5125 (unsigned)"))?
+        };
+        let part = |key: &'static str, size: usize| -> Read<(Item<'_>, Option<&'a [u8]>)> {
+            let part = item.required(key, item.item(key)?)?;
+            let view = part.index("bufferView", "buffer view", views.len())?;
+            let view = &views[part.required("bufferView", view)?];
+            let offset = part.whole("byteOffset")?.unwrap_or(0);
+            let bytes =
+                view.part(&part, offset, changed.saturating_mul(size as u64), &format!("{changed} elements"))?;
+            Ok((part, bytes))
+        };
+        let (place, indices) = part("indices", index.bytes())?;
+        let (_, values) = part("values", element)?;
+        let (Some(indices), Some(values)) = (indices, values) else { return Ok(None) };
+        let sparse = Self { count: changed as usize, indices, index, values };
+        let mut least = 0;
+        for (i, at) in sparse.places().enumerate() {
+            if at < least || at >= count {
+                let what = format!("index {i} is {at}, but indices must increase and stay below {count}");
+                return Err(place.fault(what));
+            }
+            least = at + 1;
+        }
+        Ok(Some(sparse))
+    }
+
+    fn places(&self) -> impl Iterator<Item = usize> {
+        let size = self.index.bytes();
+        let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, &b| sum << 8 | usize::from(b));
+        self.indices.chunks_exact(size).take(self.count).map(number)
+    }
+}

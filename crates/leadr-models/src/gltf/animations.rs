@@ -1,0 +1,204 @@
+//! Animations: curves whose times increase and whose values fit what they move.
+
+use std::collections::HashMap;
+
+use glam::Quat;
+
+use super::accessor::{Accessor, Component};
+use super::json::{Item, Read};
+use super::nodes::unit_rotation;
+use super::source::Source;
+use crate::animation::{Animation, Channel, Curve, Interpolation, Property};
+use crate::fault::shown;
+use crate::limits::MAX_COORDINATE;
+use crate::mesh::Mesh;
+use crate::model::{Node, Transform};
+
+/// How far a rotation's length may be from 1 before it is worth a remark.
+const ROUNDING: f32 = 0.01;
+
+/// Reads all animations.
+pub(super) fn read(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh]) -> Read<Vec<Animation>> {
+    let items = source.root.items("animations", "animation")?;
+    items.iter().map(|item| Reader { source, nodes, meshes }.read(item)).collect()
+}
+
+/// Squared lengths this near to 1 are as good as any that a division would give.
+const NEARLY: f32 = 4.0 * f32::EPSILON;
+
+struct Reader<'a> {
+    source: &'a Source<'a>,
+    nodes: &'a [Node],
+    meshes: &'a [Mesh],
+}
+
+/// A sampler as the file describes it.
+struct Sampler<'a> {
+    item: Item<'a>,
+    interpolation: Interpolation,
+    times: Vec<f32>,
+    output: &'a Accessor<'a>,
+    /// The curve that was made of it.
+    curve: Option<(usize, Property)>,
+}
+
+impl Reader<'_> {
+    fn read(&self, item: &Item<'_>) -> Read<Animation> {
+        let mut animation = Animation { name: item.name()?, ..Animation::default() };
+        let samplers = item.items("samplers", "sampler")?;
+        let mut samplers = samplers.into_iter().map(|item| self.sampler(item)).collect::<Read<Vec<_>>>()?;
+        let mut seen = HashMap::new();
+        let channels = item.items("channels", "channel")?;
+        if channels.is_empty() {
+            return Err(item.fault("has no channels"));
+        }
+        for channel in channels {
+            let sampler = channel.index("sampler", "sampler", samplers.len())?;
+            let sampler = &mut samplers[channel.required("sampler", sampler)?];
+            let target = channel.required("target", channel.item("target")?)?;
+            let Some((node, property)) = self.target(&target)? else { continue };
+            let curve = match sampler.curve {
+                Some((curve, same)) if same == property => curve,
+                _ => {
+                    let width = self.width(&target, node, property)?;
+                    animation.curves.push(self.curve(sampler, property, width)?);
+                    animation.curves.len() - 1
+                }
+            };
+            sampler.curve = Some((curve, property));
+            if animation.curves[curve].width != self.width(&target, node, property)? {
+                return Err(target.fault("its sampler moves another number of morph targets"));
+            }
+            if let Some(place) = seen.insert((node, property), animation.channels.len()) {
+                self.source.remark(format!("{}: moves what an earlier channel moves, and replaces it", channel.place));
+                seen.insert((node, property), place);
+                animation.channels[place] = Channel { node, property, curve };
+                continue;
+            }
+            animation.channels.push(Channel { node, property, curve });
+        }
+        let ends = animation.curves.iter().filter_map(|curve| curve.times.last());
+        animation.duration = ends.fold(0.0, |end: f32, &t| end.max(t));
+        Ok(animation)
+    }
+
+    /// What a channel moves; nothing if that is not of the core or has no effect.
+    fn target(&self, target: &Item<'_>) -> Read<Option<(usize, Property)>> {
+        let node = target.index("node", "node", self.nodes.len())?;
+        let path = target.required("path", target.string("path")?)?;
+        let property = match path {
+            "translation" => Property::Translation,
+            "rotation" => Property::Rotation,
+            "scale" => Property::Scale,
+            "weights" => Property::Weights,
+            other => {
+                self.source.remark(format!("{}: moves `{}`, which is not read", target.place, shown(other)));
+                return Ok(None);
+            }
+        };
+        let Some(node) = node else { return Ok(None) };
+        if property != Property::Weights && matches!(self.nodes[node].transform, Transform::Matrix(_)) {
+            return Err(target.fault(format!("moves node {node}, which has a matrix; such nodes cannot be animated")));
+        }
+        Ok(Some((node, property)))
+    }
+
+    /// How many numbers a value has.
+    fn width(&self, target: &Item<'_>, node: usize, property: Property) -> Read<usize> {
+        let targets = self.nodes[node].mesh.map_or(0, |mesh| self.meshes[mesh].target_count);
+        match property {
+            Property::Translation | Property::Scale => Ok(3),
+            Property::Rotation => Ok(4),
+            Property::Weights if targets > 0 => Ok(targets),
+            Property::Weights => {
+                Err(target.fault(format!("moves the weights of node {node}, which has no morph targets")))
+            }
+        }
+    }
+
+    fn sampler<'b>(&'b self, item: Item<'b>) -> Read<Sampler<'b>> {
+        let interpolation = match item.string("interpolation")? {
+            None | Some("LINEAR") => Interpolation::Linear,
+            Some("STEP") => Interpolation::Step,
+            Some("CUBICSPLINE") => Interpolation::Cubic,
+            Some(other) => return Err(item.fault(format!("`interpolation` {} is not known", shown(other)))),
+        };
+        let input = item.required("input", self.source.accessor(&item, "input")?)?;
+        let output = item.required("output", self.source.accessor(&item, "output")?)?;
+        let good = input.component == Some(Component::F32) && input.shape.is_some_and(|s| s.name == "SCALAR");
+        input.expect(good, item.place, "input", "SCALAR of floats")?;
+        let times = input.floats::<1>(&self.source.budget)?.into_flattened();
+        if times[0] < 0.0 {
+            return Err(item.fault(format!("its first time is {}, but must be 0 or more", times[0])));
+        }
+        if let Some(i) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let what = format!("time {} is {} after {}, but times must increase", i + 1, times[i + 1], times[i]);
+            return Err(item.fault(what));
+        }
+        if interpolation == Interpolation::Cubic && times.len() < 2 {
+            return Err(item.fault("is a cubic spline with one key; it needs two"));
+        }
+        Ok(Sampler { item, interpolation, times, output, curve: None })
+    }
+
+    fn curve(&self, sampler: &Sampler<'_>, property: Property, width: usize) -> Read<Curve> {
+        let (output, place) = (sampler.output, sampler.item.place);
+        let shape = match property {
+            Property::Translation | Property::Scale => "VEC3",
+            Property::Rotation => "VEC4",
+            Property::Weights => "SCALAR",
+        };
+        let may_be_small = matches!(property, Property::Rotation | Property::Weights) && output.normalized;
+        let component_is_good = match output.component {
+            Some(Component::F32) => true,
+            Some(Component::U32) | None => false,
+            Some(_) => may_be_small,
+        };
+        let good = component_is_good && output.shape.is_some_and(|s| s.name == shape);
+        let small = if may_be_small { " or normalised integers" } else { "" };
+        output.expect(good, place, "output", &format!("{shape} of floats{small}"))?;
+        let per_key = if sampler.interpolation == Interpolation::Cubic { 3 } else { 1 };
+        let elements = if property == Property::Weights { width } else { 1 };
+        let wanted = sampler.times.len().saturating_mul(per_key * elements);
+        if output.count != wanted {
+            let keys = sampler.times.len();
+            return Err(place.fault(format!("has {} values for {keys} keys, but needs {wanted}", output.count)));
+        }
+        let budget = &self.source.budget;
+        let mut values = match property {
+            Property::Translation | Property::Scale => output.floats::<3>(budget)?.into_flattened(),
+            Property::Rotation => output.floats::<4>(budget)?.into_flattened(),
+            Property::Weights => output.floats::<1>(budget)?.into_flattened(),
+        };
+        if let Some(i) = values.iter().position(|v| v.abs() > MAX_COORDINATE) {
+            return Err(place.fault(format!("value {} is {}, beyond {MAX_COORDINATE}", i / width, values[i])));
+        }
+        if property == Property::Rotation {
+            self.unit_rotations(sampler, &mut values, per_key)?;
+        }
+        budget.take::<f32>(sampler.times.len())?;
+        Ok(Curve { interpolation: sampler.interpolation, times: sampler.times.clone(), width, values })
+    }
+
+    /// Brings the rotations of keys to unit length; tangents stay as they are.
+    fn unit_rotations(&self, sampler: &Sampler<'_>, values: &mut [f32], per_key: usize) -> Read<()> {
+        let mut uneven = 0;
+        let (keys, _) = values.as_chunks_mut::<4>();
+        for (number, value) in keys.iter_mut().skip(per_key / 2).step_by(per_key).enumerate() {
+            let given = Quat::from_array(*value);
+            if (given.length_squared() - 1.0).abs() < NEARLY {
+                continue;
+            }
+            uneven += usize::from((given.length() - 1.0).abs() > ROUNDING);
+            let unit = unit_rotation(given);
+            *value = unit
+                .ok_or_else(|| sampler.item.fault(format!("the rotation of key {number} has no length")))?
+                .to_array();
+        }
+        if uneven > 0 {
+            let place = sampler.item.place;
+            self.source.remark(format!("{place}: {uneven} rotations are not of unit length; they were scaled"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! The binary container: a header of 12 bytes, a chunk of JSON, and perhaps a chunk with the first buffer.
+
+use super::json::Read;
+use crate::fault::ModelFault;
+
+const MAGIC: &[u8] = b"glTF";
+const JSON: u32 = 0x4e4f_534a;
+const BIN: u32 = 0x004e_4942;
+
+/// The parts of a file.
+pub(super) struct Container<'a> {
+    /// The JSON text.
+    pub(super) json: &'a [u8],
+    /// The first buffer, in a GLB that has one.
+    pub(super) binary: Option<&'a [u8]>,
+}
+
+/// Takes a file apart, which is a GLB or the JSON itself.
+pub(super) fn open(bytes: &[u8]) -> Read<Container<'_>> {
+    if bytes.starts_with(MAGIC) {
+        return open_binary(bytes);
+    }
+    let text = bytes.trim_ascii_start();
+    if text.is_empty() || text.starts_with(b"\xef\xbb\xbf{") {
+        let what = if text.is_empty() { "it is empty" } else { "a byte order mark stands before its JSON" };
+        return Err(ModelFault::damaged(what));
+    }
+    if !text.starts_with(b"{") {
+        return Err(ModelFault::Unrecognised);
+    }
+    Ok(Container { json: bytes, binary: None })
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
+}
+
+fn open_binary(bytes: &[u8]) -> Read<Container<'_>> {
+    let short = || ModelFault::damaged("its header ends early");
+    let version = word(bytes, 4).ok_or_else(short)?;
+    let length = word(bytes, 8).ok_or_else(short)? as usize;
+    if version != 2 {
+        let what = format!("it is a GLB of version {version}");
+        return Err(ModelFault::Unsupported { what, remedy: "export it as glTF 2.0".into() });
+    }
+    // What follows the stated length is no part of the model.
+    let Some(bytes) = bytes.get(..length) else {
+        return Err(ModelFault::damaged(format!("it says that it has {length} bytes, but it has {}", bytes.len())));
+    };
+    let (mut json, mut binary, mut at, mut number) = (None, None, 12, 0);
+    while at < bytes.len() {
+        let ends = || ModelFault::damaged(format!("chunk {number} ends early"));
+        let size = word(bytes, at).ok_or_else(ends)? as usize;
+        let kind = word(bytes, at + 4).ok_or_else(ends)?;
+        let body = bytes.get(at + 8..).and_then(|rest| rest.get(..size)).ok_or_else(ends)?;
+        let misplaced = |what| Err(ModelFault::damaged(format!("chunk {number} is {what}")));
+        match (kind, number) {
+            (JSON, 0) => json = Some(body),
+            (JSON, _) => return misplaced("a second piece of JSON"),
+            (_, 0) => return misplaced("not the JSON, which must come first"),
+            (BIN, 1) => binary = Some(body),
+            (BIN, _) => return misplaced("a buffer, which only the second chunk may be"),
+            // Chunks of other kinds are for other programs.
+            _ => {}
+        }
+        at += 8 + size;
+        number += 1;
+    }
+    let json = json.ok_or_else(|| ModelFault::damaged("it has no JSON"))?;
+    Ok(Container { json, binary })
+}

@@ -1,0 +1,93 @@
+//! The four joints that move a vertex most, out of any number of sets of four.
+
+use crate::mesh::Influences;
+
+/// Joints and weights of all vertices, as one pair of attributes holds them.
+pub(super) type Set = (Vec<[u32; 4]>, Vec<[f32; 4]>);
+
+/// How far the sum of weights may be from 1 before it is worth a remark: four bytes that were rounded down.
+const ROUNDING: f32 = 4.5 / 255.0;
+
+/// For each vertex the four strongest joints, their weights with the sum 1, and what had to be changed for that.
+///
+/// A weight that is negative or no number is an error: there is no telling what was meant.
+pub(super) fn strongest(sets: &[Set]) -> Result<(Vec<Influences>, Vec<String>), String> {
+    let vertices = sets.first().map_or(0, |(joints, _)| joints.len());
+    let mut all = Vec::with_capacity(vertices);
+    let (mut dropped, mut unequal, mut unbound) = (0, 0, 0);
+    let mut pairs: Vec<(u32, f32)> = Vec::new();
+    for vertex in 0..vertices {
+        pairs.clear();
+        for (joints, weights) in sets {
+            for (&joint, &weight) in joints[vertex].iter().zip(&weights[vertex]) {
+                if !(0.0..=f32::MAX).contains(&weight) {
+                    return Err(format!("a weight of vertex {vertex} is {weight}, but must be 0 or more"));
+                }
+                match pairs.iter_mut().find(|(known, _)| *known == joint) {
+                    Some((_, sum)) => *sum += weight,
+                    None => pairs.push((joint, weight)),
+                }
+            }
+        }
+        pairs.retain(|(_, weight)| *weight > 0.0);
+        pairs.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        let whole: f32 = pairs.iter().map(|(_, weight)| weight).sum();
+        dropped += usize::from(pairs.len() > 4);
+        pairs.truncate(4);
+        let kept: f32 = pairs.iter().map(|(_, weight)| weight).sum();
+        let mut influences = Influences::default();
+        if kept > 0.0 && kept.is_finite() {
+            unequal += usize::from((whole - 1.0).abs() > ROUNDING);
+            for (i, (joint, weight)) in pairs.iter().enumerate() {
+                influences.joints[i] =
+                    u16::try_from(*joint).map_err(|_| format!("joint {joint} of vertex {vertex}"))?;
+                influences.weights[i] = weight / kept;
+            }
+        } else {
+            unbound += 1;
+            influences.weights[0] = 1.0;
+        }
+        all.push(influences);
+    }
+    let mut remarks = Vec::new();
+    let mut note = |count: usize, what: &str| {
+        if count > 0 {
+            remarks.push(format!("{count} of {vertices} vertices {what}"));
+        }
+    };
+    note(dropped, "follow more than four joints, of which the four strongest are kept");
+    note(unequal, "have weights whose sum is not 1; they were scaled");
+    note(unbound, "have no weight at all; they follow the skin's first joint");
+    Ok((all, remarks))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_strongest_four_keep_their_proportions() {
+        let sets: [Set; 2] =
+            [(vec![[1, 2, 3, 4]], vec![[0.1, 0.3, 0.1, 0.05]]), (vec![[5, 2, 7, 0]], vec![[0.2, 0.1, 0.15, 0.0]])];
+        let (all, remarks) = strongest(&sets).unwrap();
+        assert_eq!(all[0].joints[..3], [2, 5, 7]);
+        let kept = 0.4 + 0.2 + 0.15 + 0.1;
+        for (weight, wanted) in all[0].weights.iter().zip([0.4, 0.2, 0.15, 0.1]) {
+            assert!((weight - wanted / kept).abs() < 1e-6);
+        }
+        assert_eq!(remarks.len(), 1, "{remarks:?}");
+    }
+
+    #[test]
+    fn weights_that_mean_nothing_are_refused_or_replaced() {
+        let one = |weights| strongest(&[(vec![[3, 0, 0, 0]], vec![weights])]);
+        for wrong in [f32::NAN, f32::INFINITY, -0.1] {
+            assert!(one([wrong, 0.5, 0.0, 0.0]).is_err(), "{wrong}");
+        }
+        let (all, remarks) = one([0.0; 4]).unwrap();
+        assert_eq!((all[0].joints, all[0].weights, remarks.len()), ([0; 4], [1.0, 0.0, 0.0, 0.0], 1));
+        let (all, remarks) = one([0.5, 0.0, 0.0, 0.0]).unwrap();
+        assert_eq!((all[0].weights[0], remarks.len()), (1.0, 1));
+        assert!(one([1.0, 0.0, 0.0, 0.0]).unwrap().1.is_empty());
+    }
+}

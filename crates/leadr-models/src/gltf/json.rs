@@ -1,0 +1,219 @@
+//! The JSON of a model, read strictly: every value is asked for by its type and range, and a wrong one is named with its place.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use super::value::{Object, Value};
+use crate::fault::{ModelFault, shown};
+use crate::limits::MAX_COORDINATE;
+
+/// What reading a part gives.
+pub(super) type Read<T> = Result<T, ModelFault>;
+
+/// Where in the model a value stands: `mesh 2, primitive 0`.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    parts: [(&'static str, Option<usize>); 5],
+    depth: usize,
+}
+
+impl Place {
+    /// The model as a whole.
+    pub(super) const ROOT: Self = Self { parts: [("", None); 5], depth: 0 };
+
+    /// A part of this place; beyond five parts the place is precise enough.
+    pub(super) fn below(mut self, kind: &'static str, number: Option<usize>) -> Self {
+        if let Some(part) = self.parts.get_mut(self.depth) {
+            *part = (kind, number);
+            self.depth += 1;
+        }
+        self
+    }
+
+    /// A broken rule at this place.
+    pub(super) fn fault(self, what: impl Into<String>) -> ModelFault {
+        ModelFault::invalid(self, what)
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.depth == 0 {
+            return f.write_str("the model");
+        }
+        for (i, (kind, number)) in self.parts[..self.depth].iter().enumerate() {
+            f.write_str(if i == 0 { "" } else { ", " })?;
+            f.write_str(kind)?;
+            if let Some(number) = number {
+                write!(f, " {number}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An object of the JSON and where it stands.
+#[derive(Clone, Copy)]
+pub(super) struct Item<'a> {
+    object: &'a Object<'a>,
+    /// Where it stands.
+    pub(super) place: Place,
+}
+
+impl<'a> Item<'a> {
+    /// The whole model.
+    pub(super) fn root(object: &'a Object<'a>) -> Self {
+        Self { object, place: Place::ROOT }
+    }
+
+    /// A broken rule in this object.
+    pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
+        self.place.fault(what)
+    }
+
+    fn wrong(&self, key: &str, wanted: &str) -> ModelFault {
+        self.fault(format!("`{}` must be {wanted}", shown(key)))
+    }
+
+    /// Refuses an object without this property.
+    pub(super) fn required<T>(&self, key: &str, value: Option<T>) -> Read<T> {
+        value.ok_or_else(|| self.fault(format!("`{key}` is missing")))
+    }
+
+    /// Whether the property is there.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.object.get(key).is_some()
+    }
+
+    /// The names of all properties.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &'a str> {
+        self.object.keys()
+    }
+
+    /// A string.
+    pub(super) fn string(&self, key: &str) -> Read<Option<&'a str>> {
+        let text = |value: &'a Value<'a>| value.as_str().ok_or_else(|| self.wrong(key, "a string"));
+        self.object.get(key).map(text).transpose()
+    }
+
+    /// The name of the object, or nothing.
+    pub(super) fn name(&self) -> Read<String> {
+        Ok(self.string("name")?.unwrap_or_default().to_owned())
+    }
+
+    /// True or false; false if it is not there.
+    pub(super) fn flag(&self, key: &str) -> Read<bool> {
+        let flag = |value: &Value<'_>| value.as_bool().ok_or_else(|| self.wrong(key, "true or false"));
+        Ok(self.object.get(key).map(flag).transpose()?.unwrap_or(false))
+    }
+
+    /// A whole number that is not negative. `2.0` is one, too.
+    pub(super) fn whole(&self, key: &str) -> Read<Option<u64>> {
+        let number = |value: &Value<'_>| value.as_whole().ok_or_else(|| self.wrong(key, "a whole number, 0 or more"));
+        self.object.get(key).map(number).transpose()
+    }
+
+    /// A number within a range, in 32 bits.
+    pub(super) fn number(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<f32>> {
+        let number = |value: &Value<'_>| {
+            let number = value.as_number().map(|v| v as f32).filter(|v| range.contains(v));
+            number.ok_or_else(|| self.wrong(key, &in_range(&range)))
+        };
+        self.object.get(key).map(number).transpose()
+    }
+
+    /// `N` numbers, each within a range.
+    pub(super) fn vector<const N: usize>(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<[f32; N]>> {
+        let Some(numbers) = self.numbers(key, range.clone())? else { return Ok(None) };
+        let vector = <[f32; N]>::try_from(numbers);
+        vector.map(Some).map_err(|_| self.wrong(key, &format!("an array of {N} numbers")))
+    }
+
+    /// Any amount of numbers, each within a range.
+    pub(super) fn numbers(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<Vec<f32>>> {
+        let Some(value) = self.object.get(key) else { return Ok(None) };
+        let wrong = || self.wrong(key, &format!("an array of numbers, each {}", in_range(&range)));
+        let number =
+            |value: &Value<'_>| value.as_number().map(|v| v as f32).filter(|v| range.contains(v)).ok_or_else(wrong);
+        value.as_list().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
+    }
+
+    /// The number of another object, of which there are `count`.
+    pub(super) fn index(&self, key: &str, kind: &str, count: usize) -> Read<Option<usize>> {
+        let Some(index) = self.whole(key)? else { return Ok(None) };
+        self.in_list(key, index, kind, count).map(Some)
+    }
+
+    /// The numbers of other objects.
+    pub(super) fn indices(&self, key: &str, kind: &str, count: usize) -> Read<Vec<usize>> {
+        let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
+        let wrong = || self.wrong(key, "an array of whole numbers");
+        let all = value.as_list().ok_or_else(wrong)?.iter();
+        all.map(|v| self.in_list(key, v.as_whole().ok_or_else(wrong)?, kind, count)).collect()
+    }
+
+    fn in_list(&self, key: &str, index: u64, kind: &str, count: usize) -> Read<usize> {
+        let found = usize::try_from(index).ok().filter(|&i| i < count);
+        found.ok_or_else(|| self.fault(format!("`{}` names {kind} {index}, but there are {count}", shown(key))))
+    }
+
+    /// An object inside this one.
+    pub(super) fn item(&self, key: &'static str) -> Read<Option<Item<'a>>> {
+        let item = |value: &'a Value<'a>| {
+            let object = value.as_object().ok_or_else(|| self.wrong(key, "an object"))?;
+            Ok(Item { object, place: self.place.below(key, None) })
+        };
+        self.object.get(key).map(item).transpose()
+    }
+
+    /// An object inside this one, unless something else stands there.
+    pub(super) fn object_or_nothing(&self, key: &'static str) -> Option<Item<'a>> {
+        let object = self.object.get(key)?.as_object()?;
+        Some(Item { object, place: self.place.below(key, None) })
+    }
+
+    /// The objects of an array, called `kind 0`, `kind 1` … in messages; none if there is no array.
+    pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
+        let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
+        let all = value.as_list().ok_or_else(|| self.wrong(key, "an array"))?.iter().enumerate();
+        all.map(|(i, value)| {
+            let place = self.place.below(kind, Some(i));
+            let object = value.as_object().ok_or_else(|| place.fault("must be an object"))?;
+            Ok(Item { object, place })
+        })
+        .collect()
+    }
+
+    /// Whether an array stands there, or nothing.
+    pub(super) fn is_list(&self, key: &str) -> bool {
+        self.object.get(key).is_none_or(|value| value.as_list().is_some())
+    }
+
+    /// How many values an array has; 0 if there is none.
+    pub(super) fn length(&self, key: &str) -> usize {
+        self.object.get(key).and_then(Value::as_list).map_or(0, <[_]>::len)
+    }
+
+    /// The strings of an array.
+    pub(super) fn strings(&self, key: &str) -> Read<Vec<&'a str>> {
+        let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
+        let wrong = || self.wrong(key, "an array of strings");
+        value.as_list().ok_or_else(wrong)?.iter().map(|v| v.as_str().ok_or_else(wrong)).collect()
+    }
+
+    /// What an extension adds to this object.
+    pub(super) fn extension(&self, name: &'static str) -> Read<Option<Item<'a>>> {
+        let Some(all) = self.item("extensions")? else { return Ok(None) };
+        Item { object: all.object, place: self.place }.item(name)
+    }
+}
+
+/// A range in words.
+fn in_range(range: &RangeInclusive<f32>) -> String {
+    let (start, end) = (*range.start(), *range.end());
+    match (start > -MAX_COORDINATE, end < MAX_COORDINATE) {
+        (false, false) => format!("a number within ±{end:e}"),
+        (true, false) => format!("a number from {start:?} to {end:e}"),
+        _ => format!("a number from {start} to {end}"),
+    }
+}

@@ -1,0 +1,177 @@
+//! Materials: metal and roughness of the core, and the extensions that say more about dielectrics, emission and direction.
+
+use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, UNLIT};
+use super::json::{Item, Read};
+use super::source::Source;
+use super::textures::{Purpose, Textures};
+use super::uri;
+use crate::fault::{ModelFault, shown};
+use crate::limits::MAX_COORDINATE;
+use leadr_maps::decode_height_map;
+use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
+
+/// The key in a material's `extras` that names its displacement map.
+const DISPLACEMENT: &str = "leadr_displacement";
+
+/// All materials of a model.
+pub(super) fn read(source: &Source<'_>) -> Read<Vec<Material>> {
+    let items = source.root.items("materials", "material")?;
+    let textures = Textures::read(source)?;
+    items.iter().enumerate().map(|(i, item)| Reader { source, textures: &textures, item }.read(i)).collect()
+}
+
+/// What a primitive without a material is made of.
+pub(super) fn default() -> Material {
+    Material {
+        base_color: Input::constant([1.0; 3]),
+        metalness: Input::constant(1.0),
+        roughness: Input::constant(1.0),
+        ..Material::new("default")
+    }
+}
+
+struct Reader<'a> {
+    source: &'a Source<'a>,
+    textures: &'a Textures<'a>,
+    item: &'a Item<'a>,
+}
+
+impl<'a> Reader<'a> {
+    fn read(&self, number: usize) -> Read<Material> {
+        let item = self.item;
+        let name = item.name()?;
+        let mut material = default();
+        material.name = if name.is_empty() { format!("material {number}") } else { name };
+        let opacity = self.base(&mut material)?;
+        material.opacity = self.opacity(opacity)?;
+        material.double_sided = item.flag("doubleSided")?;
+        material.unlit = item.extension(UNLIT)?.is_some();
+        material.normal_map = self.normal_map()?;
+        if let Some((texture, info)) = self.textures.get(item, "occlusionTexture", Purpose::Number)? {
+            material.occlusion = Input::texture(texture, 0);
+            material.occlusion_strength = info.number("strength", 0.0..=1.0)?.unwrap_or(1.0);
+        }
+        material.emission = self.emission()?;
+        self.dielectric(&mut material)?;
+        material.anisotropy = self.anisotropy()?;
+        material.relief = self.relief()?;
+        Ok(material)
+    }
+
+    /// Base colour, metal and roughness; returns alpha.
+    fn base(&self, material: &mut Material) -> Read<Input<f32>> {
+        let mut alpha = Input::constant(1.0);
+        let Some(item) = self.item.item("pbrMetallicRoughness")? else { return Ok(alpha) };
+        let factor = item.vector("baseColorFactor", 0.0..=1.0)?.unwrap_or([1.0; 4]);
+        let [r, g, b, a] = factor;
+        material.base_color.factor = [r, g, b];
+        alpha.factor = a;
+        if let Some((texture, _)) = self.textures.get(&item, "baseColorTexture", Purpose::Color)? {
+            alpha.texture = Some(texture.clone());
+            alpha.channel = 3;
+            material.base_color.texture = Some(texture);
+        }
+        material.metalness.factor = item.number("metallicFactor", 0.0..=1.0)?.unwrap_or(1.0);
+        material.roughness.factor = item.number("roughnessFactor", 0.0..=1.0)?.unwrap_or(1.0);
+        material.roughness_meaning = RoughnessMeaning::Perceptual;
+        if let Some((texture, _)) = self.textures.get(&item, "metallicRoughnessTexture", Purpose::Number)? {
+            (material.roughness.channel, material.metalness.channel) = (1, 2);
+            material.roughness.texture = Some(texture.clone());
+            material.metalness.texture = Some(texture);
+        }
+        Ok(alpha)
+    }
+
+    fn opacity(&self, alpha: Input<f32>) -> Read<Opacity> {
+        let cutoff = self.item.number("alphaCutoff", 0.0..=MAX_COORDINATE)?.unwrap_or(0.5);
+        Ok(match self.item.string("alphaMode")? {
+            None | Some("OPAQUE") => Opacity::Opaque,
+            Some("MASK") => Opacity::Mask { mask: alpha, cutoff },
+            Some("BLEND") => Opacity::Blend { share: alpha },
+            Some(other) => {
+                let (place, other) = (self.item.place, shown(other));
+                self.source.remark(format!("{place}: alpha mode {other} is not known; it is drawn as opaque"));
+                Opacity::Opaque
+            }
+        })
+    }
+
+    fn normal_map(&self) -> Read<Option<NormalMap>> {
+        let found = self.textures.get(self.item, "normalTexture", Purpose::Direction)?;
+        let Some((texture, info)) = found else { return Ok(None) };
+        let scale = info.number("scale", -MAX_COORDINATE..=MAX_COORDINATE)?.unwrap_or(1.0);
+        Ok(Some(NormalMap { texture, green: GreenAxis::Up, scale }))
+    }
+
+    fn emission(&self) -> Read<Input<[f32; 3]>> {
+        let factor = self.item.vector("emissiveFactor", 0.0..=1.0)?.unwrap_or([0.0; 3]);
+        let strength = match self.item.extension(EMISSIVE_STRENGTH)? {
+            Some(extension) => extension.number("emissiveStrength", 0.0..=MAX_COORDINATE)?.unwrap_or(1.0),
+            None => 1.0,
+        };
+        let texture = self.textures.get(self.item, "emissiveTexture", Purpose::Color)?.map(|(texture, _)| texture);
+        Ok(Input { factor: factor.map(|f: f32| f * strength), texture, channel: 0 })
+    }
+
+    /// What a dielectric reflects: its index of refraction, then colour and strength.
+    fn dielectric(&self, material: &mut Material) -> Read<()> {
+        if let Some(extension) = self.item.extension(IOR)? {
+            let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
+            // 0 stands for a perfect mirror, as the formula happens to say as well.
+            if ior > 0.0 && ior < 1.0 {
+                return Err(extension.fault(format!("`ior` is {ior}, but must be 1 or more, or 0")));
+            }
+            material.f0.factor = [((ior - 1.0) / (ior + 1.0)).powi(2); 3];
+        }
+        let Some(extension) = self.item.extension(SPECULAR)? else { return Ok(()) };
+        let color: [f32; 3] = extension.vector("specularColorFactor", 0.0..=MAX_COORDINATE)?.unwrap_or([1.0; 3]);
+        let f0 = material.f0.factor;
+        material.f0.factor = std::array::from_fn(|c| f0[c] * color[c]);
+        material.f0.texture =
+            self.textures.get(&extension, "specularColorTexture", Purpose::Color)?.map(|(texture, _)| texture);
+        material.specular.factor = extension.number("specularFactor", 0.0..=1.0)?.unwrap_or(1.0);
+        if let Some((texture, _)) = self.textures.get(&extension, "specularTexture", Purpose::Number)? {
+            material.specular.texture = Some(texture);
+            material.specular.channel = 3;
+        }
+        Ok(())
+    }
+
+    fn anisotropy(&self) -> Read<Option<Anisotropy>> {
+        let Some(extension) = self.item.extension(ANISOTROPY)? else { return Ok(None) };
+        let mut strength = Input::constant(extension.number("anisotropyStrength", 0.0..=1.0)?.unwrap_or(0.0));
+        let range = -MAX_COORDINATE..=MAX_COORDINATE;
+        let rotation = extension.number("anisotropyRotation", range)?.unwrap_or(0.0);
+        let texture = self.textures.get(&extension, "anisotropyTexture", Purpose::Direction)?;
+        let direction = texture.map(|(texture, _)| texture);
+        if let Some(texture) = &direction {
+            strength.texture = Some(texture.clone());
+            strength.channel = 2;
+        }
+        Ok(Some(Anisotropy { strength, rotation, direction }))
+    }
+
+    /// Heights that `extras` name: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
+    fn relief(&self) -> Read<Option<Relief>> {
+        // Whatever else `extras` hold is another program's business, and need not be an object.
+        let Some(extras) = self.item.object_or_nothing("extras") else { return Ok(None) };
+        let Some(item) = extras.item(DISPLACEMENT)? else { return Ok(None) };
+        let uri = item.required("uri", item.string("uri")?)?;
+        let scale = item.number("scale", 0.0..=MAX_COORDINATE)?;
+        let middle = item.number("middle", -MAX_COORDINATE..=MAX_COORDINATE)?.unwrap_or(0.5);
+        let map = uri::fetch(uri, self.source.folder, item.place, u64::MAX).and_then(|bytes| {
+            self.source.image_budget.take(bytes.len())?;
+            let place = format!("{} ({})", item.place, shown(uri));
+            let map = decode_height_map(&bytes).map_err(|fault| ModelFault::Image { place, fault })?;
+            self.source.image_budget.take(size_of_val(&map.texels[..])).map(|()| map)
+        });
+        match map {
+            Ok(map) => Ok(Some(Relief { map, scale, in_widths: false, middle })),
+            Err(fault) if self.source.lenient => {
+                self.source.remark(format!("{fault}; the surface is not displaced"));
+                Ok(None)
+            }
+            Err(fault) => Err(fault),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Directions and colours that are not quite what they should be, brought to what was plainly meant.
+
+use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
+
+use crate::deform::plane_normal;
+use crate::mesh::Primitive;
+
+/// How far a length may be from 1 before it is worth a remark; normalised bytes are off by up to 0.7 %.
+const ROUNDING: f32 = 0.01;
+
+/// Brings normals and tangents to unit length, and replaces those without a direction. Returns remarks.
+pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let vertices = primitive.positions.len();
+    let mut note = |count: usize, what: &str| {
+        if count > 0 {
+            remarks.push(format!("{count} of {vertices} {what}"));
+        }
+    };
+    let (mut uneven, mut missing) = (0, Vec::new());
+    for (vertex, normal) in primitive.normals.iter_mut().enumerate() {
+        let given = Vec3::from(*normal);
+        uneven += usize::from((given.length() - 1.0).abs() > ROUNDING);
+        match unit(given) {
+            Some(unit) => *normal = unit.to_array(),
+            None => missing.push(vertex),
+        }
+    }
+    note(uneven, "normals are not of unit length; they were scaled");
+    note(missing.len(), "normals have no direction; those of the triangles around replace them");
+    if !missing.is_empty() {
+        let around = normals_around(primitive);
+        missing.iter().for_each(|&vertex| primitive.normals[vertex] = around[vertex]);
+    }
+
+    let Some(tangents) = &mut primitive.tangents else { return remarks };
+    let (mut uneven, mut signs) = (0, 0);
+    for (tangent, normal) in tangents.iter_mut().zip(&primitive.normals) {
+        let given = Vec4::from(*tangent);
+        uneven += usize::from((given.xyz().length() - 1.0).abs() > ROUNDING);
+        signs += usize::from((given.w.abs() - 1.0).abs() > ROUNDING);
+        let [x, y, z] = unit(given.xyz()).unwrap_or_else(|| Vec3::from(*normal).any_orthonormal_vector()).to_array();
+        *tangent = [x, y, z, if given.w < 0.0 { -1.0 } else { 1.0 }];
+    }
+    note(uneven, "tangents are not of unit length; they were scaled");
+    note(signs, "tangents have a sign that is neither 1 nor -1");
+    remarks
+}
+
+/// A direction of unit length, if there is one. Very small and very large ones have squares beyond 32 bits.
+fn unit(direction: Vec3) -> Option<Vec3> {
+    direction.as_dvec3().try_normalize().map(|unit| unit.as_vec3())
+}
+
+/// For each vertex, the mean normal of its triangles by area; +z where they have none.
+fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
+    let mut sums = vec![DVec3::ZERO; primitive.positions.len()];
+    for triangle in &primitive.triangles {
+        let normal = plane_normal(triangle.map(|v| primitive.positions[v as usize]));
+        triangle.iter().for_each(|&v| sums[v as usize] += normal);
+    }
+    sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3().to_array()).collect()
+}
+
+/// Clamps colours to 0..1; tells whether any was outside.
+pub(super) fn clamp(colors: &mut [[f32; 4]]) -> bool {
+    let mut changed = false;
+    for value in colors.as_flattened_mut() {
+        let clamped = value.clamp(0.0, 1.0);
+        changed |= clamped != *value;
+        *value = clamped;
+    }
+    changed
+}

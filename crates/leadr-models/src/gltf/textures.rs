@@ -1,0 +1,134 @@
+//! Textures: an image with its wrap, the coordinates it follows, and their transform.
+
+use std::f32::consts::TAU;
+use std::sync::Arc;
+
+use glam::{Affine2, Mat2, Vec2};
+
+use super::extensions::TEXTURE_TRANSFORM;
+use super::images::Images;
+use super::json::{Item, Read};
+use super::source::Source;
+use crate::limits::MAX_COORDINATE;
+use leadr_maps::material::{Encoding, Raster, Samples, Texture, TextureWrap};
+
+/// What a texture is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    Color,
+    Number,
+    Direction,
+}
+
+/// All textures of a model.
+pub(super) struct Textures<'a> {
+    source: &'a Source<'a>,
+    images: Images,
+    entries: Vec<Entry>,
+}
+
+/// A texture as the file describes it.
+struct Entry {
+    extended: bool,
+    image: Option<usize>,
+    wrap: [TextureWrap; 2],
+}
+
+impl<'a> Textures<'a> {
+    /// Decodes the images and checks the textures.
+    pub(super) fn read(source: &'a Source<'a>) -> Read<Self> {
+        let images = Images::read(source)?;
+        let samplers = source.root.items("samplers", "sampler")?;
+        let wraps = samplers.iter().map(|sampler| Ok([wrap(sampler, "wrapS")?, wrap(sampler, "wrapT")?]));
+        let wraps = wraps.collect::<Read<Vec<_>>>()?;
+        let entry = |item: &Item<'_>| {
+            let sampler = item.index("sampler", "sampler", wraps.len())?;
+            Ok(Entry {
+                extended: item.has("extensions"),
+                image: item.index("source", "image", images.len())?,
+                wrap: sampler.map_or([TextureWrap::Repeat; 2], |sampler| wraps[sampler]),
+            })
+        };
+        let entries = source.root.items("textures", "texture")?.iter().map(entry).collect::<Read<_>>()?;
+        Ok(Self { source, images, entries })
+    }
+
+    /// The texture that a property of a material names, with the object that names it. Nothing if there is none, or if directions
+    /// cannot be had and need not.
+    pub(super) fn get(
+        &self,
+        material: &Item<'a>,
+        key: &'static str,
+        purpose: Purpose,
+    ) -> Read<Option<(Texture, Item<'a>)>> {
+        let Some(info) = material.item(key)? else { return Ok(None) };
+        let index = info.index("index", "texture", self.entries.len())?;
+        let index = info.required("index", index)?;
+        let entry = &self.entries[index];
+        let raster = entry.image.and_then(|image| self.images.raster(image));
+        if raster.is_none() && entry.image.is_none() && !entry.extended {
+            self.source.remark(format!("{}: texture {index} has no image; it is left out", info.place));
+            return Ok(None);
+        }
+        if raster.is_none() && !self.source.lenient {
+            return Err(info.fault(format!("texture {index} has no image in a format that is read (PNG or JPEG)")));
+        }
+        let raster = match (raster, purpose) {
+            (Some(raster), _) => raster,
+            (None, Purpose::Color) => Arc::new(checks()?),
+            (None, Purpose::Number) => Arc::new(white()?),
+            (None, Purpose::Direction) => return Ok(None),
+        };
+        let (coordinates, transform) = coordinates(&info)?;
+        let texture = Texture {
+            raster,
+            name: entry.image.map_or_else(|| info.place.to_string(), |image| self.images.name(image).to_owned()),
+            encoding: if purpose == Purpose::Color { Encoding::Srgb } else { Encoding::Linear },
+            coordinates,
+            transform,
+            wrap: entry.wrap,
+        };
+        Ok(Some((texture, info)))
+    }
+}
+
+/// Which coordinates a texture follows, and how.
+fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
+    const MAX_SET: usize = 1 << 10;
+    let set = info.index("texCoord", "texture coordinates", MAX_SET)?.unwrap_or(0);
+    let Some(change) = info.extension(TEXTURE_TRANSFORM)? else { return Ok((set as u32, Affine2::IDENTITY)) };
+    let range = || -MAX_COORDINATE..=MAX_COORDINATE;
+    let set = change.index("texCoord", "texture coordinates", MAX_SET)?.unwrap_or(set);
+    let offset = Vec2::from(change.vector("offset", range())?.unwrap_or([0.0; 2]));
+    let scale = Vec2::from(change.vector("scale", range())?.unwrap_or([1.0; 2]));
+    let angle = change.number("rotation", range())?.unwrap_or(0.0) % TAU;
+    // With `t` down, a turn that looks counter-clockwise has the sines the other way round.
+    let turn = Mat2::from_angle(-angle);
+    Ok((set as u32, Affine2::from_mat2_translation(turn * Mat2::from_diagonal(scale), offset)))
+}
+
+fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
+    match sampler.whole(key)? {
+        None | Some(10497) => Ok(TextureWrap::Repeat),
+        Some(33648) => Ok(TextureWrap::Mirror),
+        Some(33071) => Ok(TextureWrap::Clamp),
+        Some(other) => Err(sampler.fault(format!("`{key}` is {other}, but must be 10497, 33648 or 33071"))),
+    }
+}
+
+/// What is shown where colours cannot be had: nobody takes it for the model's own, and no light makes it glare.
+fn checks() -> Read<Raster> {
+    const SIDE: u32 = 8;
+    let texel = |i: u32| if (i % SIDE + i / SIDE).is_multiple_of(2) { [200, 0, 200] } else { [40, 40, 40] };
+    made(SIDE, (0..SIDE * SIDE).flat_map(texel).collect())
+}
+
+/// What is shown where numbers cannot be had: the material's factor alone.
+fn white() -> Read<Raster> {
+    made(1, vec![255; 3])
+}
+
+fn made(side: u32, texels: Vec<u8>) -> Read<Raster> {
+    Raster::new(side, side, 3, Samples::U8(texels))
+        .map_err(|fault| crate::fault::ModelFault::Image { place: "the replacement".into(), fault })
+}

@@ -1,0 +1,157 @@
+//! Where the bytes of buffers and images come from: data in the model itself, or files beside it.
+
+use std::path::{Component, Path, PathBuf};
+
+use super::json::{Place, Read};
+use crate::fault::{ModelFault, shown};
+use leadr_maps::{MapFault, limits};
+
+/// The first `most` bytes of a `data:` URI, or of a file inside the model's folder.
+///
+/// Other schemes, absolute paths and paths with `..` are refused: a model that comes from anywhere must not read the rest of the
+/// disk. Links inside the folder are followed.
+pub(super) fn fetch(uri: &str, folder: Option<&Path>, place: Place, most: u64) -> Read<Vec<u8>> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let mut bytes = decode_data(data).map_err(|what| place.fault(what))?;
+        bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
+        return Ok(bytes);
+    }
+    let missing = |what: String| ModelFault::Missing { place: place.to_string(), uri: shown(uri), what };
+    let path = relative_path(uri).map_err(|what| missing(what.into()))?;
+    let folder =
+        folder.ok_or_else(|| missing("cannot be found, because the model was not read from a folder".into()))?;
+    limits::read_start(&folder.join(path), most).map_err(|fault| {
+        missing(match fault {
+            MapFault::Io { doing, source } => format!("{doing} ({source})"),
+            MapFault::NotAFile => "is not a regular file".into(),
+            _ => "is too large".into(),
+        })
+    })
+}
+
+/// The path that a URI names, or why it may not be read.
+fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
+    let decoded = percent_decoded(uri).and_then(|bytes| String::from_utf8(bytes).ok());
+    let decoded = decoded.ok_or("has a name that is not percent-encoded UTF-8")?;
+    let scheme = decoded.split_once(':').map(|(scheme, _)| scheme);
+    if scheme.is_some_and(|s| !s.contains('/')) {
+        return Err("has a scheme, and only plain names are read");
+    }
+    if decoded.contains(['\0', '\\']) {
+        return Err("has a name with a backslash or a zero byte");
+    }
+    let path = PathBuf::from(&decoded);
+    if path.as_os_str().is_empty() {
+        return Err("has no name");
+    }
+    if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+        return Err("lies outside the model's folder, and only files inside it are read");
+    }
+    Ok(path)
+}
+
+fn percent_decoded(text: &str) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&byte, after)) = rest.split_first() {
+        rest = after;
+        if byte != b'%' {
+            bytes.push(byte);
+            continue;
+        }
+        let digits = rest.get(..2)?;
+        rest = &rest[2..];
+        let [high, low] = [digits[0], digits[1]].map(|d| char::from(d).to_digit(16));
+        bytes.push((high? * 16 + low?) as u8);
+    }
+    Some(bytes)
+}
+
+/// The bytes of `TYPE;base64,DATA`, or of `TYPE,DATA` in percent-encoding.
+fn decode_data(data: &str) -> Result<Vec<u8>, &'static str> {
+    let (kind, text) = data.split_once(',').ok_or("its data URI has no comma")?;
+    if kind.contains(";;") {
+        return Err("its data URI has an empty part");
+    }
+    if kind.ends_with(";base64") {
+        return decode_base64(text.as_bytes()).ok_or("its data URI holds something that is not base64");
+    }
+    percent_decoded(text).ok_or("its data URI is not percent-encoded")
+}
+
+/// Base64 of RFC 4648 with the standard alphabet; padding may be left out.
+fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
+    const NOT_A_DIGIT: u8 = 0xff;
+    const DIGITS: [u8; 256] = {
+        let alphabet = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        let mut digits = [NOT_A_DIGIT; 256];
+        let mut i = 0;
+        while i < alphabet.len() {
+            digits[alphabet[i] as usize] = i as u8;
+            i += 1;
+        }
+        digits
+    };
+    let padding = text.iter().rev().take_while(|&&c| c == b'=').count();
+    if padding > 2 || (padding > 0 && !text.len().is_multiple_of(4)) {
+        return None;
+    }
+    let text = &text[..text.len() - padding];
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 3);
+    for group in text.chunks(4) {
+        let mut sum = 0u32;
+        for &c in group {
+            let digit = DIGITS[c as usize];
+            if digit == NOT_A_DIGIT {
+                return None;
+            }
+            sum = sum << 6 | u32::from(digit);
+        }
+        let octets = (sum << (6 * (4 - group.len()))).to_be_bytes();
+        match group.len() {
+            4 => bytes.extend(&octets[1..4]),
+            3 => bytes.extend(&octets[1..3]),
+            2 => bytes.push(octets[1]),
+            _ => return None,
+        }
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_by_the_examples_of_its_standard() {
+        let cases =
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg==", "foob"), ("Zm9vYmFy", "foobar")];
+        for (text, bytes) in cases {
+            assert_eq!(decode_base64(text.as_bytes()).unwrap(), bytes.as_bytes());
+        }
+        assert_eq!(decode_base64(b"Zm8").unwrap(), b"fo");
+        for wrong in ["Z", "Zg=", "Zg===", "Zm9v!g==", "Zm 9v", "=Zm9"] {
+            assert!(decode_base64(wrong.as_bytes()).is_none(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn data_of_both_encodings() {
+        assert_eq!(decode_data("application/octet-stream;base64,AAEC").unwrap(), [0, 1, 2]);
+        assert_eq!(decode_data(",a%00%ff").unwrap(), [b'a', 0, 255]);
+        for wrong in ["base64", ";;base64,AA==", ",%f", ",%+1"] {
+            assert!(decode_data(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn only_names_inside_the_folder_are_paths() {
+        assert_eq!(relative_path("a%20b/c.png").unwrap(), Path::new("a b/c.png"));
+        assert_eq!(relative_path("./é.bin").unwrap(), Path::new("./é.bin"));
+        for wrong in
+            ["", "/etc/passwd", "../a", "a/../../b", "%2e%2e/a", "http://x/a", "file:a", "c:\\a", "a\\b", "%zz", "a%00"]
+        {
+            assert!(relative_path(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! JSON as values that borrow the text: small, and quick to search, whatever a hostile text puts into them.
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::fmt;
+
+use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+
+use crate::fault::ModelFault;
+use crate::limits::{MAX_OBJECTS, MAX_VALUES};
+
+/// A value of JSON.
+pub(super) enum Value<'a> {
+    Null,
+    Flag(bool),
+    Whole(u64),
+    Number(f64),
+    Text(Cow<'a, str>),
+    List(Vec<Value<'a>>),
+    Object(Object<'a>),
+}
+
+/// Properties; of more than [`FEW`], sorted by name.
+pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Value<'a>)>);
+
+/// So many properties are searched as quickly from the first to the last.
+const FEW: usize = 16;
+
+impl<'a> Object<'a> {
+    /// Nothing, if two properties have the same name.
+    fn new(mut all: Vec<(Cow<'a, str>, Value<'a>)>) -> Option<Self> {
+        let twice = if all.len() > FEW {
+            all.sort_by(|(a, _), (b, _)| a.cmp(b));
+            all.windows(2).any(|pair| pair[0].0 == pair[1].0)
+        } else {
+            (1..all.len()).any(|i| all[..i].iter().any(|(name, _)| *name == all[i].0))
+        };
+        (!twice).then_some(Self(all))
+    }
+
+    /// The property of a name.
+    pub(super) fn get(&self, key: &str) -> Option<&Value<'a>> {
+        if self.0.len() <= FEW {
+            return self.0.iter().find(|(name, _)| *name == key).map(|(_, value)| value);
+        }
+        let place = self.0.binary_search_by(|(name, _)| (**name).cmp(key)).ok()?;
+        Some(&self.0[place].1)
+    }
+
+    /// All names.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(|(name, _)| &**name)
+    }
+}
+
+impl<'a> Value<'a> {
+    pub(super) fn as_bool(&self) -> Option<bool> {
+        if let Self::Flag(flag) = self { Some(*flag) } else { None }
+    }
+
+    pub(super) fn as_str(&self) -> Option<&str> {
+        if let Self::Text(text) = self { Some(text) } else { None }
+    }
+
+    pub(super) fn as_list(&self) -> Option<&[Self]> {
+        if let Self::List(list) = self { Some(list) } else { None }
+    }
+
+    pub(super) fn as_object(&self) -> Option<&Object<'a>> {
+        if let Self::Object(object) = self { Some(object) } else { None }
+    }
+
+    pub(super) fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Whole(number) => Some(*number as f64),
+            Self::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// A whole number that is not negative, however it is spelt.
+    pub(super) fn as_whole(&self) -> Option<u64> {
+        const EXACT: f64 = (1u64 << 53) as f64;
+        match self {
+            Self::Whole(number) => Some(*number),
+            Self::Number(number) if number.fract() == 0.0 && (0.0..=EXACT).contains(number) => Some(*number as u64),
+            _ => None,
+        }
+    }
+}
+
+/// Parses the text of a model, whose outermost value must be an object.
+pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
+    let amount = Amount::default();
+    let mut parser = serde_json::Deserializer::from_slice(text);
+    let parsed = Seed(&amount).deserialize(&mut parser).and_then(|value| parser.end().map(|()| value));
+    let (objects, values) = (amount.objects.get(), amount.values.get());
+    if objects > MAX_OBJECTS {
+        return Err(ModelFault::TooLarge { what: format!("its JSON has more than {MAX_OBJECTS} objects") });
+    }
+    if values > MAX_VALUES {
+        return Err(ModelFault::TooLarge { what: format!("its JSON has more than {MAX_VALUES} values") });
+    }
+    match parsed {
+        Ok(Value::Object(root)) => Ok(root),
+        Ok(_) => Err(ModelFault::damaged("its JSON is not an object")),
+        Err(error) => Err(ModelFault::damaged(format!("its JSON cannot be read ({error})"))),
+    }
+}
+
+/// How much was parsed so far.
+#[derive(Default)]
+struct Amount {
+    objects: Cell<usize>,
+    values: Cell<usize>,
+}
+
+impl Amount {
+    /// Counts one more; an error ends the parsing, and [`parse`] finds out why.
+    fn count<E: Error>(counter: &Cell<usize>, limit: usize) -> Result<(), E> {
+        counter.set(counter.get() + 1);
+        if counter.get() > limit { Err(E::custom("too much")) } else { Ok(()) }
+    }
+}
+
+/// Parses a value and counts what is in it.
+struct Seed<'c>(&'c Amount);
+
+impl<'de> DeserializeSeed<'de> for Seed<'_> {
+    type Value = Value<'de>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value<'de>, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Seed<'_> {
+    type Value = Value<'de>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("JSON")
+    }
+
+    fn visit_unit<E>(self) -> Result<Value<'de>, E> {
+        Ok(Value::Null)
+    }
+
+    fn visit_bool<E>(self, flag: bool) -> Result<Value<'de>, E> {
+        Ok(Value::Flag(flag))
+    }
+
+    fn visit_u64<E>(self, number: u64) -> Result<Value<'de>, E> {
+        Ok(Value::Whole(number))
+    }
+
+    fn visit_i64<E>(self, number: i64) -> Result<Value<'de>, E> {
+        Ok(Value::Number(number as f64))
+    }
+
+    fn visit_f64<E>(self, number: f64) -> Result<Value<'de>, E> {
+        Ok(Value::Number(number))
+    }
+
+    fn visit_borrowed_str<E>(self, text: &'de str) -> Result<Value<'de>, E> {
+        Ok(Value::Text(Cow::Borrowed(text)))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Value<'de>, E> {
+        Ok(Value::Text(Cow::Owned(text.to_owned())))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
+        let mut list = Vec::new();
+        while let Some(value) = items.next_element_seed(Self(self.0))? {
+            Amount::count(&self.0.values, MAX_VALUES)?;
+            list.push(value);
+        }
+        Ok(Value::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
+        Amount::count(&self.0.objects, MAX_OBJECTS)?;
+        let mut all = Vec::new();
+        while let Some(Key(name)) = items.next_key()? {
+            Amount::count(&self.0.values, MAX_VALUES)?;
+            all.push((name, items.next_value_seed(Self(self.0))?));
+        }
+        // Programs differ in which of two they read.
+        let object = Object::new(all);
+        object.map(Value::Object).ok_or_else(|| A::Error::custom("an object has two properties of the same name"))
+    }
+}
+
+/// The name of a property, borrowed where it holds no escapes.
+struct Key<'a>(Cow<'a, str>);
+
+struct KeyVisitor;
+
+impl<'de> Visitor<'de> for KeyVisitor {
+    type Value = Key<'de>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a name")
+    }
+
+    fn visit_borrowed_str<E>(self, text: &'de str) -> Result<Key<'de>, E> {
+        Ok(Key(Cow::Borrowed(text)))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Key<'de>, E> {
+        Ok(Key(Cow::Owned(text.to_owned())))
+    }
+}
+
+impl<'de> Deserialize<'de> for Key<'de> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_str(KeyVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn properties_are_found_among_few_and_many() {
+        for count in [0, 1, FEW, FEW + 1, 300] {
+            let items: Vec<String> = (0..count).rev().map(|i| format!(r#""k{i}":{i}"#)).collect();
+            let text = format!("{{{}}}", items.join(","));
+            let object = parse(text.as_bytes()).unwrap();
+            assert_eq!(object.keys().count(), count);
+            for i in 0..count {
+                assert_eq!(object.get(&format!("k{i}")).unwrap().as_whole(), Some(i as u64));
+            }
+            assert!(object.get("k").is_none());
+            let twice = format!("{{{}}}", [items, vec![r#""x":1,"\u0078":2"#.into()]].concat().join(","));
+            assert!(parse(twice.as_bytes()).err().unwrap().to_string().contains("two properties of the same name"));
+        }
+    }
+
+    #[test]
+    fn numbers_are_whole_however_they_are_spelt() {
+        let object = parse(br#"{"a":2,"b":2.0,"c":2e0,"d":2.5,"e":-2,"f":18446744073709551615,"g":1e300}"#).unwrap();
+        let whole = |key| object.get(key).unwrap().as_whole();
+        assert_eq!(["a", "b", "c", "d", "e", "g"].map(whole), [Some(2), Some(2), Some(2), None, None, None]);
+        assert_eq!((whole("f"), object.get("e").unwrap().as_number()), (Some(u64::MAX), Some(-2.0)));
+    }
+
+    #[test]
+    fn what_is_no_json_is_refused() {
+        for wrong in
+            ["", "{", "[]", "7", "{} {}", "{\"a\":01}", "{\"a\":1e999}", "{a:1}", "{\"a\":NaN}", "{\"\u{1}\":1}"]
+        {
+            assert!(parse(wrong.as_bytes()).is_err(), "{wrong}");
+        }
+        assert!(parse(b"{\"\xff\":1}").is_err());
+    }
+}

@@ -1,0 +1,294 @@
+//! Models with altered bytes and altered JSON: accepted or refused, never a crash, never much memory or time.
+
+use std::time::Duration;
+
+use leadr_models::Model;
+use serde_json::{Value, json};
+
+use crate::build::{decode, everything, glb};
+use crate::samples::models_under;
+use leadr_testing::memory::{alone, measured};
+use leadr_testing::shared::shared_data;
+
+/// What any altered file may take: the free amounts of unpacked data and of decoded images, and their sum in passing.
+const MEMORY_LIMIT: usize = 400 << 20;
+const TIME_LIMIT: Duration = Duration::from_secs(10);
+
+/// Numbers that look random and are always the same.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() % end as u64) as usize
+    }
+}
+
+struct Outcome {
+    memory_limit: usize,
+    accepted: usize,
+    refused: usize,
+    peak: usize,
+    slowest: Duration,
+}
+
+impl Outcome {
+    fn within(memory_limit: usize) -> Self {
+        Self { memory_limit, accepted: 0, refused: 0, peak: 0, slowest: Duration::ZERO }
+    }
+
+    fn run(&mut self, what: &dyn Fn() -> String, bytes: &[u8]) {
+        let (result, peak, time) = measured(|| decode(bytes).map(|model| use_it(&model)));
+        assert!(peak < self.memory_limit, "{}: {peak} bytes", what());
+        assert!(time < TIME_LIMIT, "{}: {time:?}", what());
+        self.peak = self.peak.max(peak);
+        self.slowest = self.slowest.max(time);
+        match result {
+            Ok(()) => self.accepted += 1,
+            Err(fault) => {
+                let message = fault.to_string();
+                assert!(!message.contains('\n') && message.len() < 700, "{}: {message}", what());
+                self.refused += 1;
+            }
+        }
+    }
+
+    fn print(&self, what: &str) {
+        let Self { accepted, refused, peak, slowest, .. } = self;
+        println!("{what}: {accepted} accepted, {refused} refused, peak {peak} bytes, slowest {slowest:?}");
+    }
+}
+
+/// What was accepted can be posed and shown: its indices all lead somewhere.
+fn use_it(model: &Model) {
+    let animations = (0..model.animations.len().min(4)).map(Some).chain([None]);
+    for animation in animations {
+        for seconds in [-1.0, 0.3, 1e9, f32::NAN] {
+            let pose = model.pose(animation, seconds);
+            for node in model.shown_nodes().into_iter().take(64) {
+                let Some(mesh) = model.nodes[node].mesh else { continue };
+                for primitive in 0..model.meshes[mesh].primitives.len().min(4) {
+                    let posed = model.posed_vertices(&pose, node, primitive);
+                    let vertices = model.meshes[mesh].primitives[primitive].positions.len();
+                    assert_eq!((posed.positions.len(), posed.normals.len()), (vertices, vertices));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn altered_bytes_are_answered() {
+    let _alone = alone();
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let file = everything().glb();
+    decode(&file).unwrap();
+    let json_end = 20 + u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let mut outcome = Outcome::within(MEMORY_LIMIT);
+    for round in 0..6000 {
+        let mut altered = file.clone();
+        // A third of the changes hits the container, a third the JSON, a third the data.
+        let (start, end) = [(0, 20), (20, json_end), (json_end, file.len())][round % 3];
+        for _ in 0..=random.below(3) {
+            let at = start + random.below(end - start);
+            altered[at] = if random.below(2) == 0 { random.next() as u8 } else { altered[at] ^ 1 << random.below(8) };
+        }
+        outcome.run(&|| format!("round {round}"), &altered);
+    }
+    outcome.print("altered bytes");
+    assert!(outcome.refused > 1000 && outcome.accepted > 1000);
+}
+
+#[test]
+fn truncated_models_are_refused() {
+    let _alone = alone();
+    let file = everything().glb();
+    let json_end = 20 + u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let mut outcome = Outcome::within(MEMORY_LIMIT);
+    for end in (0..file.len()).step_by(7) {
+        outcome.run(&|| format!("cut to {end}"), &file[..end]);
+        // The same with a header that agrees.
+        let mut honest = file[..end].to_vec();
+        if end > 12 {
+            honest[8..12].copy_from_slice(&(end as u32).to_le_bytes());
+        }
+        outcome.run(&|| format!("made to end at {end}"), &honest);
+        if end > 20 && end < json_end {
+            outcome.run(&|| format!("JSON cut to {end}"), &glb(&file[20..end], &file[json_end + 8..]));
+        }
+    }
+    outcome.print("truncated");
+    assert_eq!(outcome.accepted, 0);
+}
+
+/// What takes the place of a value.
+fn odd_value(random: &mut Random) -> Value {
+    let all = [
+        json!(null),
+        json!(true),
+        json!(-1),
+        json!(0),
+        json!(1),
+        json!(2),
+        json!(3),
+        json!(0.5),
+        json!(255),
+        json!(65535),
+        json!(1u64 << 31),
+        json!(1u64 << 32),
+        json!(u64::MAX),
+        json!(i64::MIN),
+        json!(1e300),
+        json!(-1e38),
+        json!(1e-45),
+        json!(5125),
+        json!(5126),
+        json!(""),
+        json!("VEC4"),
+        json!("MAT2"),
+        json!("../x"),
+        json!("data:,"),
+        json!("CUBICSPLINE"),
+        json!([]),
+        json!([0]),
+        json!([0, 0, 0]),
+        json!({}),
+        json!({ "index": 0 }),
+    ];
+    all[random.below(all.len())].clone()
+}
+
+/// All places of a value, as pointers.
+fn places(value: &Value, here: &str, found: &mut Vec<String>) {
+    found.push(here.to_owned());
+    match value {
+        Value::Array(all) => all.iter().enumerate().for_each(|(i, v)| places(v, &format!("{here}/{i}"), found)),
+        Value::Object(all) => all.iter().for_each(|(key, v)| places(v, &format!("{here}/{key}"), found)),
+        _ => {}
+    }
+}
+
+fn edit(json: &mut Value, random: &mut Random) -> String {
+    let mut all = Vec::new();
+    places(json, "", &mut all);
+    let place = all[1 + random.below(all.len() - 1)].clone();
+    let (above, key) = place.rsplit_once('/').unwrap();
+    match random.below(6) {
+        0 => {
+            match json.pointer_mut(above).unwrap() {
+                Value::Object(object) => drop(object.remove(key)),
+                Value::Array(array) => drop(array.remove(key.parse().unwrap())),
+                _ => {}
+            }
+            format!("removed {place}")
+        }
+        1 => {
+            // Another value of the same model, which is more likely to be of use somewhere.
+            let other = json.pointer(&all[random.below(all.len())]).unwrap().clone();
+            *json.pointer_mut(&place).unwrap() = other;
+            format!("replaced {place}")
+        }
+        2 => {
+            if let Some(Value::Array(array)) = json.pointer_mut(above) {
+                let copy = array[key.parse::<usize>().unwrap()].clone();
+                array.push(copy);
+            }
+            format!("doubled {place}")
+        }
+        _ => {
+            let odd = odd_value(random);
+            let what = format!("{place} = {odd}");
+            *json.pointer_mut(&place).unwrap() = odd;
+            what
+        }
+    }
+}
+
+#[test]
+fn altered_json_is_answered() {
+    let _alone = alone();
+    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let made = everything();
+    let whole = made.finished();
+    let mut outcome = Outcome::within(MEMORY_LIMIT);
+    for _ in 0..6000 {
+        let mut json = whole.clone();
+        let edits: Vec<String> = (0..=random.below(2)).map(|_| edit(&mut json, &mut random)).collect();
+        outcome.run(&|| edits.join(", "), &glb(json.to_string().as_bytes(), &made.binary));
+    }
+    outcome.print("altered JSON");
+    assert!(outcome.refused > 1000 && outcome.accepted > 500);
+}
+
+/// Digits and brackets of the text itself, which need not be JSON afterwards.
+#[test]
+fn altered_text_is_answered() {
+    let _alone = alone();
+    let mut random = Random(0xda94_2042_e4dd_58b5);
+    let made = everything();
+    let text = made.finished().to_string().into_bytes();
+    let mut outcome = Outcome::within(MEMORY_LIMIT);
+    for round in 0..3000 {
+        let mut altered = text.clone();
+        for _ in 0..=random.below(2) {
+            let at = random.below(altered.len());
+            match random.below(3) {
+                0 => drop(altered.remove(at)),
+                1 => altered[at] = b"0123456789-+eE.,:{}[]\"\\"[random.below(23)],
+                _ => altered.insert(at, b"0123456789-,[]{}"[random.below(16)]),
+            }
+        }
+        outcome.run(&|| format!("round {round}"), &glb(&altered, &made.binary));
+    }
+    outcome.print("altered text");
+    assert!(outcome.refused > 500 && outcome.accepted > 100);
+}
+
+/// The same for real models, which have more to break.
+#[test]
+fn altered_creatures_are_answered() {
+    let Some(folder) = shared_data("creatures") else { return };
+    let _alone = alone();
+    let mut random = Random(0xbf58_476d_1ce4_e5b9);
+    for path in models_under(&folder).into_iter().filter(|path| path.extension().is_some_and(|e| e == "glb")) {
+        let file = std::fs::read(&path).unwrap();
+        let mut outcome = Outcome::within(MEMORY_LIMIT);
+        for round in 0..150 {
+            let mut altered = file.clone();
+            let reach = if round % 2 == 0 { file.len() } else { file.len().min(60_000) };
+            for _ in 0..=random.below(4) {
+                let at = random.below(reach);
+                altered[at] = random.next() as u8;
+            }
+            if round % 10 == 9 {
+                altered.truncate(random.below(file.len()));
+            }
+            let (result, peak, time) = measured(|| decode(&altered).map(drop));
+            assert!(peak < MEMORY_LIMIT && time < TIME_LIMIT, "round {round}: {peak} bytes, {time:?}");
+            outcome.peak = outcome.peak.max(peak);
+            outcome.slowest = outcome.slowest.max(time);
+            outcome.refused += usize::from(result.is_err());
+            outcome.accepted += usize::from(result.is_ok());
+        }
+        outcome.print(path.file_name().unwrap().to_str().unwrap());
+        assert!(outcome.refused > 0);
+    }
+}
+
+/// The checks above must see what they look for.
+#[test]
+#[should_panic(expected = "bytes")]
+fn a_run_over_the_limit_is_seen() {
+    let _alone = alone();
+    let mut made = everything();
+    let view = made.view(&crate::build::png(1000, 1000, &vec![7; 4_000_000]));
+    made.push("images", json!({ "bufferView": view }));
+    made.push("textures", json!({ "source": 2 }));
+    Outcome::within(3 << 20).run(&|| "a large image".into(), &made.glb());
+}

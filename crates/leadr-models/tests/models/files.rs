@@ -1,0 +1,236 @@
+//! Models in files: what lies beside them, what may not be read, and what lenient loading replaces.
+
+use std::fs;
+use std::path::Path;
+
+use leadr_maps::HeightMap;
+use leadr_maps::save::encode_png_grey16;
+use leadr_models::{LoadOptions, Model, ModelFault};
+use serde_json::{Value, json};
+
+use crate::build::{everything, png, triangle};
+use leadr_testing::memory::{alone, measured, unmeasured};
+
+const LENIENT: LoadOptions = LoadOptions { lenient: true };
+
+/// A folder with a triangle whose base colour is the image at `uri`.
+fn painted(folder: &Path, uri: &str) -> std::path::PathBuf {
+    let mut made = triangle();
+    made.push("images", json!({ "uri": uri }));
+    made.push("textures", json!({ "source": 0 }));
+    let texture = json!({ "index": 0 });
+    let base = json!({ "baseColorTexture": texture, "metallicRoughnessTexture": texture });
+    made.push("materials", json!({ "pbrMetallicRoughness": base, "normalTexture": texture }));
+    made.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    made.json["buffers"] = json!([{ "byteLength": made.binary.len(), "uri": "data%20of/it.bin" }]);
+    fs::create_dir_all(folder.join("data of")).unwrap();
+    fs::write(folder.join("data of/it.bin"), &made.binary).unwrap();
+    let path = folder.join("painted.gltf");
+    fs::write(&path, made.finished().to_string()).unwrap();
+    path
+}
+
+#[test]
+fn files_beside_a_model_are_found_by_their_encoded_names() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("maps")).unwrap();
+    fs::write(folder.path().join("maps/é 1.png"), png(1, 1, &[1, 2, 3, 255])).unwrap();
+    let path = painted(folder.path(), "maps/%C3%A9%201.png");
+    let model = Model::load(&path, LoadOptions::default()).unwrap();
+    assert_eq!(model.name, "painted");
+    let texture = model.materials[0].base_color.texture.as_ref().unwrap();
+    assert_eq!(texture.raster.value(0, 0, 2), 3.0 / 255.0);
+    assert!(model.remarks[0].contains("has 0 sets of texture coordinates"), "{:?}", model.remarks);
+}
+
+#[test]
+fn what_lies_elsewhere_is_not_read() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("inside");
+    fs::create_dir(&inside).unwrap();
+    let secret = folder.path().join("secret.png");
+    fs::write(&secret, png(1, 1, &[1, 2, 3, 255])).unwrap();
+    let absolute = secret.to_str().unwrap();
+    let file = format!("file://{absolute}");
+    let refused = [
+        ("../secret.png", "outside the model's folder"),
+        ("%2e%2e/secret.png", "outside the model's folder"),
+        ("x/../../secret.png", "outside the model's folder"),
+        (absolute, "outside the model's folder"),
+        (&file, "has a scheme"),
+        ("https://example.com/a.png", "has a scheme"),
+        ("..\\secret.png", "backslash"),
+        ("", "has no name"),
+        ("nothing.png", "cannot be found"),
+        (".", "is not a regular file"),
+    ];
+    for (uri, wanted) in refused {
+        let path = painted(&inside, uri);
+        let error = Model::load(&path, LoadOptions::default()).unwrap_err();
+        let message = error.to_string();
+        println!("{message}");
+        assert!(matches!(error.fault, ModelFault::Missing { .. }), "{message}");
+        assert!(message.contains("painted.gltf: image 0: the file") && message.contains(wanted), "{message}");
+        let model = Model::load(&path, LENIENT).unwrap();
+        assert!(
+            model.remarks.iter().any(|r| r.contains("image 0") && r.contains("replacement")),
+            "{:?}",
+            model.remarks
+        );
+    }
+    // The same file is read where it may be.
+    fs::copy(&secret, inside.join("secret.png")).unwrap();
+    Model::load(painted(&inside, "secret.png"), LoadOptions::default()).unwrap();
+}
+
+#[test]
+fn lenient_replacements_are_seen_and_do_no_harm() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("broken.png"), &png(4, 4, &[9; 64])[..40]).unwrap();
+    let path = painted(folder.path(), "broken.png");
+    let message = Model::load(&path, LoadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("image 0 (broken.png): is damaged"), "{message}");
+    let model = Model::load(&path, LENIENT).unwrap();
+    let material = &model.materials[0];
+    let colors = material.base_color.texture.as_ref().unwrap();
+    let (one, other) = (colors.raster.color(0, 0, colors.encoding), colors.raster.color(1, 0, colors.encoding));
+    assert!(one[0] > 0.3 && one[1] == 0.0 && other[0] < 0.1, "a magenta check: {one:?} {other:?}");
+    let roughness = material.roughness.texture.as_ref().unwrap();
+    assert_eq!(roughness.raster.value(0, 0, 1), 1.0, "the factor alone");
+    assert!(material.normal_map.is_none());
+    // Geometry is never replaced.
+    fs::remove_file(folder.path().join("data of/it.bin")).unwrap();
+    let message = Model::load(&path, LENIENT).unwrap_err().to_string();
+    assert!(message.contains("buffer 0: the file \"data%20of/it.bin\" cannot be found"), "{message}");
+}
+
+/// Of a large file that many buffers name, each takes only what it says.
+#[test]
+fn buffers_take_no_more_than_their_length() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("large.bin"), vec![0; 8 << 20]).unwrap();
+    let mut made = triangle();
+    made.json["buffers"] = json!([{ "byteLength": made.binary.len() }]);
+    for _ in 0..100 {
+        made.push("buffers", json!({ "byteLength": 16, "uri": "large.bin" }));
+    }
+    let file = made.glb();
+    let load = || Model::decode(&file, "made", Some(folder.path()), LoadOptions::default()).map(drop);
+    let (result, peak, _) = measured(load);
+    result.unwrap();
+    assert!(peak < 1 << 20, "{peak} bytes");
+}
+
+#[test]
+fn images_of_other_formats_are_named() {
+    let _unmeasured = unmeasured();
+    let mut made = everything();
+    made.json["textures"][0] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
+    assert!(made.fault().contains("texture 0 has no image in a format that is read (PNG or JPEG)"), "{}", made.fault());
+    made.json["textures"][0] = json!({});
+    let model = made.model();
+    assert!(model.remarks[0].contains("texture 0 has no image; it is left out"), "{:?}", model.remarks);
+    assert!(model.materials[0].base_color.texture.is_none());
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.webp"), b"RIFF....WEBPVP8 ").unwrap();
+    let message = Model::load(painted(folder.path(), "a.webp"), LoadOptions::default()).unwrap_err().to_string();
+    assert!(
+        message.contains("image 0 (a.webp): cannot be used: it is a WebP, and a PNG, JPEG or EXR image is expected"),
+        "{message}"
+    );
+}
+
+#[test]
+fn extras_name_a_displacement_map() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    let heights = HeightMap::new(2, 1, vec![0.25, 0.75]).unwrap();
+    fs::write(folder.path().join("bark.png"), encode_png_grey16(&heights, 0.0, 1.0).unwrap()).unwrap();
+    let load = |extras: Value, options| {
+        let mut made = triangle();
+        made.push("materials", json!({ "name": "bark", "extras": extras }));
+        Model::decode(&made.glb(), "made", Some(folder.path()), options)
+    };
+    let strict = LoadOptions::default();
+    let model =
+        load(json!({ "leadr_displacement": { "uri": "bark.png", "scale": 0.02, "middle": 0.25 } }), strict).unwrap();
+    let relief = model.materials[0].relief.as_ref().unwrap();
+    assert_eq!((relief.scale, relief.middle, relief.map.width), (Some(0.02), 0.25, 2));
+    assert!((relief.map.at(1, 0) - 0.75).abs() < 1e-4);
+    let model = load(json!({ "leadr_displacement": { "uri": "bark.png" } }), strict).unwrap();
+    let relief = model.materials[0].relief.as_ref().unwrap();
+    assert_eq!((relief.scale, relief.middle), (None, 0.5));
+    for foreign in [json!(7), json!("text"), json!({ "other": [1] }), json!([])] {
+        assert!(load(foreign, strict).unwrap().materials[0].relief.is_none());
+    }
+    let missing = json!({ "leadr_displacement": { "uri": "moss.png" } });
+    let message = load(missing.clone(), strict).unwrap_err().to_string();
+    assert!(
+        message.contains("material 0, extras, leadr_displacement: the file \"moss.png\" cannot be found"),
+        "{message}"
+    );
+    let model = load(missing, LENIENT).unwrap();
+    assert!(
+        model.materials[0].relief.is_none() && model.remarks[0].contains("is not displaced"),
+        "{:?}",
+        model.remarks
+    );
+    for (wrong, wanted) in [
+        (json!({ "leadr_displacement": 7 }), "`leadr_displacement` must be an object"),
+        (json!({ "leadr_displacement": {} }), "`uri` is missing"),
+        (
+            json!({ "leadr_displacement": { "uri": "bark.png", "scale": -1 } }),
+            "`scale` must be a number from 0.0 to 1e12",
+        ),
+    ] {
+        let message = load(wrong, strict).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
+fn what_is_no_model_says_so() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    let message = |path: &Path| Model::load(path, LoadOptions::default()).unwrap_err().to_string();
+    let missing = message(&folder.path().join("no.glb"));
+    assert!(missing.contains("no.glb: cannot be found") && missing.contains("check the path"), "{missing}");
+    assert!(message(folder.path()).contains("is not a regular file; give the path of a .glb or .gltf file"));
+    for (content, wanted) in [
+        (&b""[..], "is damaged: it is empty"),
+        (b"   \n", "is damaged: it is empty"),
+        (b"solid cube", "is not a glTF model; give a .glb or .gltf file"),
+        (b"\x89PNG", "is not a glTF model"),
+        (b"\xef\xbb\xbf{}", "a byte order mark stands before its JSON"),
+        (b"{", "its JSON cannot be read (EOF while parsing an object at line 1 column 1)"),
+        (b"{}", "the model: `asset` is missing"),
+        (b"glTF", "its header ends early"),
+        (b"glTF\x01\0\0\0\x0c\0\0\0", "it is a GLB of version 1"),
+        (b"glTF\x02\0\0\0\x0c\0\0\0", "it has no JSON"),
+        (b"glTF\x02\0\0\0\xff\xff\xff\xff", "it says that it has 4294967295 bytes, but it has 12"),
+    ] {
+        let path = folder.path().join("odd.glb");
+        fs::write(&path, content).unwrap();
+        assert!(message(&path).contains(wanted), "{}", message(&path));
+    }
+}
+
+/// Opening a pipe would wait for somebody to write into it.
+#[cfg(unix)]
+#[test]
+fn pipes_are_refused_at_once() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["pipe.glb", "pipe.png"] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path().join(name)).status();
+        assert!(made.is_ok_and(|status| status.success()), "mkfifo is needed");
+    }
+    let error = Model::load(folder.path().join("pipe.glb"), LoadOptions::default()).unwrap_err();
+    assert!(matches!(error.fault, ModelFault::NotAFile));
+    let message = Model::load(painted(folder.path(), "pipe.png"), LoadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("\"pipe.png\" is not a regular file"), "{message}");
+}

@@ -1,0 +1,411 @@
+//! Models that break one rule each: refused in one line that names the part, or repaired with a remark.
+
+use serde_json::{Value, json};
+
+use crate::build::{Builder, U8, U16, U32, decode, everything, glb, triangle};
+use leadr_testing::memory::unmeasured;
+
+/// A change to the model with everything, and what the refusal says.
+struct Case(&'static str, fn(&mut Value), &'static str);
+
+/// Each is the least change that breaks its rule: [`the_unchanged_model_loads`] shows that nothing else is wrong.
+const CASES: [Case; 61] = [
+    Case("no asset", |m| drop(m.as_object_mut().unwrap().remove("asset")), "the model: `asset` is missing"),
+    Case("version 1", |m| m["asset"]["version"] = json!("1.0"), "it is glTF 1.0; export it as glTF 2.0"),
+    Case("version in words", |m| m["asset"]["version"] = json!("two"), "asset: `two` is no version"),
+    Case(
+        "required extension",
+        |m| m["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
+        "it cannot be read without KHR_draco_mesh_compression; export it without",
+    ),
+    Case("list that is none", |m| m["meshes"] = json!({}), "the model: `meshes` must be an array"),
+    Case("object that is none", |m| m["nodes"][2] = json!(7), "node 2: must be an object"),
+    Case("name that is none", |m| m["nodes"][2]["name"] = json!(7), "node 2: `name` must be a string"),
+    Case(
+        "buffer of no length",
+        |m| m["buffers"][0]["byteLength"] = json!(0),
+        "buffer 0: `byteLength` must be 1 or more",
+    ),
+    Case(
+        "buffer too long",
+        |m| m["buffers"][0]["byteLength"] = json!(1 << 20),
+        "buffer 0: `byteLength` is 1048576, but there are",
+    ),
+    Case(
+        "buffer beyond the limit",
+        |m| m["buffers"][0]["byteLength"] = json!(1u64 << 40),
+        "its buffers have 1024 GiB or more",
+    ),
+    Case(
+        "view of no buffer",
+        |m| m["bufferViews"][1]["buffer"] = json!(1),
+        "buffer view 1: `buffer` names buffer 1, but there are 1",
+    ),
+    Case(
+        "view beyond its buffer",
+        |m| m["bufferViews"][1]["byteLength"] = json!(1 << 20),
+        "buffer view 1: needs bytes",
+    ),
+    Case(
+        "view that wraps round",
+        |m| m["bufferViews"][1]["byteOffset"] = json!(u64::MAX),
+        "buffer view 1: needs bytes",
+    ),
+    Case(
+        "negative offset",
+        |m| m["bufferViews"][1]["byteOffset"] = json!(-4),
+        "buffer view 1: `byteOffset` must be a whole number",
+    ),
+    Case(
+        "odd stride",
+        |m| m["bufferViews"][3]["byteStride"] = json!(5),
+        "buffer view 3: `byteStride` must be a multiple of 4",
+    ),
+    Case("accessor of nothing", |m| m["accessors"][0]["count"] = json!(0), "accessor 0: `count` must be 1 or more"),
+    Case(
+        "accessor too long",
+        |m| m["accessors"][0]["count"] = json!(5),
+        "accessor 0: 5 elements need bytes 0 to 60, but the buffer view has 48",
+    ),
+    Case(
+        "accessor of 2^31",
+        |m| m["accessors"][0]["count"] = json!(1u64 << 31),
+        "accessor 0: 2147483648 elements need bytes 0 to 25769803776",
+    ),
+    Case(
+        "accessor of 2^64",
+        |m| m["accessors"][0]["count"] = json!(u64::MAX),
+        "accessor 0: 18446744073709551615 elements need",
+    ),
+    Case("half an element", |m| m["accessors"][0]["count"] = json!(3.5), "accessor 0: `count` must be a whole number"),
+    Case(
+        "stride below an element",
+        |m| m["bufferViews"][2]["byteStride"] = json!(8),
+        "accessor 0: an element has 12 bytes, but `byteStride` is 8",
+    ),
+    Case(
+        "sparse beyond its base",
+        |m| sparse(m)["count"] = json!(5),
+        "sparse: `count` is 5, but must be from 1 to the 4 elements",
+    ),
+    Case("sparse of 2^63", |m| sparse(m)["count"] = json!(1u64 << 63), "sparse: `count` is 9223372036854775808"),
+    Case(
+        "sparse indices of floats",
+        |m| sparse(m)["indices"]["componentType"] = json!(5126),
+        "indices: `componentType` must be 5121, 5123 or 5125",
+    ),
+    Case("sparse indices backwards", |m| sparse(m)["indices"]["byteOffset"] = json!(1), "sparse, indices: "),
+    Case(
+        "sparse values beyond",
+        |m| sparse(m)["values"]["byteOffset"] = json!(4),
+        "values: 2 elements need bytes 4 to 28, but the buffer view has 24",
+    ),
+    Case(
+        "positions of two numbers",
+        |m| attributes(m)["POSITION"] = json!(3),
+        "`POSITION` must be VEC3 of floats, but accessor 3 is VEC2 of floats",
+    ),
+    Case(
+        "positions of nothing",
+        |m| attributes(m)["POSITION"] = json!(99),
+        "attributes: `POSITION` names accessor 99, but there are",
+    ),
+    Case(
+        "fewer normals",
+        |m| m["accessors"][1]["count"] = json!(3),
+        "attributes: `NORMAL` has 3 elements, but `POSITION` has 4",
+    ),
+    Case(
+        "joints without weights",
+        |m| drop(attributes(m).as_object_mut().unwrap().remove("WEIGHTS_0")),
+        "`JOINTS_0` and `WEIGHTS_0` are of use only together",
+    ),
+    Case(
+        "joints of floats",
+        |m| attributes(m)["JOINTS_0"] = json!(2),
+        "`JOINTS_0` must be VEC4 of unsigned bytes or 16-bit numbers",
+    ),
+    Case("unknown mode", |m| primitive(m)["mode"] = json!(7), "primitive 0: `mode` is 7, but must be 0 to 6"),
+    Case(
+        "indices of floats",
+        |m| primitive(m)["indices"] = json!(0),
+        "`indices` must be SCALAR of unsigned numbers, but accessor 0 is VEC3 of floats",
+    ),
+    Case(
+        "no material",
+        |m| primitive(m)["material"] = json!(1),
+        "primitive 0: `material` names material 1, but there are 1",
+    ),
+    Case("no primitives", |m| m["meshes"][0]["primitives"] = json!([]), "mesh 0: has no primitives"),
+    Case(
+        "weights for other targets",
+        |m| m["meshes"][0]["weights"] = json!([0.5, 0.5]),
+        "mesh 0: has 2 weights for 1 morph targets",
+    ),
+    Case(
+        "joint beyond the skin",
+        |m| m["skins"][0]["joints"] = json!([1]),
+        "node 0: mesh 0, primitive 0 follows joint 1, but skin 0 has 1 joints",
+    ),
+    Case("joint twice", |m| m["skins"][0]["joints"] = json!([1, 1]), "skin 0: has node 1 as two of its joints"),
+    Case(
+        "too few bind matrices",
+        |m| m["accessors"][10]["count"] = json!(1),
+        "skin 0: has 2 joints, but 1 inverse bind matrices",
+    ),
+    Case("two parents", |m| m["nodes"][0]["children"] = json!([2]), "node 2: is a child of node 0 and of node 1"),
+    Case("own parent", |m| m["nodes"][2]["children"] = json!([2]), "node 2: is a child of node 1 and of node 2"),
+    Case(
+        "own ancestor",
+        |m| {
+            m["nodes"][2]["children"] = json!([4]);
+            m["nodes"].as_array_mut().unwrap().push(json!({ "children": [1] }));
+            m["scenes"][0]["nodes"] = json!([0]);
+        },
+        "node 1: is its own ancestor",
+    ),
+    Case(
+        "scene of children",
+        |m| m["scenes"][0]["nodes"] = json!([2]),
+        "scene 0: lists node 2, which is no root but a child of node 1",
+    ),
+    Case("no such scene", |m| m["scene"] = json!(1), "the model: `scene` names scene 1, but there are 1"),
+    Case("matrix and parts", |m| m["nodes"][3]["scale"] = json!([1, 1, 1]), "node 3: has both a `matrix` and"),
+    Case(
+        "matrix that is not affine",
+        |m| m["nodes"][3]["matrix"][3] = json!(1),
+        "node 3: `matrix` has 1 in its last row",
+    ),
+    Case(
+        "matrix beyond floats",
+        |m| m["nodes"][3]["matrix"][0] = json!(1e300),
+        "node 3: `matrix` must be an array of numbers",
+    ),
+    Case(
+        "rotation of no length",
+        |m| m["nodes"][2]["rotation"] = json!([0, 0, 0, 0]),
+        "node 2: `rotation` has no length",
+    ),
+    Case("scale of two", |m| m["nodes"][2]["scale"] = json!([1, 1]), "node 2: `scale` must be an array of 3 numbers"),
+    Case(
+        "metal beyond 1",
+        |m| m["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(1.5),
+        "material 0, pbrMetallicRoughness: `metallicFactor` must be a number from 0 to 1",
+    ),
+    Case(
+        "no texture",
+        |m| m["materials"][0]["normalTexture"]["index"] = json!(9),
+        "material 0, normalTexture: `index` names texture 9",
+    ),
+    Case(
+        "index of refraction below 1",
+        |m| m["materials"][0]["extensions"]["KHR_materials_ior"]["ior"] = json!(0.5),
+        "`ior` is 0.5, but must be 1 or more",
+    ),
+    Case(
+        "wrap of nothing",
+        |m| m["samplers"][0]["wrapS"] = json!(1),
+        "sampler 0: `wrapS` is 1, but must be 10497, 33648 or 33071",
+    ),
+    Case(
+        "camera without kind",
+        |m| m["cameras"][0]["type"] = json!("fisheye"),
+        "camera 0: `type` fisheye is not known",
+    ),
+    Case(
+        "far before near",
+        |m| m["cameras"][1]["orthographic"]["znear"] = json!(11),
+        "camera 1: `zfar` must be above `znear`",
+    ),
+    Case(
+        "cone inside out",
+        |m| m["extensions"]["KHR_lights_punctual"]["lights"][1]["spot"]["innerConeAngle"] = json!(0.5),
+        "light 1, spot: `innerConeAngle` 0.5 must be below",
+    ),
+    Case(
+        "animated matrix",
+        |m| m["animations"][0]["channels"][0]["target"]["node"] = json!(3),
+        "channel 0, target: moves node 3, which has a matrix",
+    ),
+    Case(
+        "weights of nothing",
+        |m| m["animations"][0]["channels"][3]["target"]["node"] = json!(1),
+        "moves the weights of node 1, which has no morph targets",
+    ),
+    Case(
+        "values of another kind",
+        |m| m["animations"][0]["channels"][0]["target"]["path"] = json!("rotation"),
+        "animation 0, sampler 0: `output` must be VEC4 of floats",
+    ),
+    Case(
+        "too few values",
+        |m| m["animations"][0]["samplers"][2]["interpolation"] = json!("LINEAR"),
+        "animation 0, sampler 2: has 9 values for 3 keys, but needs 3",
+    ),
+    Case(
+        "unknown interpolation",
+        |m| m["animations"][0]["samplers"][1]["interpolation"] = json!("BEZIER"),
+        "animation 0, sampler 1: `interpolation` BEZIER is not known",
+    ),
+];
+
+fn sparse(model: &mut Value) -> &mut Value {
+    model["accessors"].as_array_mut().unwrap().iter_mut().find_map(|a| a.get_mut("sparse")).unwrap()
+}
+
+fn primitive(model: &mut Value) -> &mut Value {
+    &mut model["meshes"][0]["primitives"][0]
+}
+
+fn attributes(model: &mut Value) -> &mut Value {
+    &mut primitive(model)["attributes"]
+}
+
+#[test]
+fn the_unchanged_model_loads() {
+    let _unmeasured = unmeasured();
+    let made = everything();
+    decode(&glb(made.finished().to_string().as_bytes(), &made.binary)).unwrap();
+}
+
+#[test]
+fn every_broken_rule_is_one_line_that_names_the_part() {
+    let _unmeasured = unmeasured();
+    let made = everything();
+    for Case(name, change, wanted) in CASES {
+        let mut json = made.finished();
+        change(&mut json);
+        let result = decode(&glb(json.to_string().as_bytes(), &made.binary));
+        let message = match result {
+            Ok(_) => panic!("{name} was accepted"),
+            Err(fault) => fault.to_string(),
+        };
+        println!("{name}: {message}");
+        assert!(message.contains(wanted), "{name}: {message}");
+        assert!(message.contains("; ") && !message.contains('\n') && message.len() < 500, "{name}: {message}");
+    }
+}
+
+/// Values in the binary data, which no change of the JSON can break.
+#[test]
+fn numbers_that_mean_nothing_are_refused() {
+    let _unmeasured = unmeasured();
+    let with_attribute = |name: &str, shape: &str, numbers: &[f32]| {
+        let mut made = triangle();
+        let accessor = made.floats(shape, numbers);
+        made.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
+        made
+    };
+    let nan = f32::NAN;
+    for bad in [nan, f32::INFINITY, f32::NEG_INFINITY] {
+        let made = with_attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, bad, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        assert!(made.fault().starts_with(&format!("accessor 1: element 1 holds {bad}")), "{}", made.fault());
+    }
+    let made = with_attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 1e30, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    assert!(made.fault().contains("`POSITION` of vertex 1 is"), "{}", made.fault());
+    let weighted = |weights: &[f32; 12]| {
+        let mut made = with_attribute("WEIGHTS_0", "VEC4", weights);
+        let joints = made.accessor("VEC4", U8, 3, &[0; 12]);
+        made.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
+        made
+    };
+    let mut weights = [0.25; 12];
+    weights[5] = nan;
+    assert!(weighted(&weights).fault().starts_with("accessor 1: element 1 holds NaN"));
+    weights[5] = -0.25;
+    assert!(weighted(&weights).fault().contains("a weight of vertex 1 is -0.25, but must be 0 or more"));
+
+    let animated = |times: &[f32], turns: &[f32]| {
+        let mut made = triangle();
+        let (input, output) = (made.floats("SCALAR", times), made.floats("VEC4", turns));
+        let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "rotation" } });
+        made.push("animations", json!({ "samplers": [{ "input": input, "output": output }], "channels": [channel] }));
+        made
+    };
+    let turns = [0.0, 0.0, 0.0, 1.0].repeat(3);
+    animated(&[0.0, 1.0, 2.0], &turns).model();
+    assert!(animated(&[0.0, 1.0, 1.0], &turns).fault().contains("time 2 is 1 after 1, but times must increase"));
+    assert!(animated(&[0.0, 2.0, 1.0], &turns).fault().contains("time 2 is 1 after 2"));
+    assert!(animated(&[-1.0, 2.0, 3.0], &turns).fault().contains("its first time is -1, but must be 0 or more"));
+    let mut still = turns.clone();
+    still[7] = 0.0;
+    assert!(animated(&[0.0, 1.0, 2.0], &still).fault().contains("the rotation of key 1 has no length"));
+
+    for index in [3u32, 0x7fff_ffff, 0x8000_0000, u32::MAX] {
+        let mut made = triangle();
+        let bytes: Vec<u8> = [0, 1, index].iter().flat_map(|v: &u32| v.to_le_bytes()).collect();
+        let indices = made.accessor("SCALAR", U32, 3, &bytes);
+        made.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+        assert!(made.fault().contains(&format!("index 2 names vertex {index}, but there are 3")), "{}", made.fault());
+    }
+    // Scales that are fine alone, but not one below the other.
+    let mut made = Builder::new();
+    for node in 0..8 {
+        let children: Vec<usize> = (node + 1..8).take(1).collect();
+        made.push("nodes", json!({ "scale": [1e10, 1e10, 1e10], "children": children }));
+    }
+    assert!(made.fault().contains("node 3: is scaled or moved so far"), "{}", made.fault());
+}
+
+#[test]
+fn repairs_are_remarked_on() {
+    let _unmeasured = unmeasured();
+    let remarks = |change: fn(&mut Builder)| {
+        let mut made = everything();
+        change(&mut made);
+        let model = made.model();
+        assert_eq!(model.remarks.len(), 1, "{:?}", model.remarks);
+        (model.remarks[0].clone(), model)
+    };
+    let (remark, model) = remarks(|m| m.json["nodes"][2]["rotation"] = json!([0, 0, 3, 4]));
+    assert!(remark.contains("node 2: its rotation is not of unit length"));
+    let turned = model.nodes[2].transform.matrix().transform_vector3(glam::Vec3::X);
+    assert!((turned.length() - 2.0).abs() < 1e-5, "{turned}");
+    let (remark, _) = remarks(|m| m.json["extensionsUsed"] = json!(["KHR_materials_clearcoat"]));
+    assert!(remark.contains("not read: KHR_materials_clearcoat"));
+    let (remark, model) = remarks(|m| m.json["cameras"][0]["perspective"]["yfov"] = json!(4.0));
+    assert!(remark.contains("`yfov` is 4"));
+    assert!(
+        matches!(model.cameras[0].projection, leadr_models::Projection::Perspective { vertical_angle, .. } if vertical_angle < 3.0)
+    );
+    let (remark, model) = remarks(|m| m.json["materials"][0]["alphaMode"] = json!("FROSTED"));
+    assert!(remark.contains("alpha mode FROSTED is not known"));
+    assert_eq!(model.materials[0].opacity, leadr_maps::material::Opacity::Opaque);
+    let (remark, model) = remarks(|m| m.json["animations"][0]["channels"][0]["target"]["path"] = json!("pointer"));
+    assert!(remark.contains("moves `pointer`, which is not read"));
+    assert_eq!(model.animations[0].channels.len(), 3);
+    let (remark, model) =
+        remarks(|m| m.json["animations"][0]["channels"][2]["target"] = json!({ "node": 1, "path": "translation" }));
+    assert!(remark.contains("replaces it"));
+    assert_eq!(model.animations[0].channels.len(), 3);
+    let (remark, _) = remarks(|m| {
+        m.json["nodes"][0].as_object_mut().unwrap().remove("mesh");
+        m.json.as_object_mut().unwrap().remove("animations");
+    });
+    assert!(remark.contains("node 0: has a skin or weights, but no mesh"), "{remark}");
+}
+
+/// Remarks about a million parts would be no help to anybody.
+#[test]
+fn remarks_are_counted_when_they_are_many() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    made.json["meshes"][0]["primitives"] = json!(vec![json!({ "attributes": { "POSITION": 0 }, "mode": 0 }); 500]);
+    let remarks = made.model().remarks;
+    assert_eq!(remarks.len(), 65);
+    assert_eq!(remarks[64], "436 further remarks are left out");
+}
+
+#[test]
+fn messages_stay_on_one_line_whatever_names_are() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    let name = format!("a\n\u{1b}[31m{}", "b".repeat(1000));
+    made.json["extensionsRequired"] = json!([name]);
+    let message = made.fault();
+    assert!(!message.contains(['\n', '\u{1b}']) && message.len() < 500, "{message}");
+    let unused = made.push("accessors", json!({ "type": name, "componentType": U16, "count": 1 }));
+    made.json["extensionsRequired"] = json!([]);
+    made.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(unused);
+    assert!(made.fault().contains("accessor 1 is an unknown type of 16-bit numbers"), "{}", made.fault());
+}

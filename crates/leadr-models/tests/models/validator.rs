@@ -1,0 +1,141 @@
+//! The files of Khronos' glTF validator, each with the errors that the validator reports.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use crate::samples::models_under;
+use leadr_models::{LoadOptions, Model};
+use leadr_testing::memory::unmeasured;
+use leadr_testing::shared::shared_data;
+
+/// The codes of the errors that the validator reports for a file.
+fn reported(path: &Path) -> BTreeSet<String> {
+    let report = path.with_file_name(format!("{}.report.json", path.file_name().unwrap().to_str().unwrap()));
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
+    let messages = report["issues"]["messages"].as_array().unwrap();
+    let errors = messages.iter().filter(|message| message["severity"] == 0);
+    errors.map(|message| message["code"].as_str().unwrap().to_owned()).collect()
+}
+
+/// Errors that leave a sound reading, and why they are no reason to refuse a model.
+const HARMLESS: [(&str, &str); 37] = [
+    ("ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "stated bounds are not used"),
+    ("ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "stated bounds are not used"),
+    ("ACCESSOR_MAX_MISMATCH", "stated bounds are not used"),
+    ("ACCESSOR_MIN_MISMATCH", "stated bounds are not used"),
+    ("ANIMATION_SAMPLER_INPUT_ACCESSOR_WITHOUT_BOUNDS", "stated bounds are not used"),
+    ("MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS", "stated bounds are not used"),
+    ("EMPTY_ENTITY", "an empty list is no list"),
+    ("ACCESSOR_NORMALIZED_INVALID", "floats are what they are"),
+    ("ACCESSOR_INVALID_FLOAT", "nothing reads this accessor"),
+    ("ANIMATION_DUPLICATE_TARGETS", "the last channel counts, with a remark"),
+    ("BUFFER_DATA_URI_MIME_TYPE_INVALID", "the bytes are there whatever they are called"),
+    ("BUFFER_MISSING_GLB_DATA", "nothing reads this buffer"),
+    ("BUFFER_VIEW_TOO_BIG_BYTE_STRIDE", "one element fits, and that is all there is"),
+    ("BUFFER_VIEW_INVALID_BYTE_STRIDE", "a stride says where elements are, whatever they are for"),
+    ("GLB_CHUNK_LENGTH_UNALIGNED", "bytes are read wherever they are"),
+    ("ONE_OF_MISMATCH", "no texture shows this image"),
+    ("INVALID_URI", "no texture shows this image"),
+    ("IMAGE_MIME_TYPE_INVALID", "no texture shows this image"),
+    ("IMAGE_DATA_INVALID", "no texture shows this image"),
+    ("IMAGE_UNEXPECTED_EOS", "no texture shows this image"),
+    ("IO_ERROR", "no texture shows this image"),
+    ("MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_UNSIGNED_INT", "attributes of other programs are not read"),
+    ("MESH_PRIMITIVE_INVALID_ATTRIBUTE", "attributes of other programs are not read"),
+    ("MESH_PRIMITIVE_INDEXED_SEMANTIC_CONTINUITY", "attributes of other programs are not read"),
+    ("MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR", "left out with a remark"),
+    ("ACCESSOR_NON_CLAMPED", "clamped with a remark"),
+    ("ACCESSOR_INDEX_PRIMITIVE_RESTART", "an index like any other: nothing restarts here"),
+    ("NODE_SKIN_WITH_NON_SKINNED_MESH", "shown unbent with a remark"),
+    ("ROTATION_NON_UNIT", "scaled with a remark"),
+    ("UNSATISFIED_DEPENDENCY", "a skin or weights without a mesh are left out with a remark"),
+    ("DUPLICATE_ELEMENTS", "said twice is said"),
+    ("ACCESSOR_VECTOR3_NON_UNIT", "scaled with a remark"),
+    ("ACCESSOR_INVALID_SIGN", "read as 1 with a remark"),
+    ("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", "remarked on; how to show it is the renderer's choice"),
+    ("IMAGE_BUFFER_VIEW_WITH_BYTESTRIDE", "no texture shows this image"),
+    ("SKIN_NO_COMMON_ROOT", "joints need none to be where they are"),
+    ("SKIN_SKELETON_INVALID", "joints need none to be where they are"),
+];
+
+/// Files that are accepted although the validator reports errors of other kinds, and why.
+const HARMLESS_FILES: [(&str, &str); 4] = [
+    ("mesh_data/joints_weights_complex.gltf", "all in points, which are not drawn"),
+    ("root/extensions_non_objects.gltf", "extensions that are not read"),
+    ("root/extensions_undeclared_wrong_pointer.gltf", "extensions that are not read"),
+    ("skin/no_joints_in_scene.gltf", "joints are where they are, shown or not"),
+];
+
+/// Valid files that are refused, and why.
+const REFUSED_FILES: [(&str, &str); 7] = [
+    ("animation/valid.gltf", "accessors without data: all times are 0"),
+    ("asset/min_version_valid.gltf", "asks for glTF 2.1"),
+    ("root/named_objects.gltf", "vertices in a buffer without data"),
+    ("root/unused_objects.gltf", "vertices in a buffer without data"),
+    ("buffer/non_relative_uri.gltf", "files elsewhere are not read"),
+    ("skin/ignored_animated_transform.gltf", "accessors without data: all times are 0"),
+    ("skin/valid.gltf", "accessors without data: inverse bind matrices of zeros"),
+];
+
+fn reason<'a>(table: &'a [(&str, &'a str)], key: &str) -> Option<&'a str> {
+    table.iter().find(|(known, _)| key.ends_with(known)).map(|(_, reason)| *reason)
+}
+
+#[test]
+fn verdicts_agree_with_the_validator() {
+    let _unmeasured = unmeasured();
+    let Some(folder) = shared_data("bad-input/gltf-validator") else { return };
+    let mut used = BTreeSet::new();
+    let mut wrong = Vec::new();
+    let (mut both_accept, mut both_refuse, mut accepted, mut refused) = (0, 0, 0, 0);
+    for path in models_under(&folder) {
+        let errors = reported(&path);
+        let short = path.strip_prefix(&folder).unwrap().display().to_string();
+        match (Model::load(&path, LoadOptions::default()), errors.is_empty()) {
+            (Ok(_), true) => both_accept += 1,
+            (Err(error), false) => {
+                both_refuse += 1;
+                println!(
+                    "both refuse   {short}: {} [{}]",
+                    error.fault,
+                    errors.into_iter().collect::<Vec<_>>().join(" ")
+                );
+            }
+            (Ok(_), false) => {
+                accepted += 1;
+                if let Some(reason) = reason(&HARMLESS_FILES, &short) {
+                    println!("accepted      {short}: {reason}");
+                    used.insert(reason);
+                    continue;
+                }
+                for code in errors {
+                    match HARMLESS.iter().find(|(known, _)| *known == code) {
+                        Some((code, reason)) => {
+                            println!("accepted      {short}: {code}: {reason}");
+                            used.insert(*code);
+                        }
+                        None => wrong.push(format!("{short} was accepted despite {code}")),
+                    }
+                }
+            }
+            (Err(error), true) => {
+                refused += 1;
+                match reason(&REFUSED_FILES, &short) {
+                    Some(reason) => println!("refused       {short}: {reason}"),
+                    None => wrong.push(format!("{short} is valid, but was refused: {}", error.fault)),
+                }
+            }
+        }
+    }
+    println!("accepted by both {both_accept}, refused by both {both_refuse}");
+    println!("accepted here alone {accepted}, refused here alone {refused}, each for a reason");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(both_accept > 60 && both_refuse > 100, "too few files were read");
+    assert_eq!(refused, REFUSED_FILES.len());
+    // A reason that no file needs any more would hide the next mistake.
+    let stale: Vec<_> = HARMLESS.iter().filter(|(code, _)| !used.contains(code)).collect();
+    assert!(stale.is_empty(), "{stale:?}");
+    let stale: Vec<_> = HARMLESS_FILES.iter().filter(|(_, reason)| !used.contains(reason)).collect();
+    assert!(stale.is_empty(), "{stale:?}");
+}

@@ -1,0 +1,320 @@
+//! The whole way from a material to its facets: extraction, Fresnel term, refinement, and the roughnesses and lobes that stand for the result.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::fresnel::mean_ratio_fresnel;
+use super::lobes::fit_lobes;
+use super::parametric::{Family, ParametricCurve, nearest};
+use super::power_iteration::{Backscattering, Extracted, extract_polar, extract_radial};
+use super::refinement::refine;
+use super::roughness::{beckmann_roughness, ggx_roughness};
+use super::samples::{Misfit, direction, misfit, samples};
+use crate::color::luminance;
+use crate::facets::beckmann::Beckmann;
+use crate::facets::ellipse::covariance_from_roughness;
+use crate::facets::fresnel::Fresnel;
+use crate::facets::gaussian_mixture::Lobe;
+use crate::facets::ggx::Ggx;
+use crate::facets::radial_table::angle_at;
+use crate::facets::slope_distribution::SlopeDistribution;
+use crate::facets::tabulated::Tabulated;
+use crate::masking::variants::Masking;
+use crate::materials::brdf::Brdf;
+use crate::materials::fitted::FittedBrdf;
+use crate::materials::microfacet::Microfacet;
+
+/// How facets of a fit hide each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hiding {
+    /// Smith's.
+    #[default]
+    Smith,
+    /// V-grooves.
+    VGroove,
+    /// Nothing is hidden.
+    NormalMap,
+}
+
+impl Hiding {
+    /// The form in which fits are drawn.
+    #[must_use]
+    pub const fn masking(self) -> Masking {
+        match self {
+            Self::Smith => Masking::SmithCorrelated,
+            Self::VGroove => Masking::VGroove,
+            Self::NormalMap => Masking::NormalMap,
+        }
+    }
+}
+
+/// How to fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FitOptions {
+    /// How facets hide each other.
+    pub hiding: Hiding,
+    /// Angles at which the material is asked what it scatters back; at least 3.
+    pub angles: usize,
+    /// Azimuths of an anisotropic material; at least 4.
+    pub azimuths: usize,
+    /// Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
+    pub lobes: usize,
+    /// Whether all directions improve what backscattering tells; not for materials of which nothing else is known.
+    pub refine: bool,
+}
+
+impl Default for FitOptions {
+    /// As the thesis: 90 angles and azimuths. Four lobes, refined.
+    fn default() -> Self {
+        Self { hiding: Hiding::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
+    }
+}
+
+/// A material as facets.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// How facets hide each other where they are seen from where they are lit.
+    pub backscattering: Backscattering,
+    /// Slopes and `F₀` from backscattering alone.
+    pub extracted: Extracted<Tabulated>,
+    /// The extracted slopes' roughness matrix as Beckmann's, `α²` terms.
+    pub beckmann: DVec3,
+    /// And as GGX'.
+    pub ggx: DVec3,
+    /// The thesis' material: the extracted slopes with the mean Fresnel term.
+    pub thesis: FittedBrdf,
+    /// The best material found.
+    pub fitted: FittedBrdf,
+    /// Gaussian lobes of its slopes.
+    pub lobes: Vec<Lobe>,
+    /// Curves that others fit, nearest to its slopes where these are isotropic: the shifted gamma distribution and ABC's.
+    pub curves: Option<[ParametricCurve; 2]>,
+    /// How far the thesis' material is from the measured one.
+    pub thesis_misfit: Misfit,
+    /// And the best one.
+    pub misfit: Misfit,
+}
+
+/// Where a fit is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Power iteration.
+    Slopes,
+    /// The Fresnel term.
+    Fresnel,
+    /// All directions.
+    Refinement,
+    /// Lobes.
+    Lobes,
+}
+
+impl Fit {
+    /// The thesis' material with Gaussian slopes of the same second moments.
+    #[must_use]
+    pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
+        let distribution = Beckmann::new(self.extracted.slopes.mean_slope(), covariance_from_roughness(self.beckmann));
+        Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
+    }
+
+    /// The best material with the slopes of another curve; `None` for a curve without any.
+    #[must_use]
+    pub fn with_curve(&self, curve: &ParametricCurve) -> Option<FittedBrdf> {
+        let facets = Microfacet { distribution: Tabulated::Radial(curve.table()?), ..self.fitted.facets.clone() };
+        Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
+    }
+
+    /// The thesis' material with GGX slopes of the same mean sizes.
+    #[must_use]
+    pub fn as_ggx(&self) -> Microfacet<Ggx> {
+        let distribution = Ggx::new(self.extracted.slopes.mean_slope(), self.ggx);
+        Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
+    }
+}
+
+/// Fits a material. `watch` is told when a step begins.
+///
+/// `None` if it scatters nothing back.
+#[must_use]
+pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut dyn FnMut(Step)) -> Option<Fit> {
+    watch(Step::Slopes);
+    let angles = options.angles.max(3);
+    let azimuths = options.azimuths.max(4);
+    let back = |i: usize, phi: f64| {
+        let o = direction(angle_at(i as f64 / angles as f64), phi);
+        luminance(brdf.eval(o, o))
+    };
+    let rows: Vec<Vec<f64>> = (0..if isotropic { 1 } else { azimuths })
+        .map(|k| (0..angles).map(|i| back(i, TAU * k as f64 / azimuths as f64)).collect())
+        .collect();
+    let extract = |backscattering| -> Option<Extracted<Tabulated>> {
+        if isotropic {
+            extract_radial(&rows[0], backscattering).map(|found| found.map(Tabulated::Radial))
+        } else {
+            extract_polar(&rows, backscattering).map(|found| found.map(Tabulated::Polar))
+        }
+    };
+    let masking = options.hiding.masking();
+    let all = samples(brdf, isotropic);
+    let mut candidates = match options.hiding {
+        // Only other directions tell whether there is a hot spot.
+        Hiding::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
+        Hiding::Smith => vec![Backscattering::Smith],
+        Hiding::VGroove => vec![Backscattering::VGroove],
+        Hiding::NormalMap => vec![Backscattering::NormalMap],
+    }
+    .into_iter();
+    let (mut backscattering, mut extracted) = candidates.next().and_then(|kind| Some((kind, extract(kind)?)))?;
+    watch(Step::Fresnel);
+    let mut thesis = with_mean_fresnel(brdf, &extracted.slopes, masking, angles);
+    let mut thesis_misfit = misfit(&all, &thesis);
+    for kind in candidates {
+        let found = extract(kind)?;
+        let material = with_mean_fresnel(brdf, &found.slopes, masking, angles);
+        let wrong = misfit(&all, &material);
+        // Measured materials are near to either; those that a renderer made are exactly the one.
+        if wrong.divergence < RENDERED * thesis_misfit.divergence {
+            (backscattering, extracted, thesis, thesis_misfit) = (kind, found, material, wrong);
+        }
+    }
+    let (mut fitted, mut best) = (thesis.clone(), thesis_misfit);
+    if options.refine && thesis_misfit.divergence > PERFECT {
+        watch(Step::Refinement);
+        let refined = refine(&all, &thesis);
+        let wrong = misfit(&all, &refined);
+        if wrong.divergence < best.divergence {
+            (fitted, best) = (refined, wrong);
+        }
+    }
+    watch(Step::Lobes);
+    let lobes = fit_lobes(&fitted.facets.distribution, options.lobes);
+    let curves = match &fitted.facets.distribution {
+        Tabulated::Radial(table) => Some([Family::ShiftedGamma, Family::Abc].map(|family| nearest(table, family))),
+        Tabulated::Polar(_) => None,
+    };
+    Some(Fit {
+        backscattering,
+        beckmann: beckmann_roughness(&extracted.slopes),
+        ggx: ggx_roughness(&extracted.slopes),
+        extracted,
+        thesis,
+        fitted,
+        lobes,
+        curves,
+        thesis_misfit,
+        misfit: best,
+    })
+}
+
+/// Nothing is left to be refined.
+const PERFECT: f64 = 1e-6;
+/// How much nearer facets lit as a renderer lights them must come.
+const RENDERED: f64 = 0.5;
+
+fn with_mean_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FittedBrdf {
+    let fresnel = Fresnel::Tabulated(mean_ratio_fresnel(brdf, slopes, masking, count));
+    FittedBrdf { facets: Microfacet { distribution: slopes.clone(), masking, fresnel }, diffuse: DVec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::ellipse::{Bivariate, bivariate_from_roughness, roughness_from_bivariate};
+    use crate::materials::lambert::Lambert;
+    use glam::DVec2;
+
+    fn fit_of(brdf: &dyn Brdf, isotropic: bool) -> Fit {
+        fit(brdf, isotropic, &FitOptions::default(), &mut |_| ()).unwrap()
+    }
+
+    /// Schlick's form, which no channel shares.
+    fn fresnel() -> Fresnel {
+        Fresnel::Schlick(DVec3::new(0.9, 0.6, 0.3))
+    }
+
+    #[test]
+    fn rendered_materials_come_back() {
+        let masking = Masking::SmithCorrelated;
+        for alpha in [0.02, 0.1, 0.5] {
+            let v = 0.5 * alpha * alpha;
+            let gaussian = Beckmann::new(DVec2::ZERO, DVec3::new(v, v, 0.0));
+            let beckmann = fit_of(&Microfacet { distribution: gaussian, masking, fresnel: fresnel() }, true);
+            let ggx = fit_of(
+                &Microfacet { distribution: Ggx::isotropic(DVec2::ZERO, alpha), masking, fresnel: fresnel() },
+                true,
+            );
+            for (fit, found) in [(&beckmann, beckmann.beckmann.x), (&ggx, ggx.ggx.x)] {
+                assert!((found.sqrt() / alpha - 1.0).abs() < 1e-4, "{alpha}: {}", found.sqrt());
+                assert!(fit.misfit.rrmse < 1e-3 && fit.misfit.perceptual < 2e-3, "{alpha}: {:?}", fit.misfit);
+                let f0 = fit.fitted.facets.fresnel.at(1.0);
+                assert!((f0 - fresnel().at(1.0)).length() < 1e-3, "{alpha}: {f0}");
+            }
+        }
+        let (alpha, rho) = (DVec2::new(0.4, 0.1), -0.5);
+        let a = roughness_from_bivariate(&Bivariate::new(alpha, rho));
+        let ggx = fit_of(&Microfacet { distribution: Ggx::new(DVec2::ZERO, a), masking, fresnel: fresnel() }, false);
+        let found = bivariate_from_roughness(ggx.ggx);
+        assert!((found.alpha / alpha - DVec2::ONE).length() < 1e-2 && (found.rho - rho).abs() < 0.01, "{found:?}");
+    }
+
+    /// What backscattering alone takes for facets is found to be a body.
+    #[test]
+    fn bodies_are_told_from_facets() {
+        struct Paint(Microfacet<Ggx>);
+        impl Brdf for Paint {
+            fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+                self.0.eval_cos(wo, wi) + Lambert { albedo: DVec3::new(0.4, 0.2, 0.1) }.eval_cos(wo, wi)
+            }
+        }
+        let fit = fit_of(&Paint(varnish()), true);
+        println!("body {}, misfit {:?}, thesis {:?}", fit.fitted.diffuse, fit.misfit, fit.thesis_misfit);
+        assert!((fit.fitted.diffuse - DVec3::new(0.4, 0.2, 0.1)).length() < 0.02, "{}", fit.fitted.diffuse);
+        assert!(
+            fit.misfit.rrmse < 0.2 * fit.thesis_misfit.rrmse
+                && fit.misfit.perceptual < 0.2 * fit.thesis_misfit.perceptual
+        );
+        let thesis = FitOptions { refine: false, ..FitOptions::default() };
+        let thesis = super::fit(&Paint(varnish()), true, &thesis, &mut |_| ()).unwrap();
+        assert_eq!(thesis.misfit, thesis.thesis_misfit);
+    }
+
+    fn varnish() -> Microfacet<Ggx> {
+        let distribution = Ggx::isotropic(DVec2::ZERO, 0.2);
+        Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Schlick(DVec3::splat(0.05)) }
+    }
+
+    /// Throughputs of tabulated facets: at most 1 under Smith's masking, and all of the light comes back where nothing is shadowed.
+    #[test]
+    fn samples_are_worth_what_they_reflect() {
+        let distribution = Ggx::isotropic(DVec2::ZERO, 0.4);
+        let mirrors = Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Ideal };
+        let slopes = fit_of(&mirrors, true).extracted.slopes;
+        for (masking, theta) in [Masking::SmithCorrelated, Masking::SmithUnshadowed]
+            .into_iter()
+            .flat_map(|m| [0.2, 0.9, 1.4].map(|t| (m, t)))
+        {
+            let facets = Microfacet { distribution: slopes.clone(), masking, fresnel: Fresnel::Ideal };
+            let wo = DVec3::new(f64::sin(theta), 0.0, f64::cos(theta));
+            let (n, mut sum) = (60, 0.0);
+            for i in 0..n * n {
+                let u = DVec2::new(f64::from(i % n) + 0.5, f64::from(i / n) + 0.5) / f64::from(n);
+                let Some(sample) = facets.sample(wo, u) else { continue };
+                assert!(sample.throughput.x <= 1.0 + 1e-9, "{masking:?} {theta}: {}", sample.throughput);
+                assert!((sample.pdf / facets.pdf(wo, sample.wi) - 1.0).abs() < 1e-6);
+                sum += sample.throughput.x / f64::from(n * n);
+            }
+            if masking == Masking::SmithUnshadowed {
+                assert!((sum - 1.0).abs() < 0.01, "{theta}: {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_scatters_nothing_back_has_no_fit() {
+        let black = Lambert { albedo: DVec3::ZERO };
+        assert!(fit(&black, true, &FitOptions::default(), &mut |_| ()).is_none());
+        assert!(
+            fit(&black, false, &FitOptions { angles: 0, azimuths: 0, ..FitOptions::default() }, &mut |_| ()).is_none()
+        );
+    }
+}

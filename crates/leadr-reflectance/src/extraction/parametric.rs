@@ -1,0 +1,162 @@
+//! Curves of two parameters that others fit to measured materials, beside the table: the shifted gamma distribution (SGD: Bagher, Soler and Holzschuch
+//! 2012) and the ABC model (Löw, Kronander, Ynnerman and Unger 2012).
+
+use std::f64::consts::TAU;
+
+use crate::facets::radial_table::{RadialTable, angle_at, angle_rule};
+
+/// Nodes of the table of a curve.
+const NODES: usize = 180;
+/// Steps of the search are halved until they are this small.
+const FINEST: f64 = 1e-5;
+/// Exponents that are tried; flatter and steeper curves than these are no facets.
+const EXPONENTS: (f64, f64) = (-2.0, 20.0);
+
+/// A family of curves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// `P22 ∝ e^(−x) / x^p`, `x = α + tan² θ / α`.
+    ShiftedGamma,
+    /// `D ∝ (1 + B (1 − cos θ))^(−C)`.
+    Abc,
+}
+
+/// A density of normals, up to a factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ParametricCurve {
+    /// [`Family::ShiftedGamma`].
+    ShiftedGamma {
+        /// Width, above 0.
+        alpha: f64,
+        /// Exponent.
+        p: f64,
+    },
+    /// [`Family::Abc`].
+    Abc {
+        /// How narrow it is, above 0.
+        b: f64,
+        /// Exponent.
+        c: f64,
+    },
+}
+
+impl ParametricCurve {
+    fn of(family: Family, [width, exponent]: [f64; 2]) -> Self {
+        match family {
+            Family::ShiftedGamma => Self::ShiftedGamma { alpha: width.exp(), p: exponent },
+            Family::Abc => Self::Abc { b: width.exp(), c: exponent },
+        }
+    }
+
+    /// `ln D` at an angle from the macrosurface's normal, up to a constant.
+    #[must_use]
+    pub fn ln_density(&self, theta: f64) -> f64 {
+        match *self {
+            Self::ShiftedGamma { alpha, p } => {
+                let cosine = theta.cos().max(1e-9);
+                let x = alpha + theta.tan().powi(2) / alpha;
+                // From its value at 0, which can be huge.
+                -(x - alpha) - p * (x / alpha).ln() - 4.0 * cosine.ln()
+            }
+            Self::Abc { b, c } => -c * (b * 2.0 * (0.5 * theta).sin().powi(2)).ln_1p(),
+        }
+    }
+
+    /// Its slopes as a table.
+    #[must_use]
+    pub fn table(&self) -> Option<RadialTable> {
+        RadialTable::new(
+            &(0..NODES).map(|i| self.ln_density(angle_at(i as f64 / NODES as f64)).exp()).collect::<Vec<_>>(),
+        )
+    }
+}
+
+/// The curve of a family under which the slopes of a table are most likely.
+#[must_use]
+pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
+    let rule: Vec<(f64, f64)> =
+        angle_rule(slopes.nodes()).into_iter().map(|(theta, w)| (theta, TAU * w * theta.sin() * theta.cos())).collect();
+    let masses: Vec<f64> = rule.iter().map(|&(theta, area)| area * slopes.density(theta)).collect();
+    // Kullback and Leibler's divergence, but for what is the same for all curves.
+    let divergence = |curve: &ParametricCurve| {
+        let (mut likelihood, mut norm) = (0.0, 0.0);
+        for (&(theta, area), mass) in rule.iter().zip(&masses) {
+            let ln = curve.ln_density(theta);
+            likelihood += mass * ln;
+            norm += area * ln.exp();
+        }
+        norm.ln() - likelihood
+    };
+    let width = slopes.variance().sqrt().clamp(1e-3, 1.0);
+    let starts: &[[f64; 2]] = match family {
+        Family::ShiftedGamma => &[[width.ln(), 0.5], [(0.1 * width).ln(), 1.5]],
+        Family::Abc => &[[-2.0 * width.ln(), 2.0], [-2.0 * (0.1 * width).ln(), 1.0]],
+    };
+    let searched = starts.iter().map(|start| search(family, *start, &divergence));
+    let best = searched.min_by(|a, b| a.1.total_cmp(&b.1));
+    ParametricCurve::of(family, best.map_or(starts[0], |(place, _)| place))
+}
+
+/// Along each axis in steps that shrink where none leads down.
+fn search(family: Family, mut place: [f64; 2], divergence: &impl Fn(&ParametricCurve) -> f64) -> ([f64; 2], f64) {
+    let value = |place: [f64; 2]| {
+        let inside = (EXPONENTS.0..=EXPONENTS.1).contains(&place[1]) && place[0].abs() < 20.0;
+        let found = if inside { divergence(&ParametricCurve::of(family, place)) } else { f64::INFINITY };
+        if found.is_nan() { f64::INFINITY } else { found }
+    };
+    let (mut best, mut step) = (value(place), 0.5);
+    while step > FINEST {
+        // Width and exponent pull against each other, so diagonals are steps too.
+        let directions = [[1.0, 0.0], [0.0, 1.0], [0.7, 0.7], [0.7, -0.7], [0.9, 0.3], [0.9, -0.3]];
+        let tried =
+            directions.into_iter().flat_map(|d| [1.0, -1.0].map(|sign| [0, 1].map(|k| place[k] + sign * step * d[k])));
+        let better = tried.map(|p| (p, value(p))).min_by(|a, b| a.1.total_cmp(&b.1));
+        match better {
+            Some((p, v)) if v < best => (place, best) = (p, v),
+            _ => step *= 0.5,
+        }
+    }
+    (place, best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::ggx::Ggx;
+    use crate::facets::slope_distribution::SlopeDistribution as _;
+    use glam::{DVec2, DVec3};
+
+    #[test]
+    fn curves_are_found_again() {
+        for curve in [
+            ParametricCurve::ShiftedGamma { alpha: 0.1, p: 0.6 },
+            ParametricCurve::ShiftedGamma { alpha: 0.4, p: 1.2 },
+            ParametricCurve::Abc { b: 300.0, c: 1.8 },
+            ParametricCurve::Abc { b: 20.0, c: 4.0 },
+        ] {
+            let family = if matches!(curve, ParametricCurve::Abc { .. }) { Family::Abc } else { Family::ShiftedGamma };
+            let found = nearest(&curve.table().unwrap(), family);
+            let parameters = |c: &ParametricCurve| match *c {
+                ParametricCurve::ShiftedGamma { alpha, p } => [alpha, p],
+                ParametricCurve::Abc { b, c } => [b, c],
+            };
+            for (found, expected) in parameters(&found).into_iter().zip(parameters(&curve)) {
+                assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}: {curve:?}");
+            }
+        }
+    }
+
+    /// Near its peak GGX is `D ∝ (1 + 2 (1 − cos θ) / α²)⁻²`.
+    #[test]
+    fn ggx_is_nearly_an_abc_curve() {
+        let alpha = 0.1;
+        let ggx = Ggx::isotropic(DVec2::ZERO, alpha);
+        let at = |i: usize| {
+            let (sine, cosine) = angle_at(i as f64 / 90.0).sin_cos();
+            ggx.ndf(DVec3::new(sine, 0.0, cosine))
+        };
+        let table = RadialTable::new(&(0..90).map(at).collect::<Vec<_>>()).unwrap();
+        let ParametricCurve::Abc { b, c } = nearest(&table, Family::Abc) else { panic!("another family") };
+        assert!((c - 2.0).abs() < 0.15 && (b * alpha * alpha / 2.0 - 1.0).abs() < 0.15, "{b} {c}");
+    }
+}

@@ -1,0 +1,120 @@
+//! Several Gaussian lobes of slopes about one mean. A sum of Gaussians stays one when it is convolved with the slopes of a relief (LEADR 4.1,
+//! thesis 5.1): each lobe's covariance grows by that of the relief, and each has its own visible area.
+
+use glam::{DVec2, DVec3};
+
+use super::beckmann::Beckmann;
+use super::slope_distribution::SlopeDistribution;
+
+/// Most lobes of a fit.
+pub const MOST_LOBES: usize = 4;
+
+/// One lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobe {
+    /// Its share of the facets, 0 to 1.
+    pub share: f64,
+    /// Covariance of its slopes, `(xx, yy, xy)`.
+    pub covariance: DVec3,
+}
+
+/// Lobes whose shares sum to one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaussianMixture {
+    lobes: Vec<(f64, Beckmann)>,
+    mean: DVec2,
+    covariance: DVec3,
+}
+
+impl GaussianMixture {
+    /// Lobes about a mean slope; shares are scaled to sum to one.
+    #[must_use]
+    pub fn new(mean: DVec2, lobes: &[Lobe]) -> Self {
+        let all = lobes.iter().map(|lobe| lobe.share).sum::<f64>().max(f64::MIN_POSITIVE);
+        let covariance = lobes.iter().map(|lobe| lobe.share / all * lobe.covariance).sum();
+        let lobes = lobes.iter().map(|lobe| (lobe.share / all, Beckmann::new(mean, lobe.covariance))).collect();
+        Self { lobes, mean, covariance }
+    }
+
+    /// The lobes' shares and distributions.
+    #[must_use]
+    pub fn lobes(&self) -> &[(f64, Beckmann)] {
+        &self.lobes
+    }
+
+    fn sum(&self, of: impl Fn(&Beckmann) -> f64) -> f64 {
+        self.lobes.iter().map(|(share, lobe)| share * of(lobe)).sum()
+    }
+}
+
+impl SlopeDistribution for GaussianMixture {
+    fn p22(&self, slope: DVec2) -> f64 {
+        self.sum(|lobe| lobe.p22(slope))
+    }
+
+    fn ndf(&self, wn: DVec3) -> f64 {
+        self.sum(|lobe| lobe.ndf(wn))
+    }
+
+    fn mean_slope(&self) -> DVec2 {
+        self.mean
+    }
+
+    fn shape(&self) -> DVec3 {
+        self.covariance
+    }
+
+    fn visible_area(&self, w: DVec3) -> f64 {
+        self.sum(|lobe| lobe.visible_area(w))
+    }
+
+    fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
+        // A lobe by what is seen of it, and what is left of the number for its facets.
+        let mut left = u.x * self.visible_area(wo);
+        let last = self.lobes.len() - 1;
+        for (i, (share, lobe)) in self.lobes.iter().enumerate() {
+            let part = share * lobe.visible_area(wo);
+            if left < part || i == last {
+                return lobe.sample_visible(wo, DVec2::new((left / part.max(1e-300)).clamp(0.0, 1.0 - 1e-16), u.y));
+            }
+            left -= part;
+        }
+        DVec3::Z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn a_mixture_is_the_sum_of_its_lobes() {
+        let lobe = |share: f64, v: f64| Lobe { share, covariance: DVec3::new(v, 2.0 * v, 0.5 * v) };
+        let mean = DVec2::new(0.2, -0.1);
+        let mixture = GaussianMixture::new(mean, &[lobe(3.0, 0.01), lobe(1.0, 0.3)]);
+        let [a, b] = [0.01, 0.3].map(|v| Beckmann::new(mean, lobe(1.0, v).covariance));
+        let mut sampled = DVec3::ZERO;
+        let wo = DVec3::new(0.7, 0.1, 0.4).normalize();
+        let count = 20_000;
+        let (mut exact, mut mass) = (DVec3::ZERO, 0.0);
+        for i in 0..count {
+            let mut random = Random::stream(2, i);
+            let w = random.on_sphere();
+            assert!((mixture.ndf(w) - 0.75 * a.ndf(w) - 0.25 * b.ndf(w)).abs() < 1e-9 * mixture.ndf(w).max(1e-9));
+            let area = 0.75 * a.visible_area(w) + 0.25 * b.visible_area(w);
+            assert!((mixture.visible_area(w) - area).abs() < 1e-12);
+            sampled += mixture.sample_visible(wo, DVec2::new(random.unit(), random.unit())) / count as f64;
+            // Samples of each lobe, weighted by what is seen of it.
+            for (share, lobe) in [(0.75, &a), (0.25, &b)] {
+                let part = share * lobe.visible_area(wo);
+                exact += part * lobe.sample_visible(wo, DVec2::new(random.unit(), random.unit()));
+                mass += part;
+            }
+        }
+        assert!((sampled - exact / mass).length() < 0.01, "{sampled} {}", exact / mass);
+        assert!(
+            (mixture.shape() - (0.75 * lobe(1.0, 0.01).covariance + 0.25 * lobe(1.0, 0.3).covariance)).length() < 1e-12
+        );
+    }
+}

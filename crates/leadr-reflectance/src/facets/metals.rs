@@ -1,0 +1,119 @@
+//! Metals by name: their complex index of refraction, and a short form that stands for it.
+//!
+//! The indices are the tabulated spectra of the usual handbooks (Palik, *Handbook of Optical Constants of Solids*; for the noble metals
+//! Johnson and Christy 1972), reduced to the primaries of linear Rec.709. What a renderer takes of them is the reflectance at normal
+//! incidence and how far it dips below Schlick's form before it rises ([`fresnel_dipped`](super::fresnel::fresnel_dipped));
+//! `docs/measurements/materials.md` has the table of what is left of the error.
+
+use super::fresnel::{dip_weight, fresnel_conductor, fresnel_schlick};
+use glam::DVec3;
+
+/// A metal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metal {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// Real part of the index of refraction for linear Rec.709 red, green and blue.
+    pub eta: DVec3,
+    /// Imaginary part: extinction.
+    pub k: DVec3,
+}
+
+const fn metal(name: &'static str, eta: [f64; 3], k: [f64; 3]) -> Metal {
+    Metal { name, eta: DVec3::from_array(eta), k: DVec3::from_array(k) }
+}
+
+/// The metals that have names.
+pub const METALS: [Metal; 8] = [
+    metal("aluminium", [1.3456, 0.96521, 0.61722], [7.4746, 6.3995, 5.3031]),
+    metal("chromium", [3.1071, 3.1812, 2.3230], [3.3314, 3.3291, 3.1350]),
+    metal("copper", [0.27105, 0.67693, 1.3164], [3.6092, 2.6248, 2.2921]),
+    metal("gold", [0.18299, 0.42108, 1.3734], [3.4242, 2.3459, 1.7704]),
+    metal("iron", [2.9114, 2.9497, 2.5845], [3.0893, 2.9318, 2.7670]),
+    metal("platinum", [2.3757, 2.0847, 1.8453], [4.2655, 3.7153, 3.1365]),
+    metal("silver", [0.15943, 0.14512, 0.13547], [3.9291, 3.1900, 2.3808]),
+    metal("titanium", [2.7407, 2.5418, 2.2670], [3.8143, 3.4345, 3.0385]),
+];
+
+impl Metal {
+    /// The metal of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        METALS.iter().find(|metal| metal.name == name)
+    }
+
+    /// Reflectance at this cosine of incidence, linear RGB (the conductor's Fresnel equations).
+    #[must_use]
+    pub fn reflectance(&self, cosine: f64) -> DVec3 {
+        fresnel_conductor(cosine, self.eta, self.k)
+    }
+
+    /// Reflectance at normal incidence.
+    #[must_use]
+    pub fn f0(&self) -> DVec3 {
+        self.reflectance(1.0)
+    }
+
+    /// How far the reflectance dips below Schlick's form: the factor of [`fresnel_dipped`](super::fresnel::fresnel_dipped) that is exact
+    /// at a cosine of 1/7, where it counts most; 0 to 4, and 0 where it would be below.
+    #[must_use]
+    pub fn dip(&self) -> DVec3 {
+        let cosine = 1.0 / 7.0;
+        let below = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
+        (below / dip_weight(cosine)).clamp(DVec3::ZERO, DVec3::splat(4.0))
+    }
+
+    /// What a form, given a cosine, errs by: the largest error in any channel at any angle, and that of the mean over the cosine-weighted
+    /// hemisphere.
+    #[must_use]
+    pub fn error_of(&self, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
+        let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
+        let steps = 4000;
+        for i in 0..steps {
+            let cosine = (f64::from(i) + 0.5) / f64::from(steps);
+            let error = form(cosine) - self.reflectance(cosine);
+            most = most.max(error.abs().max_element());
+            mean += error * (2.0 * cosine / f64::from(steps));
+        }
+        (most, mean.abs().max_element())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::fresnel::fresnel_dipped;
+
+    /// Reflectances at normal incidence as artists' charts have them (Lagarde 2011 and later, from the same measurements, rounded).
+    #[test]
+    fn colours_are_those_of_the_charts() {
+        for (name, chart) in [
+            ("aluminium", [0.91, 0.92, 0.92]),
+            ("copper", [0.95, 0.64, 0.54]),
+            ("gold", [1.0, 0.77, 0.34]),
+            ("iron", [0.56, 0.57, 0.58]),
+            ("silver", [0.97, 0.96, 0.92]),
+            ("titanium", [0.54, 0.50, 0.45]),
+            ("platinum", [0.67, 0.64, 0.59]),
+        ] {
+            let f0 = Metal::named(name).unwrap().f0();
+            assert!((f0 - DVec3::from_array(chart)).abs().max_element() < 0.1, "{name}: {f0}");
+        }
+        assert!(Metal::named("wood").is_none());
+    }
+
+    #[test]
+    fn metals_dip_as_their_indices_say() {
+        for metal in METALS {
+            let (f0, dip) = (metal.f0(), metal.dip());
+            let (most, mean) = metal.error_of(|cosine| fresnel_dipped(f0, dip, cosine));
+            let (schlick, schlick_mean) = metal.error_of(|cosine| fresnel_schlick(f0, cosine));
+            println!(
+                "{:10} F0 {:.3} {:.3} {:.3}, dip {:.2} {:.2} {:.2}: at most {most:.3}, mean {mean:.4}; Schlick {schlick:.3}, {schlick_mean:.4}",
+                metal.name, f0.x, f0.y, f0.z, dip.x, dip.y, dip.z
+            );
+            assert!(most < 0.025 && mean < 0.01, "{}: {most} {mean}", metal.name);
+            assert!(most < 0.22 * schlick || schlick < 0.04, "{}: {most} {schlick}", metal.name);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Projected areas of a Gaussian rough surface (LEADR 4.3), in a form without cotangents and poles.
+//!
+//! For a direction `w`, `a(w)` is the projected area of the mesosurface, `b(w)` the spread of the slope seen along `w`,
+//! and `A(w) = a Φ(a/b) + b φ(a/b)` the visible area. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`; unlike `Λ`,
+//! `A` stays finite and positive where the mesosurface faces away.
+
+use super::normal_distribution::normal_tail_mean;
+use crate::limits::{at_least, within};
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
+#[must_use]
+pub fn meso_area(w: DVec3, m: DVec2) -> f64 {
+    w.z - w.x * m.x - w.y * m.y
+}
+
+/// `b(w)`: standard deviation of the slope seen along `w`, times sin θ (LEADR eq. 15).
+#[must_use]
+pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
+    at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
+}
+
+/// `A − max(a, 0) = b h(|a|/b)`: the area that is visible only because of the roughness; `a Λ` for `a > 0`.
+#[must_use]
+pub fn rough_area(a: f64, b: f64) -> f64 {
+    b * normal_tail_mean(a.abs() / b.max(1e-18))
+}
+
+/// `A(w) = a Φ(a/b) + b φ(a/b)`, the visible projected area per unit of macrosurface. Tends to `max(a, 0)` as `b → 0`.
+#[must_use]
+pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
+    let a = meso_area(w, m);
+    a.max(0.0) + rough_area(a, slope_spread(w, s))
+}
+
+/// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` (standard
+/// deviations) to have a visible node: `a ≥ 1e-3 − λ b / 2`.
+///
+/// Does not change a mesosurface that faces the viewer. Replaces the artificial micronormal of the supplement (3.7):
+/// the tilt is continuous and along `S wo`, the direction of the visible slopes. A viewer exactly behind the
+/// displacement direction (`wo = −z`) sees no facet of a height field; nothing is tilted then.
+#[must_use]
+pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
+    let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
+    let b2 = at_least(across.dot(wo.xy()), 0.0);
+    let lack = 1e-3 - 0.5 * lambda * b2.sqrt() - meso_area(wo, m);
+    if lack <= 0.0 {
+        return m;
+    }
+    // A smooth surface (S → 0) tilts along wo.xy itself.
+    let along = across + 1e-6 * wo.xy();
+    let gain = b2 + 1e-6 * wo.xy().length_squared();
+    let tilted = m - along * (lack / at_least(gain, 1e-12));
+    DVec2::new(within(tilted.x, 1e6), within(tilted.y, 1e6))
+}
+
+/// The change of slope along `wo.xy` that brings a mesosurface that is turned away back to edge-on; zero for one that
+/// faces the viewer.
+///
+/// A surface that is turned away cannot be seen, so a pixel that shows one really shows other facets nearby: the
+/// filtered mean is wrong by about as much as it is turned too far. The renderer moves the mean slope by this tilt `d`
+/// and adds `d dᵀ` to the covariance. With the mean slope alone, such pixels are black specks along silhouettes and on
+/// the far sides of bumps. Also finite for a viewer behind the displacement direction, where no tilt is enough.
+#[must_use]
+pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
+    wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn visible_area_is_the_mean_of_clamped_facets() {
+        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles, facing and back-facing.
+        let s = DVec3::new(0.3, 0.1, -0.08);
+        for (theta, m) in [(0.3, DVec2::new(0.2, -0.1)), (1.4, DVec2::new(0.9, 0.3)), (1.55, DVec2::new(-1.0, 0.0))] {
+            let (sin, cos) = f64::sin_cos(theta);
+            let wo = DVec3::new(sin * 0.8, sin * 0.6, cos);
+            let (a, b) = (meso_area(wo, m), slope_spread(wo, s));
+            let n = 100_000;
+            let sum: f64 = (0..n)
+                .map(|i| {
+                    let u = -10.0 + 20.0 * (f64::from(i) + 0.5) / f64::from(n);
+                    crate::facets::normal_distribution::normal_pdf(u) * (a - b * u).max(0.0) * 20.0 / f64::from(n)
+                })
+                .sum();
+            let area = visible_area(wo, m, s);
+            assert!((area / sum - 1.0).abs() < 1e-7, "A = {area}, sum {sum} (a = {a})");
+        }
+    }
+
+    #[test]
+    fn limits_of_smooth_surfaces() {
+        let w = DVec3::new(0.6, 0.0, 0.8);
+        assert_eq!(visible_area(w, DVec2::ZERO, DVec3::ZERO), 0.8);
+        assert_eq!(visible_area(w, DVec2::new(2.0, 0.0), DVec3::ZERO), 0.0);
+    }
+
+    #[test]
+    fn what_is_turned_away_becomes_edge_on() {
+        let wo = DVec3::new(0.6, 0.36, (1.0f64 - 0.36 - 0.36 * 0.36).sqrt());
+        assert_eq!(tilt_to_edge(wo, DVec2::new(0.3, 0.2)), DVec2::ZERO);
+        let away = DVec2::new(4.0, -1.0);
+        assert!(meso_area(wo, away) < -1.0);
+        assert!(meso_area(wo, away + tilt_to_edge(wo, away)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn face_viewer_reaches_its_bound_and_no_further() {
+        let wo = DVec3::new(0.99, 0.0, (1.0f64 - 0.99 * 0.99).sqrt());
+        for s in [DVec3::ZERO, DVec3::new(0.04, 0.09, 0.02)] {
+            let facing = DVec2::new(0.1, 0.5);
+            assert_eq!(face_viewer(wo, facing, s, 1.8), facing);
+            let away = DVec2::new(3.0, 0.5);
+            let a = meso_area(wo, face_viewer(wo, away, s, 1.8));
+            assert!((a - (1e-3 - 0.9 * slope_spread(wo, s))).abs() < 1e-12);
+        }
+    }
+}

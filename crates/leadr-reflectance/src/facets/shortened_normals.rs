@@ -1,0 +1,455 @@
+//! Shortened normals: how long the mean of the facets' normals is, by their roughness, and the roughness that a length stands for (Chan
+//! 2018, section 2).
+//!
+//! The mean normal of isotropic facets points along the surface's normal, and the rougher they are, the shorter it is. Two means are in use:
+//!
+//! ```text
+//! by macrosurface area   L = ∫ D cos² θ dω = E[cos θ]                eq. 18
+//! by microsurface area   L = 1 / ∫ D dω   = 1 / E[1 / cos θ]         eq. 12
+//! ```
+//!
+//! with `E` over the slopes' density. Let `A = α²` and `e = 1 − A`. For GGX everything follows from one function,
+//!
+//! ```text
+//! T(e) = atanh(√e)/√e   (atan(√−e)/√−e for α > 1)   = Σ eᵏ/(2k + 1)
+//! S(e) = (T − 1)/e                                  = Σ eᵏ/(2k + 3)
+//! macro:  L = (1 − A T)/e,    1 − L = A S           eq. 26
+//! micro:  L = 1/(1 + A T),    1/L − 1 = A T         eq. 24
+//! ```
+//!
+//! The series serve near `α = 1`, where the printed forms are 0/0. For Beckmann facets, with Mills' ratio `M` at `t = √2/α`,
+//!
+//! ```text
+//! macro:  L = t M(t) = (√π/α) e^(1/α²) erfc(1/α)
+//! micro:  L = 1/(1 + A L_macro/2)                   by parts
+//! ```
+//!
+//! **What is computed.** Smooth facets have lengths near 1, which hold few digits of `1 − L`, the *lack*: `α = .0028` has a lack of 4e-5.
+//! All functions here come from the *odds* `(1 − L)/L`, which lose nothing on either side, and inverses take the lack; Toksvig (2005) knew the odds as the
+//! variance of normals. Over `ln A` the logarithm of the odds is nearly straight, of slopes from 1 down to ½, so roots are found in a few steps.
+//!
+//! **Ranges.** GGX of `α ≤ 1` has lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter ones are rougher, up to `α = 100`. There is none for a
+//! length below 0 or a NaN: they count as roughest; lengths above 1 as smoothest.
+
+use super::gloss::{Gloss, usable_alpha};
+use super::normal_distribution::{mills_ratio, tail_mean_ratio};
+use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held};
+use crate::roots::increasing_root;
+use std::f64::consts::SQRT_2;
+
+/// Below this `|1 − α²|` the series serve.
+const SERIES_END: f64 = 0.3;
+
+/// `Σ eᵏ c(k)` to rounding, for `|e| ≤ SERIES_END` and `|c| ≤ 1`.
+fn series(e: f64, c: impl Fn(f64) -> f64) -> f64 {
+    (0..34).rev().fold(0.0, |sum, k| sum * e + c(f64::from(k)))
+}
+
+/// `T = atanh(√e)/√e` for `e = 1 − square`, `square = α² > 0`; `atan(√−e)/√−e` beyond 1.
+fn atanh_ratio(square: f64) -> f64 {
+    let e = 1.0 - square;
+    if e.abs() < SERIES_END {
+        series(e, |k| 1.0 / (2.0 * k + 1.0))
+    } else if e > 0.0 {
+        // atanh a = ln((1 + a)/α): nothing cancels as a → 1.
+        let a = e.sqrt();
+        ((1.0 + a) / square.sqrt()).ln() / a
+    } else {
+        let b = (-e).sqrt();
+        b.atan() / b
+    }
+}
+
+/// `(1 − L)/L` of GGX facets by microsurface area, where `square` is `α²`: `α² T` (Chan eq. 24).
+#[must_use]
+pub fn ggx_normal_odds_micro(square: f64) -> f64 {
+    square * atanh_ratio(square)
+}
+
+/// `(1 − L)/L` of GGX facets by macrosurface area, where `square` is `α²` (Chan eq. 26).
+#[must_use]
+pub fn ggx_normal_odds_macro(square: f64) -> f64 {
+    let e = 1.0 - square;
+    if e.abs() < SERIES_END {
+        let lack = square * series(e, |k| 1.0 / (2.0 * k + 3.0));
+        return lack / series(e, |k| 2.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0)));
+    }
+    let ratio = atanh_ratio(square);
+    square * (ratio - 1.0) / (1.0 - square * ratio)
+}
+
+/// `(1 − L)/L` of Beckmann facets by macrosurface area, where `square` is `α²`.
+#[must_use]
+pub fn beckmann_normal_odds_macro(square: f64) -> f64 {
+    let t = SQRT_2 / square.sqrt();
+    tail_mean_ratio(t) / (t * mills_ratio(t))
+}
+
+/// `(1 − L)/L` of Beckmann facets by microsurface area, where `square` is `α²`: `α²/2` times the length by macrosurface area.
+#[must_use]
+pub fn beckmann_normal_odds_micro(square: f64) -> f64 {
+    let t = SQRT_2 / square.sqrt();
+    0.5 * square * (t * mills_ratio(t))
+}
+
+/// A lack within 0..1; 1 for a NaN.
+pub(super) fn held_lack(lack: f64) -> f64 {
+    if lack.is_nan() { 1.0 } else { lack.clamp(0.0, 1.0) }
+}
+
+/// `(1 − L)/L` of a lack within 0..1: 1e-300 stands for nothing lost, 1e300 for no length left.
+pub(super) fn odds_of_lack(lack: f64) -> f64 {
+    (lack / (1.0 - lack).max(1e-300)).max(1e-300)
+}
+
+/// By which area normals are averaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NormalArea {
+    /// That of the facets themselves (Chan's Algorithm 1, eq. 12).
+    Micro,
+    /// That under the facets, as texture filters do (Chan's Algorithm 2, eq. 18).
+    #[default]
+    Macro,
+}
+
+/// Which slopes facets have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NormalFacets {
+    /// Gaussian.
+    Beckmann,
+    /// Student's, with two degrees of freedom.
+    #[default]
+    Ggx,
+}
+
+/// How a roughness shortens a normal: of which facets, averaged by which area. Chan's is the default: GGX by macrosurface area.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Shortening {
+    /// Which slopes the facets have.
+    pub facets: NormalFacets,
+    /// By which area they count.
+    pub area: NormalArea,
+}
+
+impl Shortening {
+    /// All four.
+    pub const ALL: [Self; 4] = [
+        Self { facets: NormalFacets::Ggx, area: NormalArea::Macro },
+        Self { facets: NormalFacets::Ggx, area: NormalArea::Micro },
+        Self { facets: NormalFacets::Beckmann, area: NormalArea::Macro },
+        Self { facets: NormalFacets::Beckmann, area: NormalArea::Micro },
+    ];
+
+    /// `(1 − L)/L` for `α`, which is held within 1e-4..100.
+    #[must_use]
+    pub fn odds(self, alpha: f64) -> f64 {
+        self.odds_of_square(usable_alpha(alpha).powi(2))
+    }
+
+    fn odds_of_square(self, square: f64) -> f64 {
+        match (self.facets, self.area) {
+            (NormalFacets::Ggx, NormalArea::Micro) => ggx_normal_odds_micro(square),
+            (NormalFacets::Ggx, NormalArea::Macro) => ggx_normal_odds_macro(square),
+            (NormalFacets::Beckmann, NormalArea::Micro) => beckmann_normal_odds_micro(square),
+            (NormalFacets::Beckmann, NormalArea::Macro) => beckmann_normal_odds_macro(square),
+        }
+    }
+
+    /// `1 − L`, how much a normal is shortened, without cancellation.
+    #[must_use]
+    pub fn lack(self, alpha: f64) -> f64 {
+        let odds = self.odds(alpha);
+        odds / (1.0 + odds)
+    }
+
+    /// `L`, the length of the mean normal, 0 to 1.
+    #[must_use]
+    pub fn length(self, alpha: f64) -> f64 {
+        1.0 / (1.0 + self.odds(alpha))
+    }
+
+    /// `α` of facets whose mean normal lacks this much of the length 1: the inverse of [`Self::lack`], 1e-4 to 100.
+    #[must_use]
+    pub fn alpha_of_lack(self, lack: f64) -> f64 {
+        let wanted = odds_of_lack(held_lack(lack)).ln();
+        let (low, high) = (MIN_VARIANCE.ln(), 2.0 * MAX_SLOPE.ln());
+        let square = increasing_root(low, high, |log| self.odds_of_square(log.exp()).ln() - wanted).exp();
+        usable_alpha(square.sqrt())
+    }
+
+    /// `α` of facets whose mean normal has this length: the inverse of [`Self::length`], 1e-4 to 100. For normals near 1 it is no better than the
+    /// digits of `1 − length`.
+    #[must_use]
+    pub fn alpha_of_length(self, length: f64) -> f64 {
+        self.alpha_of_lack(1.0 - length)
+    }
+
+    /// `α` of facets that stand on facets of the other roughness: lengths multiply (Chan eq. 34).
+    ///
+    /// Exact where the finer normals turn with the coarser ones and either is isotropic: the mean over the finer ones lies along the coarser normal.
+    #[must_use]
+    pub fn combine(self, alpha: f64, other: f64) -> f64 {
+        let [a, b] = [alpha, other].map(|alpha| self.lack(if alpha.is_nan() { MAX_SLOPE } else { alpha }));
+        self.alpha_of_lack(a + b - a * b)
+    }
+
+    /// The gloss of facets of gloss `detail` that stand on facets of gloss `base`, as [`Self::combine`]. Cheaper ways: [`combined_gloss`](super::combined_gloss).
+    #[must_use]
+    pub fn combine_gloss(self, base: f64, detail: f64, gloss: Gloss) -> f64 {
+        gloss.gloss(self.combine(gloss.alpha(base), gloss.alpha(detail)))
+    }
+}
+
+/// `α` of GGX facets by macrosurface area from the lack of their mean normal, for shaders: off by 1e-4 of itself for `α` from .0027 to 1, gloss 1 to 0
+/// of [`Gloss::Wwii`]. Other lacks are held at 4.08e-5 or 1/3; a NaN is the former. Coefficients from example 19.
+#[must_use]
+pub fn ggx_alpha_of_lack_fit(lack: f64) -> f64 {
+    let lack = held(lack, 4.08e-5, 1.0 / 3.0);
+    let x = lack.sqrt().sqrt();
+    let p = 0.099_672_9 + x * (1.653_836_5 + x * (-0.339_655_5 - x * 0.712_937_3));
+    let q = 1.0 + x * (4.549_649_7 + x * (-12.735_986_7 + x * 7.245_809_4));
+    (lack * p / q).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::beckmann::Beckmann;
+    use crate::facets::ggx::Ggx;
+    use crate::facets::slope_distribution::SlopeDistribution;
+    use crate::quadrature::composite_gauss;
+    use glam::{DVec2, DVec3};
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    /// `(1 − L, L)` from the slopes' density. For GGX `x²` is the share of slopes further out, `tan² = A (1 − x²)/x²`; for Beckmann facets
+    /// `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends, where smooth or rough facets have theirs.
+    fn by_quadrature(shortening: Shortening, alpha: f64) -> (f64, f64) {
+        let square = alpha * alpha;
+        // (1 − cos, cos, 1/cos − 1) for tan² of the angle.
+        let parts = |tan2: f64| {
+            let root = (1.0 + tan2).sqrt();
+            DVec3::new(tan2 / (root * (1.0 + root)), 1.0 / root, tan2 / (1.0 + root))
+        };
+        let edges: Vec<f64> = (0..=20).map(|i| 2f64.powi(i - 21)).collect();
+        let panels = std::iter::once((0.0, edges[0])).chain(edges.windows(2).map(|w| (w[0], w[1])));
+        let mut sum = DVec3::ZERO;
+        // y from 0 to 1/2 is the distance from either end.
+        for (y, w) in panels.flat_map(|(low, high)| composite_gauss(low, high, 1, 16)) {
+            for (x, rest) in [(y, 1.0 - y), (1.0 - y, y)] {
+                sum += match shortening.facets {
+                    NormalFacets::Ggx => 2.0 * x * w * parts(square * rest * (1.0 + x) / (x * x)),
+                    NormalFacets::Beckmann => 98.0 * x * w * (-49.0 * x * x).exp() * parts(square * 49.0 * x * x),
+                };
+            }
+        }
+        match shortening.area {
+            NormalArea::Macro => (sum.x, sum.y),
+            NormalArea::Micro => (sum.z / (1.0 + sum.z), 1.0 / (1.0 + sum.z)),
+        }
+    }
+
+    #[test]
+    fn closed_forms_are_the_integrals() {
+        let mut worst = 0.0f64;
+        for shortening in Shortening::ALL {
+            for i in 0..=120 {
+                let alpha = 10f64.powf(-4.0 + 0.05 * f64::from(i));
+                let (lack, length) = by_quadrature(shortening, alpha);
+                let errors = [shortening.lack(alpha) / lack - 1.0, shortening.length(alpha) / length - 1.0];
+                worst = errors.into_iter().fold(worst, |w, e| w.max(e.abs()));
+            }
+        }
+        println!("closed forms and quadrature differ by {worst:.1e}");
+        assert!(worst < 1e-11);
+    }
+
+    /// Eq. 12 and 18 as printed, over the hemisphere, with the densities of the other files.
+    #[test]
+    fn lengths_are_integrals_of_the_distribution() {
+        for alpha in [0.2, 0.6, 1.0, 3.0] {
+            let polar = |ndf: &dyn Fn(DVec3) -> f64, power: i32| -> f64 {
+                let rule = composite_gauss(0.0, FRAC_PI_2, 60, 8);
+                let term = |(t, w): (f64, f64)| {
+                    2.0 * PI * w * t.sin() * t.cos().powi(power) * ndf(DVec3::new(t.sin(), 0.0, t.cos()))
+                };
+                rule.into_iter().map(term).sum()
+            };
+            let ggx = Ggx::isotropic(DVec2::ZERO, alpha);
+            let beckmann = Beckmann::new(DVec2::ZERO, DVec3::new(1.0, 1.0, 0.0) * 0.5 * alpha * alpha);
+            for shortening in Shortening::ALL {
+                let ndf = |wn: DVec3| match shortening.facets {
+                    NormalFacets::Ggx => ggx.ndf(wn),
+                    NormalFacets::Beckmann => beckmann.ndf(wn),
+                };
+                let want = match shortening.area {
+                    NormalArea::Macro => polar(&ndf, 2),
+                    NormalArea::Micro => 1.0 / polar(&ndf, 0),
+                };
+                let error = shortening.length(alpha) / want - 1.0;
+                assert!(error.abs() < 1e-7, "{shortening:?} {alpha}: {error:e}");
+            }
+        }
+    }
+
+    /// Where series and closed forms meet, no digit changes; at `α = 1` the limits are 2/3 and 1/2.
+    #[test]
+    fn series_and_closed_forms_meet() {
+        for edge in [1.0 - SERIES_END, 1.0 + SERIES_END] {
+            for odds in [ggx_normal_odds_micro, ggx_normal_odds_macro] {
+                let step = 1e-9;
+                let [below, at, above] = [-1.0, 0.0, 1.0].map(|s| odds(edge + s * step));
+                assert!((below - 2.0 * at + above).abs() < 2e-14, "{edge}");
+            }
+        }
+        assert!((Shortening::ALL[0].length(1.0) - 2.0 / 3.0).abs() < 1e-15);
+        assert!((Shortening::ALL[1].length(1.0) - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn roughness_comes_back() {
+        for shortening in Shortening::ALL {
+            for i in 0..=600 {
+                let alpha = 10f64.powf(-4.0 + 0.01 * f64::from(i));
+                let found = shortening.alpha_of_lack(shortening.lack(alpha));
+                assert!((found / alpha - 1.0).abs() < 1e-12, "{shortening:?} {alpha}: {found}");
+            }
+            // From a length the digits of 1 − L are lost, 2e-16 of them.
+            for alpha in [0.003, 0.1, 0.9, 1.0, 7.0] {
+                let found = shortening.alpha_of_length(shortening.length(alpha));
+                assert!((found / alpha - 1.0).abs() < 1e-15 / shortening.lack(alpha) + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn any_length_has_a_roughness() {
+        for shortening in Shortening::ALL {
+            for (length, alpha) in [
+                (f64::NAN, 100.0),
+                (f64::NEG_INFINITY, 100.0),
+                (-0.5, 100.0),
+                (0.0, 100.0),
+                (1.0, 1e-4),
+                (1.5, 1e-4),
+                (f64::INFINITY, 1e-4),
+            ] {
+                assert_eq!(shortening.alpha_of_length(length), alpha, "{shortening:?} {length}");
+            }
+            for alpha in [f64::NAN, -1.0, 0.0, 1e-300, 1e300, f64::INFINITY] {
+                let (lack, length) = (shortening.lack(alpha), shortening.length(alpha));
+                assert!(lack > 0.0 && length > 0.0 && (lack + length - 1.0).abs() < 1e-15);
+                assert!(shortening.combine(alpha, alpha).is_finite());
+            }
+            assert_eq!(shortening.combine(0.5, f64::NAN), 100.0);
+        }
+    }
+
+    /// Entries of Listing 8. Its 256 lengths differ from eq. 26 by up to 4e-6, the error of its samples.
+    #[test]
+    fn the_table_of_the_paper() {
+        let table = [
+            (0.0, 0.666_670),
+            (0.003_922, 0.669_966),
+            (0.050_980, 0.714_267),
+            (0.101_961, 0.768_717),
+            (0.200_000, 0.868_652),
+            (0.301_961, 0.939_326),
+            (0.403_922, 0.975_427),
+            (0.501_961, 0.990_513),
+            (0.600_000, 0.996_531),
+            (0.701_961, 0.998_830),
+            (0.800_000, 0.999_600),
+            (0.901_961, 0.999_872),
+            (1.0, 0.999_958),
+        ];
+        for (gloss, length) in table {
+            let error = Shortening::default().length(Gloss::Wwii.alpha(gloss)) - length;
+            assert!(error.abs() < 5e-6, "{gloss}: {error:e}");
+        }
+    }
+
+    /// Normals of one distribution turned by those of another, with every facet at equal chances: lengths multiply.
+    #[test]
+    fn lengths_multiply() {
+        let shortening = Shortening::default();
+        // Quantiles of the slope of GGX, and azimuths, on a grid that is exact for the mean of few harmonics.
+        let normals = |alpha: f64| -> Vec<DVec3> {
+            (0..60 * 12)
+                .map(|i| {
+                    let u = (f64::from(i / 12) + 0.5) / 60.0;
+                    let slope = alpha * (u / (1.0 - u)).sqrt();
+                    let (sin, cos) = (f64::from(i % 12) / 12.0 * 2.0 * PI).sin_cos();
+                    DVec3::new(slope * cos, slope * sin, 1.0).normalize()
+                })
+                .collect()
+        };
+        let (a, b) = (normals(0.5), normals(0.3));
+        let mean = |n: &[DVec3]| n.iter().sum::<DVec3>() / n.len() as f64;
+        let turned: DVec3 = a
+            .iter()
+            .flat_map(|base| b.iter().map(|n| glam::DQuat::from_rotation_arc(DVec3::Z, *base) * *n))
+            .sum::<DVec3>()
+            / (a.len() * b.len()) as f64;
+        assert!((turned.length() - mean(&a).length() * mean(&b).length()).abs() < 1e-12);
+        let combined = shortening.combine(0.5, 0.3);
+        assert!((shortening.length(combined) - shortening.length(0.5) * shortening.length(0.3)).abs() < 1e-14);
+        assert!(combined > 0.5 && (shortening.combine(0.5, 1e-4) / 0.5 - 1.0).abs() < 1e-6);
+    }
+
+    /// Chan blends normals by BlendXY and combines gloss as if by rotation; "very similar". Both, and the sum of slopes, over quantiles of GGX.
+    #[test]
+    fn gloss_by_other_blends() {
+        use crate::slopes::normal_blending::{blend_partial_derivatives, blend_reoriented, blend_xy};
+        let shortening = Shortening::default();
+        let normals = |gloss: f64, steps: u32| -> Vec<DVec2> {
+            let alpha = Gloss::Wwii.alpha(gloss);
+            let slope = |i: u32| {
+                let u = (f64::from(i) + 0.5) / f64::from(steps);
+                alpha * (u / (1.0 - u)).sqrt()
+            };
+            (0..steps).map(|i| DVec2::new(slope(i), 1.0) / slope(i).hypot(1.0)).collect()
+        };
+        let mut worst = [(0.0f64, 0.0, 0.0); 2];
+        for i in 0..=8 {
+            for j in 0..=8 {
+                let (a, b) = (f64::from(i) / 8.0, f64::from(j) / 8.0);
+                let mut means = [0.0; 3];
+                for base in normals(a, 60) {
+                    for detail in normals(b, 61) {
+                        for k in 0..16 {
+                            let (sin, cos) = ((f64::from(k) + 0.5) / 16.0 * PI).sin_cos();
+                            let (base, detail) =
+                                (DVec3::new(base.x, 0.0, base.y), DVec3::new(cos * detail.x, sin * detail.x, detail.y));
+                            for (mean, blend) in
+                                means.iter_mut().zip([blend_reoriented, blend_xy, blend_partial_derivatives])
+                            {
+                                *mean += blend(base, detail).z / (60.0 * 61.0 * 16.0);
+                            }
+                        }
+                    }
+                }
+                let [rotated, xy, slopes] = means.map(|mean| Gloss::Wwii.gloss(shortening.alpha_of_length(mean)));
+                for (worst, error) in worst.iter_mut().zip([(xy - rotated).abs(), (slopes - rotated).abs()]) {
+                    if error > worst.0 {
+                        *worst = (error, a, b);
+                    }
+                }
+            }
+        }
+        println!("gloss by BlendXY and by sums of slopes, against rotation: off by {worst:.3?} (base, detail) at most");
+        assert!(worst[0].0 > 0.005 && worst[0].0 < 0.08 && worst[1].0 < 0.08, "{worst:?}");
+    }
+
+    #[test]
+    fn the_fit_for_shaders_is_near() {
+        let shortening = Shortening::default();
+        let alphas = (0..=1000).map(|i| 0.0027f64.powf(f64::from(i) / 1000.0));
+        let errors = alphas.map(|alpha| (ggx_alpha_of_lack_fit(shortening.lack(alpha)) / alpha - 1.0).abs());
+        let worst = errors.fold(0.0, f64::max);
+        println!("alpha from the fit: off by {worst:.1e} of itself at most");
+        assert!(worst < 1e-4 && worst > 1e-6);
+        for lack in [f64::NAN, -1.0, 0.0, 1.0, f64::INFINITY] {
+            assert!((0.0026..1.001).contains(&ggx_alpha_of_lack_fit(lack)));
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! Light that bounces between facets: a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016).
+//! It is the reference for [`materials::energy`](crate::materials::energy) and
+//! [`materials::multiscattering`](crate::materials::multiscattering).
+//!
+//! A Smith surface is a volume of facets whose heights and normals are independent. Light that goes in the direction `w`
+//! from the height `h` meets no facet with the probability `C(h)^Λ(w)`, where `C` is the distribution function of heights
+//! and `Λ(w)` is negative downwards; heights are counted by `C` itself here, since nothing depends on their
+//! distribution. A facet it meets has a normal that is visible from where it comes. Facets are mirrors, or diffuse under a
+//! coat of mirrors. Every bounce adds what leaves towards each of a list of directions, so one walk serves them all.
+//!
+//! Only central isotropic distributions with a point symmetry are meant; any that can draw visible normals works.
+
+use crate::facets::fresnel::schlick_weight;
+use crate::facets::slope_distribution::SlopeDistribution;
+use crate::frame::{frame_about, from_frame};
+use crate::materials::brdf::cosine_sample;
+use crate::materials::microfacet::half_vector;
+use crate::materials::multiscattering::FACET_DIFFUSE;
+use crate::random::Random;
+use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_1_PI;
+
+/// What facets are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Facets {
+    /// Mirrors with Schlick's Fresnel term and this reflectance at normal incidence; 1 is ideal.
+    Mirrors(f64),
+    /// White and Lambertian.
+    Lambert,
+    /// [`facet_diffuse`](crate::materials::multiscattering::facet_diffuse); what the coat reflects is lost (Chan 2018, 5.4).
+    Diffuse(f64),
+    /// The same facets, whose coat reflects as mirrors do: nothing is lost. Light that met only mirrors is not counted,
+    /// as it belongs to the specular lobe.
+    Coated(f64),
+}
+
+/// Bounces that are kept apart; later ones count as the last.
+pub const ORDERS: usize = 12;
+
+/// Mean of walks from one direction, by how many diffuse bounces (of mirrors: bounces) light has made: entry `k` is that
+/// after `k + 1`. The albedo of one facet to the power `k + 1` is its weight where facets are not white.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Walks {
+    /// `f_r cos θ_o` towards each direction asked for.
+    pub towards: Vec<[f64; ORDERS]>,
+    /// What leaves in any direction: the directional albedo.
+    pub albedo: [f64; ORDERS],
+}
+
+/// A way through the facets: direction, and height by its distribution function.
+struct Ray {
+    towards: DVec3,
+    height: f64,
+}
+
+/// `Λ` for any direction: `A(w) / w.z − 1` upwards, and `−A(−w) / |w.z|` downwards.
+fn lambda(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
+    let z = w.z.abs().max(1e-9);
+    if w.z >= 0.0 { distribution.visible_area(w) / z - 1.0 } else { -distribution.visible_area(-w) / z }
+}
+
+/// Next height on the ray; `None` where it leaves the surface.
+fn next_height(distribution: &impl SlopeDistribution, ray: &Ray, u: f64) -> Option<f64> {
+    let lambda = lambda(distribution, ray.towards);
+    // Probability of not meeting anything up to the height c: (height / c)^Λ.
+    if lambda.abs() < 1e-9 {
+        return None;
+    }
+    let free = if lambda > 0.0 { ray.height.powf(lambda) } else { 0.0 };
+    let rest = 1.0 - u;
+    (rest > free).then(|| (ray.height / rest.powf(1.0 / lambda)).clamp(1e-300, 1.0))
+}
+
+/// A diffuse direction about the normal, of density `∝ cos (1 − (1 − cos)⁵)` below a coat.
+fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec3 {
+    loop {
+        let local = cosine_sample(DVec2::new(random.unit(), random.unit()));
+        if facets == Facets::Lambert || random.unit() >= schlick_weight(local.z) {
+            return from_frame(&frame_about(normal), local);
+        }
+    }
+}
+
+/// Mean of `count` walks of light from `wi` on facets of a `distribution`; stream `seed` of random numbers. `outwards`:
+/// directions whose BRDF is wanted, which mirrors do not give ([`Facets::Mirrors`]: by the normals' density, with more
+/// noise the smoother they are).
+#[must_use]
+pub fn facet_walks(
+    distribution: &impl SlopeDistribution,
+    facets: Facets,
+    wi: DVec3,
+    outwards: &[DVec3],
+    count: u64,
+    seed: u64,
+) -> Walks {
+    let mut sum = Walks { towards: vec![[0.0; ORDERS]; outwards.len()], albedo: [0.0; ORDERS] };
+    let lambdas: Vec<f64> = outwards.iter().map(|w| lambda(distribution, *w)).collect();
+    let mut random = Random::stream(seed, count);
+    for _ in 0..count {
+        walk(distribution, facets, wi, outwards, &lambdas, &mut random, &mut sum);
+    }
+    let scale = 1.0 / count.max(1) as f64;
+    for orders in sum.towards.iter_mut().chain([&mut sum.albedo]) {
+        orders.iter_mut().for_each(|x| *x *= scale);
+    }
+    sum
+}
+
+fn walk(
+    distribution: &impl SlopeDistribution,
+    facets: Facets,
+    wi: DVec3,
+    outwards: &[DVec3],
+    lambdas: &[f64],
+    random: &mut Random,
+    sum: &mut Walks,
+) {
+    let mut ray = Ray { towards: -wi, height: 1.0 };
+    let (mut weight, mut order) = (1.0, 0usize);
+    for _ in 0..10_000 {
+        let Some(height) = next_height(distribution, &ray, random.unit()) else {
+            if order > 0 {
+                sum.albedo[(order - 1).min(ORDERS - 1)] += weight;
+            }
+            return;
+        };
+        ray.height = height;
+        let back = -ray.towards;
+        let wn = visible_normal(distribution, back, random);
+        let cosine = back.dot(wn).clamp(0.0, 1.0);
+        let grazing = schlick_weight(cosine);
+        let (diffuse, f0) = match facets {
+            Facets::Mirrors(f0) => (false, f0),
+            Facets::Lambert => (true, 0.0),
+            Facets::Diffuse(f0) => (true, f0),
+            // What the coat lets through goes on; the rest is mirrored.
+            Facets::Coated(f0) => (random.unit() >= f0 + (1.0 - f0) * grazing, f0),
+        };
+        if diffuse {
+            if let Facets::Diffuse(f0) = facets {
+                weight *= (1.0 - f0) * (1.0 - grazing);
+            }
+            order += 1;
+            let slot = (order - 1).min(ORDERS - 1);
+            for ((wo, lambda), towards) in outwards.iter().zip(lambdas).zip(&mut sum.towards) {
+                let out = wo.dot(wn);
+                if out > 0.0 {
+                    let lobe = match facets {
+                        Facets::Lambert => FRAC_1_PI * out,
+                        _ => FACET_DIFFUSE * out * (1.0 - schlick_weight(out)),
+                    };
+                    towards[slot] += weight * lobe * height.powf(*lambda);
+                }
+            }
+            ray.towards = diffuse_direction(facets, wn, random);
+        } else {
+            let f = f0 + (1.0 - f0) * grazing;
+            if let Facets::Mirrors(_) = facets {
+                weight *= f;
+                order += 1;
+            }
+            let slot = order.saturating_sub(1).min(ORDERS - 1);
+            if order > 0 {
+                for ((wo, lambda), towards) in outwards.iter().zip(lambdas).zip(&mut sum.towards) {
+                    let wh = half_vector(*wo, back);
+                    if wh.z > 0.0 {
+                        let density = 0.25 * distribution.ndf(wh) / distribution.visible_area(back).max(1e-30);
+                        let change = match facets {
+                            Facets::Mirrors(_) => (f0 + (1.0 - f0) * schlick_weight(back.dot(wh))) / f.max(1e-30),
+                            _ => 1.0,
+                        };
+                        towards[slot] += weight * density * change * height.powf(*lambda);
+                    }
+                }
+            }
+            ray.towards = (2.0 * cosine * wn - back).normalize();
+        }
+        if weight <= 0.0 {
+            return;
+        }
+    }
+}
+
+/// A normal visible from any direction, the surface's underside included.
+fn visible_normal(distribution: &impl SlopeDistribution, back: DVec3, random: &mut Random) -> DVec3 {
+    distribution.sample_visible(back, DVec2::new(random.unit(), random.unit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::beckmann::Beckmann;
+    use crate::facets::ggx::Ggx;
+    use crate::integrals::directional_albedo::{AlbedoRule, directional_albedo};
+    use crate::masking::variants::Masking;
+    use crate::materials::energy::{EnergyTable, compensation_color};
+    use crate::materials::microfacet::microfacet_eval;
+
+    fn direction(c: f64, phi: f64) -> DVec3 {
+        let s = ((1.0 - c) * (1.0 + c)).max(0.0).sqrt();
+        DVec3::new(s * phi.cos(), s * phi.sin(), c)
+    }
+
+    const COUNT: u64 = 20_000;
+
+    /// Five standard errors of a mean of values in 0..1.
+    const NOISE: f64 = 5.0 * 0.5 / 141.0;
+
+    fn single_bounce(distribution: &impl SlopeDistribution, wi: DVec3, outwards: &[DVec3]) {
+        let walks = facet_walks(distribution, Facets::Mirrors(1.0), wi, outwards, COUNT, 5);
+        let rule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
+        let e = directional_albedo(distribution, Masking::SmithCorrelated, wi, None, rule).ideal;
+        assert!((walks.albedo[0] - e).abs() < NOISE, "{} {e}", walks.albedo[0]);
+        assert!((walks.albedo.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        for (wo, got) in outwards.iter().zip(&walks.towards) {
+            let want = microfacet_eval(Masking::SmithCorrelated, distribution, wi, *wo);
+            assert!((got[0] - want).abs() < 0.03 * want.max(0.1), "{} {want} at {wo}", got[0]);
+        }
+    }
+
+    /// The first bounce is the microfacet BRDF with height-correlated masking, and no light is lost.
+    #[test]
+    fn the_first_bounce_is_the_microfacet_brdf() {
+        let outwards = [direction(0.9, 0.3), direction(0.5, 2.8), direction(0.1, 3.1)];
+        single_bounce(&Ggx::isotropic(DVec2::ZERO, 0.6), direction(0.4, 0.0), &outwards);
+        single_bounce(&Beckmann::isotropic(DVec2::ZERO, 0.8), direction(0.7, 0.0), &outwards);
+    }
+
+    /// What mirrors and the body send back is what came; directions and totals agree; walks are reciprocal.
+    #[test]
+    fn coated_facets_return_all_light() {
+        let d = Ggx::isotropic(DVec2::ZERO, 0.7);
+        for c in [0.1, 0.8] {
+            let of = |facets| facet_walks(&d, facets, direction(c, 0.0), &[], COUNT, 1).albedo.iter().sum::<f64>();
+            let (coated, mirrors, lossy) =
+                (of(Facets::Coated(0.04)), of(Facets::Mirrors(0.04)), of(Facets::Diffuse(0.04)));
+            assert!((coated + mirrors - 1.0).abs() < NOISE && lossy < coated, "{coated} {mirrors} {lossy}");
+            assert!((of(Facets::Lambert) - 1.0).abs() < 1e-9);
+        }
+        let brdf = |i: DVec3, o: DVec3| {
+            facet_walks(&d, Facets::Coated(0.04), i, &[o], 4 * COUNT, 9).towards[0].iter().sum::<f64>() / o.z
+        };
+        let (i, o) = (direction(0.8, 0.0), direction(0.3, 2.0));
+        assert!((brdf(i, o) / brdf(o, i) - 1.0).abs() < 0.03, "{} {}", brdf(i, o), brdf(o, i));
+    }
+
+    /// Colours of the compensation against those of walks, whose Fresnel terms are those of each bounce.
+    #[test]
+    fn compensation_is_near_the_walk() {
+        let table = EnergyTable::ggx();
+        let mut worst = 0.0f64;
+        for (alpha, c) in [(0.3, 0.2), (0.6, 0.9), (1.0, 0.5)] {
+            let d = Ggx::isotropic(DVec2::ZERO, alpha);
+            for f0 in [0.04, 0.5, 0.9] {
+                let walk: f64 =
+                    facet_walks(&d, Facets::Mirrors(f0), direction(c, 0.0), &[], COUNT, 3).albedo[1..].iter().sum();
+                let lost = 1.0 - table.albedo(alpha, c).ideal;
+                let got = lost * compensation_color(DVec3::splat(f0), table.average(alpha).ideal).x;
+                worst = worst.max((got - walk).abs());
+            }
+        }
+        println!("further bounces of mirrors: worst difference {worst:.3}");
+        assert!(worst < 0.04, "{worst}");
+    }
+
+    #[test]
+    fn strange_directions_end() {
+        for alpha in [1e-9, 1.0] {
+            let d = Ggx::isotropic(DVec2::ZERO, alpha);
+            for wi in [DVec3::Z, DVec3::X, DVec3::NEG_Z, direction(1e-12, 0.0)] {
+                let walks = facet_walks(&d, Facets::Coated(0.04), wi, &[DVec3::X, DVec3::Z], 100, 1);
+                assert!(walks.albedo.iter().chain(walks.towards.iter().flatten()).all(|x| x.is_finite()));
+            }
+        }
+    }
+}

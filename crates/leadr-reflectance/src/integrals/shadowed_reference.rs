@@ -1,0 +1,54 @@
+//! Converged integrals over visible slopes under any [`Shadowing`] model: the reference for rules and ray casts.
+
+use super::reference::{diffuse_directional, visible_mean};
+use super::sh::{Sh9, sh_irradiance};
+use super::specular::environment_sample_at;
+use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction};
+use crate::masking::shadowing::Shadowing;
+use crate::slopes::grid::{normal_of_slope, slope_cholesky};
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// A surface with Gaussian slopes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Mean slope.
+    pub m: DVec2,
+    /// Slope covariance, positive semidefinite.
+    pub s: DVec3,
+}
+
+impl Surface {
+    /// How the surface looks from one direction.
+    #[must_use]
+    pub fn area(&self, w: DVec3) -> DirectionArea {
+        direction_area(w, self.m, slope_cholesky(self.s))
+    }
+
+    /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the mean clamped cosine over the
+    /// visible facets times the lit fraction. `panels` as in [`diffuse_directional`].
+    #[must_use]
+    pub fn diffuse_light(&self, shadowing: Shadowing, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
+        diffuse_directional(wo, wi, self.m, self.s, false, panels)
+            * lit_fraction(shadowing, &self.area(wo), &self.area(wi))
+    }
+
+    /// LEADR eq. 21 under an environment without shadowing (Algorithm 2), albedo 1. `c`: coefficients in the tangent
+    /// frame.
+    #[must_use]
+    pub fn diffuse_environment_masked(&self, wo: DVec3, c: &Sh9, panels: usize) -> DVec3 {
+        visible_mean(wo, self.m, self.s, panels, |x| sh_irradiance(c, normal_of_slope(x))) / PI
+    }
+
+    /// LEADR eq. 19 for ideal mirrors, with masking, [`Shadowing::Smith`] and [`Shadowing::Correlated`] in one pass.
+    #[must_use]
+    pub fn specular_environment(&self, wo: DVec3, panels: usize, radiance: impl Fn(DVec3) -> f64) -> DVec3 {
+        let (o, cholesky) = (self.area(wo), slope_cholesky(self.s));
+        visible_mean(wo, self.m, self.s, panels, |x| {
+            let wi = environment_sample_at(wo, x).wi;
+            let i = direction_area(wi, self.m, cholesky);
+            let lit = |shadowing| lit_fraction(shadowing, &o, &i);
+            radiance(wi) * DVec3::new(1.0, lit(Shadowing::Smith), lit(Shadowing::Correlated))
+        })
+    }
+}

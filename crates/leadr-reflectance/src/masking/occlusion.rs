@@ -1,0 +1,332 @@
+//! What the surroundings of a place hide, as one number or as a cone (Chan 2018, 4.4–4.7): ambient visibility that knows
+//! the albedo, the cone of a visibility, and what a cone leaves of a light.
+//!
+//! A *visibility* is the share of the cosine-weighted hemisphere that is free (eq. 43), 1 in the open. A [`Cone`] of
+//! directions about an axis has the same meaning: everything inside is free, everything outside is hidden.
+
+use crate::limits::at_least;
+use glam::DVec3;
+use std::f64::consts::{FRAC_1_PI, PI};
+
+/// What is assumed of the directions that are hidden (Chan 2018, 4.4). In a white environment of radiance 1, each gives
+/// what arrives from them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Hidden {
+    /// They are black (eq. 45): ambient occlusion as it is usually meant.
+    Black = 0,
+    /// They are white and as hidden as this place (eq. 46).
+    WhiteOccluded = 1,
+    /// They have this place's albedo and see everything (eq. 47).
+    SameUnoccluded = 2,
+    /// They have this place's albedo and are as hidden as it is (eq. 48).
+    SameOccluded = 3,
+    /// They are as bright as this place (eq. 49; Stewart and Langer 1996): all bounces.
+    #[default]
+    SameRadiance = 4,
+}
+
+impl Hidden {
+    /// All assumptions, in the order of their numbers.
+    pub const ALL: [Self; 5] =
+        [Self::Black, Self::WhiteOccluded, Self::SameUnoccluded, Self::SameOccluded, Self::SameRadiance];
+}
+
+/// Share of a white environment that arrives at a place of this `visibility` and `albedo`, per colour channel, where
+/// what is hidden looks as `hidden` says (Chan 2018, eq. 45–49). Arguments are held within 0..1, and so is the result.
+///
+/// Radiance is `albedo / π` times the irradiance of the open sky times this.
+#[must_use]
+pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DVec3 {
+    let (a, rho) = (unit(visibility), DVec3::from_array(albedo.to_array().map(unit)));
+    match hidden {
+        Hidden::Black => DVec3::splat(a),
+        Hidden::WhiteOccluded => DVec3::splat(a + a * (1.0 - a)),
+        Hidden::SameUnoccluded => a + rho * (1.0 - a),
+        Hidden::SameOccluded => a + rho * (a * (1.0 - a)),
+        Hidden::SameRadiance => interreflected_visibility(a, rho),
+    }
+}
+
+/// `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). At `ρ = 1` it is 1 wherever anything is visible; where
+/// nothing is, it is 0 for every albedo, the limit for all below 1. The printed form is 0/0 there.
+#[must_use]
+pub fn interreflected_visibility(visibility: f64, albedo: DVec3) -> DVec3 {
+    let a = unit(visibility);
+    // Held above zero: a part in 1e12 of light is none. Where A is 0, so is the quotient.
+    DVec3::from_array(albedo.to_array().map(|rho| a / at_least((1.0 - unit(rho)) + unit(rho) * a, 1e-12)))
+}
+
+/// Within 0..1; 0 for a NaN.
+fn unit(x: f64) -> f64 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
+/// Directions that are free: those within an angle of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone {
+    /// Unit axis, tangent frame.
+    pub axis: DVec3,
+    /// Cosine of the half angle: 1 is nothing, 0 a hemisphere about the axis.
+    pub cosine: f64,
+}
+
+impl Cone {
+    /// The cone of a *visibility vector* `b = 1/π ∫ V(ω) ω dω`, the sum of the directions that are free. A facet of normal `m` that faces all of
+    /// them sees the share `m · b` of an even sky. Being linear, `b` may be averaged by any filter. For a cone of half angle θ about `u`
+    /// it is `u sin²θ`: its direction is the axis and its length the visibility about that axis, eq. 54 about another axis than the normal.
+    ///
+    /// Without a direction, one about z that nothing passes.
+    #[must_use]
+    pub fn of_vector(b: DVec3) -> Self {
+        let length = b.length();
+        if (1e-12..1e30).contains(&length) {
+            Self { axis: b / length, cosine: cone_cosine(length) }
+        } else {
+            Self { axis: DVec3::Z, cosine: 1.0 }
+        }
+    }
+
+    /// The cone about a unit normal with this visibility (eq. 56).
+    #[must_use]
+    pub fn about_normal(normal: DVec3, visibility: f64) -> Self {
+        Self { axis: normal, cosine: cone_cosine(visibility) }
+    }
+}
+
+/// Cosine of the half angle of the cone about the normal that has this visibility: `√(1 − V)` (Chan 2018, eq. 56).
+#[must_use]
+pub fn cone_cosine(visibility: f64) -> f64 {
+    (1.0 - unit(visibility)).sqrt()
+}
+
+/// Visibility of a cone about the normal: `1 − cos²` (eq. 55), the inverse of [`cone_cosine`].
+#[must_use]
+pub fn cone_visibility(cosine: f64) -> f64 {
+    let c = unit(cosine);
+    (1.0 - c) * (1.0 + c)
+}
+
+/// Visibility of a cone about any axis, without what of it lies below the horizon: exact for half angles up to 90°.
+///
+/// Above the horizon it is `sin² cos θ_a`, `cos θ_a = axis.z`: a disc's projection. Otherwise it is the form factor of a
+/// sphere that the horizon cuts (Snyder 1996).
+#[must_use]
+pub fn bent_cone_visibility(cone: &Cone) -> f64 {
+    let (cosine, z) = (unit(cone.cosine), cone.axis.z.clamp(-1.0, 1.0));
+    let (sine, tilt) = (root(cosine), root(z));
+    if z >= sine {
+        return sine * sine * z;
+    }
+    if -z >= sine || sine < 1e-6 {
+        return 0.0;
+    }
+    // cot(half) cot(tilt) is the cosine of the angle at which the horizon cuts the cone's edge.
+    let cut = (-cosine * z / at_least(sine * tilt, 1e-12)).clamp(-1.0, 1.0);
+    let across = root(cut);
+    let disc = sine * (sine * z * cut.acos() - cosine * tilt * across);
+    ((disc + (sine * tilt * across).atan2(cosine)) * FRAC_1_PI).clamp(0.0, 1.0)
+}
+
+/// Cosine of the half angle of the cone about `axis` that has this visibility, the inverse of [`bent_cone_visibility`]:
+/// `√(1 − V / cos θ_a)` above the horizon, and beyond it a cubic, within 1.3° for axes up to 75° from the normal. A hemisphere about the axis where no cone
+/// is wide enough; nothing about an axis on or below the horizon.
+#[must_use]
+pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
+    let (v, z) = (unit(visibility), axis.z.clamp(-1.0, 1.0));
+    if z <= 1e-6 {
+        return 1.0;
+    }
+    let tilt = root(z);
+    let (touching, widest) = (z * z * z, 0.5 + 0.5 * z);
+    if v <= touching {
+        return cone_cosine(v / z);
+    }
+    // Hermite, with the slopes of the visibility where the cone touches the horizon and where it is a hemisphere.
+    let width = widest - touching;
+    let t = ((v - touching) / at_least(width, 1e-9)).min(1.0);
+    let s = 1.0 - t;
+    let steep = -width / at_least(2.0 * tilt * z, 1e-9);
+    let last = -width * PI / at_least(2.0 * tilt, 1e-9);
+    unit(s * s * ((1.0 + 2.0 * t) * tilt + t * steep) - t * t * s * last)
+}
+
+/// `√(1 − x²)`.
+fn root(x: f64) -> f64 {
+    ((1.0 - x) * (1.0 + x)).max(0.0).sqrt()
+}
+
+/// The cone of a visibility about a bent normal.
+#[must_use]
+pub fn bent_cone(visibility: f64, axis: DVec3) -> Cone {
+    Cone { axis, cosine: bent_cone_cosine(visibility, axis) }
+}
+
+/// Whether the cone leaves a light from `wi` free, as 0 or 1 (Chan 2018, eq. 57, about any axis). Edges are hard.
+#[must_use]
+pub fn cone_light(cone: &Cone, wi: DVec3) -> f64 {
+    f64::from(u8::from(cone.axis.dot(wi) > cone.cosine))
+}
+
+/// What the cone leaves of a light from `wi`, falling off outside it: `clamp(axis·wi / cos, 0, 1)²` (Chan 2018, eq. 58
+/// and listing 4, about any axis). 1 in a cone of a hemisphere, whose edge is the horizon itself.
+#[must_use]
+pub fn cone_light_smooth(cone: &Cone, wi: DVec3) -> f64 {
+    let along = cone.axis.dot(wi);
+    let ratio = if along >= cone.cosine { 1.0 } else { unit(along / at_least(cone.cosine, 1e-12)) };
+    ratio * ratio
+}
+
+/// The cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (Chan 2018, listing 3; for
+/// eq. 59 alone, which is `biased = false`, without eq. 60). `gloss`: 0..1; `n_v`: cosine of the viewer.
+///
+/// The paper's eq. 59 has `(1 − (n·v)⁴)` where the listing has `(1 − n·v)⁴`, and the listing's `gloss8` is
+/// `gloss4 · gloss2`. The listing is what was shipped: the exponent of gloss is 6 in it and 8 in the text.
+/// `exponent`: 6 or 8.
+#[must_use]
+pub fn adjusted_cone_cosine(cosine: f64, gloss: f64, n_v: f64, biased: bool, exponent: u32) -> f64 {
+    let gloss = unit(if biased { 1.5 * gloss } else { gloss });
+    let grazing = (1.0 - unit(n_v)).powi(4);
+    unit(cosine) * (1.0 - gloss.powi(if exponent == 6 { 6 } else { 8 })) * (1.0 - grazing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{frame_about, from_frame};
+    use crate::quadrature::composite_gauss;
+
+    #[test]
+    fn a_cone_comes_back_from_the_sum_of_its_directions() {
+        for (axis, visibility) in [
+            (DVec3::Z, 0.3),
+            (DVec3::new(0.3, -0.2, 0.9), 0.7),
+            (DVec3::new(0.0, 0.5, 0.5), 1.0),
+            (DVec3::X + 2.0 * DVec3::Z, 0.02),
+        ] {
+            let cone = Cone::about_normal(axis.normalize(), visibility);
+            let n = 400;
+            let mut sum = DVec3::ZERO;
+            for i in 0..n * n {
+                let z = 1.0 - 2.0 * (f64::from(i / n) + 0.5) / f64::from(n);
+                let (s, c) = (std::f64::consts::TAU * (f64::from(i % n) + 0.5) / f64::from(n)).sin_cos();
+                let wi = ((1.0 - z * z).sqrt() * glam::DVec2::new(c, s)).extend(z);
+                sum += cone_light(&cone, wi) * wi * (4.0 / f64::from(n * n));
+            }
+            let found = Cone::of_vector(sum);
+            assert!(found.axis.dot(cone.axis) > 0.9999, "{cone:?} {found:?}");
+            assert!((cone_visibility(cone.cosine) - cone_visibility(found.cosine)).abs() < 0.01, "{cone:?} {found:?}");
+        }
+        for b in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY, DVec3::splat(1e35)] {
+            assert_eq!(Cone::of_vector(b), Cone { axis: DVec3::Z, cosine: 1.0 }, "{b}");
+        }
+        assert_eq!(Cone::of_vector(DVec3::splat(9.0)).cosine, 0.0);
+    }
+
+    #[test]
+    fn hidden_directions_look_as_assumed() {
+        let rho = DVec3::new(0.0, 0.4, 0.9);
+        for a in [0.0, 0.2, 0.7, 1.0] {
+            for (hidden, radiance) in [
+                (Hidden::Black, DVec3::ZERO),
+                (Hidden::WhiteOccluded, DVec3::splat(a)),
+                (Hidden::SameUnoccluded, rho),
+                (Hidden::SameOccluded, rho * a),
+            ] {
+                let want = radiance * (1.0 - a) + a;
+                assert!((adjusted_visibility(hidden, a, rho) - want).length() < 1e-15, "{hidden:?}");
+            }
+            // What is hidden sends what this place sends: every bounce.
+            let all = adjusted_visibility(Hidden::SameRadiance, a, rho);
+            let bounced: DVec3 = (0..400).map(|k| a * (rho * (1.0 - a)).powf(f64::from(k))).sum();
+            assert!((all - bounced).length() < 1e-12, "{all} {bounced}");
+            assert!((rho * all * (1.0 - a) + a - all).length() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn visibility_is_kept_within_bounds() {
+        for hidden in Hidden::ALL {
+            for a in [f64::NAN, -1.0, 0.0, 1e-300, 1e-9, 0.5, 1.0, 9.0] {
+                for rho in [f64::NAN, -3.0, 0.0, 0.5, 1.0, 2.0] {
+                    let v = adjusted_visibility(hidden, a, DVec3::splat(rho)).x;
+                    assert!((0.0..=1.0).contains(&v), "{hidden:?} {a} {rho}: {v}");
+                    assert!(v + 1e-12 >= a.clamp(0.0, 1.0) || hidden == Hidden::SameRadiance || a.is_nan());
+                }
+            }
+        }
+        assert_eq!(interreflected_visibility(0.0, DVec3::ONE), DVec3::ZERO);
+        assert_eq!(interreflected_visibility(1e-6, DVec3::ONE), DVec3::ONE);
+    }
+
+    fn tilted(tilt: f64, half: f64) -> Cone {
+        Cone { axis: DVec3::new(0.6 * tilt.sin(), 0.8 * tilt.sin(), tilt.cos()), cosine: half.cos() }
+    }
+
+    #[test]
+    fn cones_have_the_visibility_of_their_directions() {
+        for tilt in [0.0, 0.3, 1.0, 1.3, 1.57, 1.9] {
+            for half in [0.05, 0.4, 1.0, 1.5, 1.5705] {
+                let cone = tilted(tilt, half);
+                let frame = frame_about(cone.axis);
+                let mut sum = 0.0;
+                for (z, w) in composite_gauss(cone.cosine, 1.0, 12, 8) {
+                    for k in 0..720 {
+                        let (sin, cos) = (0.5 * (0.5 + f64::from(k))).to_radians().sin_cos();
+                        let r = ((1.0 - z) * (1.0 + z)).sqrt();
+                        sum += w / 360.0 * from_frame(&frame, DVec3::new(r * cos, r * sin, z)).z.max(0.0);
+                    }
+                }
+                let got = bent_cone_visibility(&cone);
+                assert!((got - sum).abs() < 2e-5, "{tilt} {half}: {got} {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn cones_are_found_again() {
+        for i in 0..=200 {
+            let v = f64::from(i) / 200.0;
+            assert!((cone_visibility(cone_cosine(v)) - v).abs() < 1e-15);
+        }
+        let mut worst = 0.0f64;
+        for (i, j) in (0..=52).flat_map(|i| (1..=100).map(move |j| (i, j))) {
+            let (tilt, half) = (f64::from(i) / 40.0, f64::from(j) / 100.0 * std::f64::consts::FRAC_PI_2);
+            let cone = tilted(tilt, half);
+            let again = bent_cone(bent_cone_visibility(&cone), cone.axis);
+            let off = (again.cosine.acos() - half).to_degrees().abs();
+            // All in view: exact.
+            assert!(tilt + half > 1.5705 || off < 1e-4, "{tilt} {half}: {off}");
+            worst = worst.max(off);
+        }
+        println!("cones cut by the horizon: worst half angle off by {worst:.2}°");
+        assert!(worst < 1.3, "{worst}");
+    }
+
+    #[test]
+    fn lights_fall_off_outside_a_cone() {
+        let cone = Cone { axis: DVec3::Z, cosine: 0.8 };
+        let at = |z: f64| DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+        for (z, hard, soft) in [(1.0, 1.0, 1.0), (0.81, 1.0, 1.0), (0.4, 0.0, 0.25), (0.0, 0.0, 0.0), (-0.5, 0.0, 0.0)]
+        {
+            assert_eq!(cone_light(&cone, at(z)), hard);
+            assert!((cone_light_smooth(&cone, at(z)) - soft).abs() < 1e-15, "{z}");
+        }
+        // A hemisphere hides nothing, not even on its edge.
+        assert_eq!(cone_light_smooth(&Cone { axis: DVec3::Z, cosine: 0.0 }, DVec3::X), 1.0);
+        for x in [DVec3::ZERO, DVec3::X, DVec3::splat(1e30)] {
+            assert!(cone_light_smooth(&Cone { axis: x, cosine: 2.0 }, x).is_finite());
+            assert!(bent_cone_cosine(0.5, x).is_finite() && bent_cone_visibility(&bent_cone(0.5, x)).is_finite());
+        }
+    }
+
+    #[test]
+    fn smooth_surfaces_open_the_published_cone() {
+        // "Gloss above 0.67 is unaffected by the cone."
+        assert_eq!(adjusted_cone_cosine(0.9, 0.67, 0.8, true, 6), 0.0);
+        assert_eq!(adjusted_cone_cosine(0.9, 0.0, 1.0, true, 6), 0.9);
+        assert_eq!(adjusted_cone_cosine(0.9, 0.0, 0.0, false, 8), 0.0);
+        let step = adjusted_cone_cosine(1.0, 0.5, 1.0, false, 6) - (1.0 - 0.5f64.powi(6));
+        assert!(step.abs() < 1e-15);
+    }
+}

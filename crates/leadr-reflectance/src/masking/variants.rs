@@ -1,0 +1,186 @@
+//! Masking and shadowing of any slope distribution (thesis Tables 2.III and 2.IV, eq. 2.13 and 3.3; LEADR eq. 13–17).
+//!
+//! Every form is written as the factor `G / a_o` in
+//!
+//! `f_r cos θ_i = F D (G / a_o) / 4`
+//!
+//! using projected areas per unit of macrosurface: `a` of the mesosurface and `A` of everything visible
+//! ([`crate::facets::projected_area`]). For a central distribution `a = cos θ`, and this is thesis eq.
+//! 2.1. Where the mesosurface turns edge-on to the viewer (`a_o → 0`), `G` and `a_o` vanish but their quotient has a
+//! limit. That limit is used there and beyond. `G₁` is never clamped: on a sheared surface `cos θ / A`, the visible
+//! facets per unit of macrosurface, does exceed 1.
+//!
+//! | form | `G / a_o` | shadows | reciprocal in |
+//! |---|---|---|---|
+//! | [`Masking::SmithCorrelated`] | `a_i / (a_i A_o + a_o (A_i − a_i))` | yes | the mesosurface |
+//! | [`Masking::SmithSeparable`] | `a_i / (A_o A_i)` | yes | the mesosurface |
+//! | [`Masking::SmithUnshadowed`] | `1 / A_o` | no | – |
+//! | [`Masking::SmithThesis`] | `z_i / (z_i A_o + z_o A_i − z_o z_i)` | yes | the macrosurface |
+//! | [`Masking::VGroove`] | `min(f, 2 a_o, 2 a_i) / (f a_o)`, `f = (wo·wh) / wh.z` | yes | the mesosurface |
+//! | [`Masking::VGrooveUnshadowed`] | `min(f, 2 a_o) / (f a_o)` | no | – |
+//! | [`Masking::NormalMap`] | `1 / f` | no | – |
+//! | [`Masking::SmithDirectionCorrelated`] | `a_i / (a_i A_o + max(0, h_i − h_o) + f min(h_o, h_i))` | yes | the mesosurface |
+//! | [`Masking::SmithDirectionCorrelatedSimple`] | the same with a simpler `f` | yes | the mesosurface |
+//!
+//! In the table, `h_o = a_i (A_o − a_o)`, and `h_i` is the same with the directions exchanged.
+//!
+//! "Reciprocal in the mesosurface" means that `a_o f_r cos θ_i` is symmetric in `wo` and `wi`. For a central
+//! distribution this is Helmholtz reciprocity.
+
+use super::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
+use super::shadowing::Shadowing;
+use crate::facets::slope_distribution::SlopeDistribution;
+use crate::limits::MIN_AREA;
+use crate::slopes::grid::slope_cholesky;
+use glam::{DVec2, DVec3};
+
+/// How facets hide each other: the masking and shadowing of a microfacet BRDF. The GLSL library uses the same numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Masking {
+    /// Smith, height-correlated: `G = 1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13; thesis eq. 2.13 for a central distribution).
+    #[default]
+    SmithCorrelated = 0,
+    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never above the
+    /// height-correlated form.
+    SmithSeparable = 1,
+    /// Smith masking alone, `G = G₁(o)`: everything visible is lit (LEADR eq. 16 without shadowing). Its white furnace
+    /// is 1.
+    SmithUnshadowed = 2,
+    /// The thesis' noncentral form: eq. 2.13 with the `G₁ = cos θ / A` of eq. 3.3, using the macrosurface's cosines.
+    ///
+    /// The same as [`Masking::SmithCorrelated`] for a central distribution. For a sheared one it is not
+    /// shear-invariant, differs from LEADR's form by up to 19 times (ray casting agrees with LEADR's), and has a pole
+    /// where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the pole the printed form is negative; here it is 0. For comparison only.
+    SmithThesis = 3,
+    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table
+    /// 2.IV), sheared by the mean slope: the opposite side of a facet's groove has the slope `2 m − slope`.
+    VGroove = 4,
+    /// V-grooves with masking but without shadowing. The white furnace is 1.
+    VGrooveUnshadowed = 5,
+    /// A normal map: facets are weighted by their area on the macrosurface and hide nothing, `G = z_o z_h / wo·wh`
+    /// (thesis Table 2.IV). Not reciprocal by itself, because `a_o` drops out. Has a true pole at `wo·wh → 0`, held at
+    /// [`MIN_AREA`].
+    NormalMap = 6,
+    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal
+    /// azimuths to 1. Between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
+    SmithDirectionCorrelated = 7,
+    /// The same with the simple `f`.
+    SmithDirectionCorrelatedSimple = 8,
+}
+
+impl Masking {
+    /// All forms, in the order of their numbers.
+    pub const ALL: [Self; 9] = [
+        Self::SmithCorrelated,
+        Self::SmithSeparable,
+        Self::SmithUnshadowed,
+        Self::SmithThesis,
+        Self::VGroove,
+        Self::VGrooveUnshadowed,
+        Self::NormalMap,
+        Self::SmithDirectionCorrelated,
+        Self::SmithDirectionCorrelatedSimple,
+    ];
+
+    /// The same form without shadowing: everything visible, lit or not. Visible normals are sampled with it.
+    #[must_use]
+    pub fn unshadowed(self) -> Self {
+        match self {
+            Self::SmithCorrelated
+            | Self::SmithSeparable
+            | Self::SmithUnshadowed
+            | Self::SmithThesis
+            | Self::SmithDirectionCorrelated
+            | Self::SmithDirectionCorrelatedSimple => Self::SmithUnshadowed,
+            Self::VGroove | Self::VGrooveUnshadowed => Self::VGrooveUnshadowed,
+            Self::NormalMap => Self::NormalMap,
+        }
+    }
+}
+
+/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that mirrors `wo` into
+/// `wi`.
+///
+/// `wo·wh` is computed as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
+#[must_use]
+pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
+    0.5 * (wo + wi).length() / wh.z.max(1e-12)
+}
+
+/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean
+/// slope; `area_o`, `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`];
+/// `s`: covariance of the slopes or a multiple of it (a roughness matrix), from which the direction-correlated forms
+/// take the correlation of `wo` and `wi`.
+///
+/// With shadowing, 0 for a light on or below the mesosurface.
+#[must_use]
+pub fn masking_factor(
+    masking: Masking,
+    wo: DVec3,
+    wi: DVec3,
+    wh: DVec3,
+    m: DVec2,
+    area_o: f64,
+    area_i: f64,
+    s: DVec3,
+) -> f64 {
+    let meso = |w: DVec3| crate::facets::projected_area::meso_area(w, m).max(0.0);
+    let (ao, ai) = (meso(wo), meso(wi));
+    let (area_o, area_i) = (area_o.max(MIN_AREA), area_i.max(MIN_AREA));
+    let facet = half_facet_area(wo, wi, wh);
+    match masking {
+        Masking::SmithCorrelated => ai / (ai * area_o + ao * (area_i - ai).max(0.0)).max(1e-30),
+        Masking::SmithSeparable => ai / (area_o * area_i),
+        Masking::SmithUnshadowed => 1.0 / area_o,
+        Masking::SmithThesis => {
+            let seen = wo.z > 0.0 && wi.z > 0.0 && ao > 0.0 && ai > 0.0;
+            let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
+            if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
+        }
+        // min(f, 2 a_o, 2 a_i) / (f a_o), without dividing by a_o: the limit at a_o = 0 is 2/f.
+        Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
+        Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
+        Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
+        Masking::SmithDirectionCorrelated | Masking::SmithDirectionCorrelatedSimple => {
+            let cholesky = slope_cholesky(s);
+            let side = |w: DVec3, meso, visible| {
+                let whitened = whitened_direction(w, cholesky);
+                DirectionArea { whitened, spread: whitened.length(), meso, visible }
+            };
+            let simple = masking == Masking::SmithDirectionCorrelatedSimple;
+            let shadowing = if simple { Shadowing::CorrelatedSimple } else { Shadowing::Correlated };
+            masking_shadowing_factor(shadowing, &side(wo, ao, area_o), &side(wi, ai, area_i))
+        }
+    }
+}
+
+/// [`masking_factor`] of a distribution, for the half vector `wh` of `wo` and `wi`.
+#[must_use]
+pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
+    let (area_o, area_i) = (distribution.visible_area(wo), distribution.visible_area(wi));
+    masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i, distribution.shape())
+}
+
+/// The thesis' `G` in `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a
+/// central distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
+#[must_use]
+pub fn geometric_attenuation(
+    masking: Masking,
+    distribution: &impl SlopeDistribution,
+    wo: DVec3,
+    wi: DVec3,
+    wh: DVec3,
+) -> f64 {
+    wo.z.max(0.0) * attenuation(masking, distribution, wo, wi, wh)
+}
+
+/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Not
+/// clamped: exceeds 1 where a shear hides most of the macrosurface's projection.
+#[must_use]
+pub fn smith_g1(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
+    if w.z <= 0.0 || distribution.meso_area(w) <= 0.0 {
+        return 0.0;
+    }
+    w.z / distribution.visible_area(w).max(MIN_AREA)
+}

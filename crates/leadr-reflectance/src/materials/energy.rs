@@ -1,0 +1,251 @@
+//! How much light mirror facets reflect in all, and what one bounce between them loses: directional albedo from a table,
+//! and two ways to give the loss back (Kulla and Conty 2017; Turquin 2019).
+//!
+//! A microfacet BRDF counts one bounce. Of ideal mirrors it reflects `E(c, α) < 1` towards a viewer of cosine `c`; the
+//! rest hits other facets and leaves later. The [`compensation_lobe`] adds it as `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`:
+//! reciprocal, and its albedo is exactly `1 − E_o`. Colours fade by the mean Fresnel reflectance of each further bounce.
+//!
+//! The table is of [`directional_albedo`](crate::integrals::directional_albedo), never below it between
+//! its nodes, so that nothing exceeds 1. Its average row is the exact mean of what it interpolates.
+
+use super::energy_data::{BECKMANN, GGX};
+use crate::facets::fresnel::grazing_reflectance;
+use crate::limits::at_least;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Directional albedo under Schlick's Fresnel term, which is linear in the reflectance at normal incidence (the split of
+/// Karis 2013).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SplitAlbedo {
+    /// For `F = 1`.
+    pub ideal: f64,
+    /// For `F = (1 − cos θ_d)⁵`.
+    pub grazing: f64,
+}
+
+impl SplitAlbedo {
+    /// Factor of `F0`.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.ideal - self.grazing
+    }
+
+    /// What is added to it, per reflectance at grazing incidence.
+    #[must_use]
+    pub fn bias(&self) -> f64 {
+        self.grazing
+    }
+
+    /// Albedo for [`fresnel_schlick`](crate::facets::fresnel::fresnel_schlick) with this `f0`.
+    #[must_use]
+    pub fn of(&self, f0: DVec3) -> DVec3 {
+        f0 * self.scale() + grazing_reflectance(f0) * self.grazing
+    }
+}
+
+/// Nodes of an [`EnergyTable`] over `√cos`, 0 to 1.
+pub const ENERGY_COSINES: usize = 32;
+/// Nodes of an [`EnergyTable`] over the fourth root of `α`, 0 to 1.
+pub const ENERGY_ALPHAS: usize = 48;
+/// Texels in a row: those of the cosines, then the average.
+pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
+
+/// Albedo of mirrors by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`,
+/// `α = (y/47)⁴`, and at `x = 32` the average over the hemisphere. Between them it is linear in `√cos` ([`energy_weight`])
+/// and in the fourth root of `α`: what smooth facets lose depends on `cos / α`, so rows are a ratio apart, not a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnergyTable(Vec<[f32; 2]>);
+
+impl EnergyTable {
+    /// Texels of a table.
+    pub const TEXELS: usize = ENERGY_ROW * ENERGY_ALPHAS;
+
+    /// Of GGX facets under height-correlated masking.
+    #[must_use]
+    pub fn ggx() -> Self {
+        Self::from_nodes(|i| [GGX[2 * i], GGX[2 * i + 1]].map(|v| f32::from(v) / 65535.0))
+    }
+
+    /// Of Beckmann facets under height-correlated masking.
+    #[must_use]
+    pub fn beckmann() -> Self {
+        Self::from_nodes(|i| [BECKMANN[2 * i], BECKMANN[2 * i + 1]].map(|v| f32::from(v) / 65535.0))
+    }
+
+    /// From `(1 − ideal, grazing)` at node `x + 32 y`.
+    #[must_use]
+    pub fn from_nodes(node: impl Fn(usize) -> [f32; 2]) -> Self {
+        let rows = (0..ENERGY_ALPHAS).flat_map(|y| {
+            let row: Vec<[f32; 2]> = (0..ENERGY_COSINES).map(|x| node(x + ENERGY_COSINES * y)).collect();
+            let average = [0, 1].map(|k| row_average(&row, k) as f32);
+            row.into_iter().chain([average])
+        });
+        Self(rows.collect())
+    }
+
+    /// The texels, row by row, as shaders want them (`leadr/materials/energy.glsl`).
+    #[must_use]
+    pub fn texels(&self) -> &[[f32; 2]] {
+        &self.0
+    }
+
+    /// Albedo towards a viewer. Arguments are held within 0..1.
+    #[must_use]
+    pub fn albedo(&self, alpha: f64, cosine: f64) -> SplitAlbedo {
+        let x = unit(cosine).sqrt() * (ENERGY_COSINES - 1) as f64;
+        let at = (x as usize).min(ENERGY_COSINES - 2);
+        let t = energy_weight(at, x - at as f64);
+        let mix = |y: usize, k: usize| {
+            let [a, b] = [0, 1].map(|i| f64::from(self.0[y * ENERGY_ROW + at + i][k]));
+            a + (b - a) * t
+        };
+        self.between_rows(alpha, mix)
+    }
+
+    /// Mean over the cosine-weighted hemisphere.
+    #[must_use]
+    pub fn average(&self, alpha: f64) -> SplitAlbedo {
+        self.between_rows(alpha, |y, k| f64::from(self.0[y * ENERGY_ROW + ENERGY_COSINES][k]))
+    }
+
+    fn between_rows(&self, alpha: f64, row: impl Fn(usize, usize) -> f64) -> SplitAlbedo {
+        let y = unit(alpha).sqrt().sqrt() * (ENERGY_ALPHAS - 1) as f64;
+        let at = (y as usize).min(ENERGY_ALPHAS - 2);
+        let t = y - at as f64;
+        let [loss, grazing] = [0, 1].map(|k| row(at, k) + (row(at + 1, k) - row(at, k)) * t);
+        SplitAlbedo { ideal: 1.0 - loss, grazing }
+    }
+}
+
+/// Weight of the next node, `t` of the way from node `column` in `√cos`: near grazing incidence albedos are linear in the
+/// cosine itself.
+#[must_use]
+pub fn energy_weight(column: usize, t: f64) -> f64 {
+    if column == 0 { t * t } else { t }
+}
+
+/// `2 ∫ f(c) c dc` of a row: `4 ∫ f u³ du`, with `u = √c`.
+fn row_average(row: &[[f32; 2]], k: usize) -> f64 {
+    let n = (row.len() - 1) as f64;
+    let piece = |i: usize| {
+        let (a, b) = (i as f64 / n, (i + 1) as f64 / n);
+        let (fa, fb) = (f64::from(row[i][k]), f64::from(row[i + 1][k]));
+        if i == 0 {
+            return (fa + (fb - fa) * 2.0 / 3.0) * b.powi(4);
+        }
+        let slope = (fb - fa) * n;
+        (fa - slope * a) * (b.powi(4) - a.powi(4)) + slope * 0.8 * (b.powi(5) - a.powi(5))
+    };
+    (0..row.len() - 1).map(piece).sum()
+}
+
+/// Within 0..1; 0 for a NaN.
+fn unit(x: f64) -> f64 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
+/// Mean of Schlick's Fresnel term over the cosine-weighted hemisphere, `F0 + (F90 − F0) / 21`.
+#[must_use]
+pub fn average_fresnel(f0: DVec3) -> DVec3 {
+    f0 + (grazing_reflectance(f0) - f0) / 21.0
+}
+
+/// Share of the lost light that comes out after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is
+/// [`average_fresnel`] and `E` the average albedo of ideal mirrors. 1 for `F0 = 1`.
+#[must_use]
+pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
+    let f = average_fresnel(f0);
+    f * f * average_ideal / (DVec3::ONE - f * (1.0 - average_ideal)).max(DVec3::splat(1e-6))
+}
+
+/// `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`: BRDF of the light that ideal mirrors reflect more than once, per steradian. Times
+/// [`compensation_color`]. Reciprocal; its albedo towards the viewer is `1 − E_o`.
+#[must_use]
+pub fn compensation_lobe(ideal_o: f64, ideal_i: f64, average_ideal: f64) -> f64 {
+    (1.0 - ideal_o) * (1.0 - ideal_i) / (PI * at_least(1.0 - average_ideal, 1e-6))
+}
+
+/// `1 + F0 (1/E_o − 1)`: factor of the single-scattering lobe that gives the same albedo as all bounces for `F0 = 1`
+/// (Turquin 2019). No second lobe, but not reciprocal, and all of the light stays in the lobe.
+#[must_use]
+pub fn compensation_scale(f0: DVec3, ideal_o: f64) -> DVec3 {
+    let e = at_least(ideal_o, 1e-3);
+    DVec3::ONE + f0 * ((1.0 - e) / e)
+}
+
+/// All that mirrors reflect towards the viewer: [`SplitAlbedo::of`] and the compensation.
+#[must_use]
+pub fn mirrored(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
+    albedo.of(f0) + (1.0 - albedo.ideal) * compensation_color(f0, average_ideal)
+}
+
+/// What is left for the body below the mirrors, `1 − ` [`mirrored`]; not below 0. It is linear in the table, so the mean over
+/// the hemisphere is that of [`EnergyTable::average`].
+#[must_use]
+pub fn entered(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
+    (DVec3::ONE - mirrored(f0, albedo, average_ideal)).max(DVec3::ZERO)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadrature::composite_gauss;
+
+    /// `2 ∫ f(c) c dc`, panel by panel of the table.
+    fn mean(f: impl Fn(f64) -> f64) -> f64 {
+        composite_gauss(0.0, 1.0, 31, 6).into_iter().map(|(u, w)| w * 4.0 * u.powi(3) * f(u * u)).sum()
+    }
+
+    #[test]
+    fn averages_are_of_the_table_itself() {
+        for table in [EnergyTable::ggx(), EnergyTable::beckmann()] {
+            for alpha in [0.0, 0.03, 0.2, 0.77, 1.0] {
+                let average = table.average(alpha);
+                assert!((mean(|c| table.albedo(alpha, c).ideal) - average.ideal).abs() < 1e-6);
+                assert!((mean(|c| table.albedo(alpha, c).grazing) - average.grazing).abs() < 1e-6);
+            }
+        }
+    }
+
+    /// With it, ideal mirrors reflect everything: the lobe's albedo is what the single bounce lacks.
+    #[test]
+    fn the_lobe_returns_what_is_lost() {
+        let table = EnergyTable::ggx();
+        for alpha in [0.1, 0.5, 1.0] {
+            let average = table.average(alpha).ideal;
+            for c in [0.01, 0.4, 1.0] {
+                let o = table.albedo(alpha, c).ideal;
+                let got = PI * mean(|i| compensation_lobe(o, table.albedo(alpha, i).ideal, average));
+                assert!((got - (1.0 - o)).abs() < 1e-6, "{alpha} {c}: {got}");
+                assert!((compensation_scale(DVec3::ONE, o).x * o - 1.0).abs() < 1e-12);
+            }
+            assert!((compensation_color(DVec3::ONE, average).x - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_mean_of_schlicks_term() {
+        let f0 = DVec3::new(0.04, 0.3, 1.0);
+        let want: DVec3 = composite_gauss(0.0, 1.0, 1, 8)
+            .into_iter()
+            .map(|(c, w)| 2.0 * w * c * crate::facets::fresnel::fresnel_schlick(f0, c))
+            .sum();
+        assert!((average_fresnel(f0) - want).length() < 1e-14);
+    }
+
+    #[test]
+    fn finite_for_anything() {
+        let table = EnergyTable::beckmann();
+        for x in [f64::NAN, -1.0, 0.0, 1e-300, 1.0, 1e300] {
+            let (a, average) = (table.albedo(x, x), table.average(x));
+            assert!((0.0..=1.0).contains(&a.ideal) && (0.0..=1.0).contains(&a.grazing));
+            for f0 in [0.0, 0.5, 1.0] {
+                let f0 = DVec3::splat(f0);
+                assert!((0.0..=1.0).contains(&entered(f0, a, average.ideal).x));
+                assert!(compensation_scale(f0, a.ideal).is_finite());
+                assert!(compensation_lobe(a.ideal, a.ideal, average.ideal).is_finite());
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The microfacet BRDF: any slope distribution, any masking, any Fresnel term (thesis eq. 2.1, sampled by 2.17 and 2.23).
+
+use super::brdf::{Brdf, BrdfSample};
+use crate::facets::beckmann::beckmann_ndf;
+use crate::facets::fresnel::Fresnel;
+use crate::facets::ggx::{ggx_ndf, ggx_visible_area};
+use crate::facets::projected_area::visible_area;
+use crate::facets::slope_distribution::SlopeDistribution;
+use crate::limits::MIN_AREA;
+use crate::masking::variants::{Masking, attenuation, half_facet_area, masking_factor};
+use crate::slopes::grid::{facet_area, normal_of_slope};
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// `f_r cos θ_i = F D (G / a_o) / 4`. With the default parts: LEADR eq. 16 for ideal mirrors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Microfacet<D> {
+    /// Density of the facets' slopes.
+    pub distribution: D,
+    /// How the facets hide each other.
+    pub masking: Masking,
+    /// Reflectance of a facet.
+    pub fresnel: Fresnel,
+}
+
+/// Half vector of two unit directions; zero for opposite directions.
+#[must_use]
+pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
+    let h = wo + wi;
+    h / h.length_squared().max(1e-20).sqrt()
+}
+
+/// `D (G / a_o) / 4`, finite: the density of normals, which is very large for a mirror, is held below 1e30.
+#[must_use]
+pub fn microfacet_product(d: f64, factor: f64) -> f64 {
+    0.25 * d.min(1e30) * factor
+}
+
+/// `D (G / a_o) / 4`: `f_r cos θ_i` for ideal mirrors. 0 where the half vector is not above the horizon.
+#[must_use]
+pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    microfacet_product(distribution.ndf(wh), attenuation(masking, distribution, wo, wi, wh))
+}
+
+/// [`microfacet_eval`] for Gaussian slopes of mean `m` and covariance `s`, as in the GLSL library.
+#[must_use]
+pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, s), visible_area(wi, m, s), s);
+    microfacet_product(beckmann_ndf(wh, m, s), factor)
+}
+
+/// [`microfacet_eval`] for GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as in the GLSL library.
+#[must_use]
+pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, a), ggx_visible_area(wi, m, a), a);
+    microfacet_product(ggx_ndf(wh, m, a), factor)
+}
+
+/// Factor `q` in the density `D q / 4` with which a facet of projected area `facet` draws directions `wi`. It stands
+/// for the part of the facet that the viewer sees, from the masking without shadowing.
+///
+/// * Smith: `1 / A_o`, the density of visible normals (thesis eq. 2.17); the throughput is `G / G₁ F` (eq. 2.23).
+/// * Normal map: `1 / f`, the facets as they lie on the macrosurface; the throughput is `F`.
+/// * V-groove: a groove as it lies on the macrosurface. When only one of its sides is visible, that side is used. The
+///   factor is `1 / f`, or twice that where `f > 2 a_o`. The throughput is at most `2 F`.
+fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, facet: f64) -> f64 {
+    let facet = facet.max(MIN_AREA);
+    match masking.unshadowed() {
+        Masking::NormalMap => 1.0 / facet,
+        Masking::VGrooveUnshadowed if facet > 2.0 * distribution.meso_area(wo) => 2.0 / facet,
+        Masking::VGrooveUnshadowed => 1.0 / facet,
+        // Not held at MIN_AREA, unlike the evaluation: samples follow the true density wherever something is visible.
+        _ => 1.0 / distribution.visible_area(wo).max(1e-30),
+    }
+}
+
+/// A visible normal with the density of [`sampling_factor`]; it may face away or be otherwise unusable.
+fn sample_normal(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, u: DVec2) -> DVec3 {
+    match masking.unshadowed() {
+        // From above, facets are visible as they lie on the macrosurface: D(wn) wn.z.
+        Masking::NormalMap => distribution.sample_visible(DVec3::Z, u),
+        Masking::VGrooveUnshadowed => {
+            let wn = distribution.sample_visible(DVec3::Z, u);
+            let slope = -wn.xy() / wn.z.max(1e-12);
+            // The areas of the two sides sum to 2 a_o: where one faces away, only the other is visible.
+            if facet_area(wo, slope) > 0.0 { wn } else { normal_of_slope(2.0 * distribution.mean_slope() - slope) }
+        }
+        _ => distribution.sample_visible(wo, u),
+    }
+}
+
+/// For the V-groove forms, distributions must be symmetric about their mean slope (those of this library are).
+impl<D: SlopeDistribution> Brdf for Microfacet<D> {
+    fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        let wh = half_vector(wo, wi);
+        self.fresnel.at(wo.dot(wh)) * microfacet_eval(self.masking, &self.distribution, wo, wi)
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let wh = half_vector(wo, wi);
+        if wh.z <= 0.0 {
+            return 0.0;
+        }
+        0.25 * self.distribution.ndf(wh)
+            * sampling_factor(self.masking, &self.distribution, wo, half_facet_area(wo, wi, wh))
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {
+        let wn = sample_normal(self.masking, &self.distribution, wo, u);
+        let cosine = wo.dot(wn);
+        if wn.z <= 0.0 || cosine <= 0.0 {
+            return None;
+        }
+        let wi = (2.0 * cosine * wn - wo).normalize();
+        let q = sampling_factor(self.masking, &self.distribution, wo, cosine / wn.z.max(1e-12));
+        let pdf = 0.25 * self.distribution.ndf(wn) * q;
+        // Without the quotient of densities, so finite even for the smoothest surface.
+        let throughput = self.fresnel.at(cosine) * (attenuation(self.masking, &self.distribution, wo, wi, wn) / q);
+        (pdf > 0.0).then_some(BrdfSample { wi, pdf, throughput })
+    }
+}

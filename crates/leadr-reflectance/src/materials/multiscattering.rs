@@ -1,0 +1,317 @@
+//! Diffuse reflection of rough surfaces whose facets light each other, under a coat of mirrors (Chan 2018, section 5).
+//!
+//! The published hand fit is [`chan_diffuse`] (listing 1). [`multiscattering_diffuse`] is a fit of this project's to the same
+//! simulation ([`facet_walk`](crate::integrals::facet_walk)), built so that its directional albedo is known
+//! exactly:
+//!
+//! `f_r = ρ/π (κ P / (c_o + c_i) + r_o r_i / r̄ (1 + (1 − ρ q) η d))`
+//!
+//! * `t = 1 − ` what the coat reflects ([`entered`](super::energy::entered)), for either direction.
+//! * `κ / (c_o + c_i)` (`κ` times `1 − F0` and, of dark facets, less) is the first bounce at grazing angles (Lommel and Seeliger's law), `P` its phase function, that of a
+//!   Lambertian sphere: `P = 1 + 11/9 d + 2/9 (2 d² − s_o² s_i²)` with `d = s_o s_i cos φ`, `s = sin θ`. It is ≥ 0 and its
+//!   mean over azimuths is 1. The albedo of `1 / (c_o + c_i)` is `h = 2 (1 − c ln(1 + 1/c))`, its mean `8/3 (1 − ln 2)`.
+//! * `r = t (1 − q) / (1 − ρ q) − κ h` is what is left, spread as Kelemen and Szirmay-Kalos (2001) do; `η d` leans the
+//!   first bounce of it towards the light and has no albedo.
+//!
+//! So the albedo is `ρ (1 − q) / (1 − ρ q) t`, at most `t`, and `t` where `ρ = 1`: a white surface loses nothing, and
+//! with its coat it returns all light. ([`BOUNCES_LOSSY`] multiplies it by less than 1.) `q` is the chance that light which leaves a facet meets another; colours saturate
+//! with it. Helmholtz reciprocity holds, as everything is symmetric.
+
+use crate::facets::fresnel::schlick_weight;
+use crate::limits::at_least;
+use glam::DVec3;
+use std::f64::consts::{FRAC_1_PI, LN_2, PI};
+
+/// Normalisation of [`facet_diffuse`]: with it, a facet's albedo is exactly `1 − F`, for Schlick's `F`.
+pub const FACET_DIFFUSE: f64 = 21.0 / (20.0 * PI);
+
+/// The BRDF of a white diffuse facet below a coat (Chan 2018, eq. 62; Shirley et al. 1997), from the cosines of its two
+/// directions.
+#[must_use]
+pub fn facet_diffuse(f0: f64, cosine_o: f64, cosine_i: f64) -> f64 {
+    FACET_DIFFUSE * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i))
+}
+
+/// The hand fit of Chan 2018, eq. 64–69 and listing 1, without `albedo / π`. `n_l`, `n_v`, `n_h`, `l_h`: cosines between
+/// normal, light, viewer and half vector, held within 0..1; `gloss`: 0..1 (eq. 2).
+///
+/// Reciprocal, since `l_h = v_h`. Its albedo exceeds 1: see docs/measurements/energy.md.
+#[must_use]
+pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
+    let [n_l, n_v, n_h, l_h, g] = [n_l, n_v, n_h, l_h, gloss].map(unit);
+    let rough = l_h + schlick_weight(l_h);
+    let smooth = (1.0 - 0.75 * schlick_weight(n_l)) * (1.0 - 0.75 * schlick_weight(n_v));
+    let t = (2.2 * g - 0.5).clamp(0.0, 1.0);
+    let bump = (34.5 * g * g - 59.0 * g + 24.5) * l_h * (-(73.2 * g - 21.2).max(8.9) * n_h.sqrt()).exp2();
+    rough + (smooth - rough) * t + bump
+}
+
+/// The rational fit of Chan 2018, eq. 63, of the BRDF itself at gloss 0. `x = n·h`, `y = l·h`, held within 0..1.
+#[must_use]
+pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
+    let [x, y] = [x, y].map(unit);
+    let top = 0.568 - 0.692 * x - 0.938 * y + 1.326 * x * x + 0.301 * y * y + 1.96 * x * y - 0.98 * x.powi(3)
+        + 1.533 * y.powi(3);
+    let under = 1.0 + 1.731 * x - 0.997 * y - 0.998 * x * x - 0.843 * y * y + 9.905 * x * y - 0.971 * x.powi(3)
+        + 0.948 * y.powi(3);
+    top / if under.abs() < 1e-6 { 1e-6 } else { under }
+}
+
+/// Within 0..1; 0 for a NaN.
+fn unit(x: f64) -> f64 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
+/// How facets of one roughness light each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FacetBounces {
+    /// `κ`: weight of the first bounce at grazing angles, without a coat.
+    pub grazing: f64,
+    /// `q`: chance that light leaving a facet meets another.
+    pub again: f64,
+    /// `η`: how far the rest of the first bounce leans towards the light, within ±1.
+    pub lean: f64,
+    /// Share of the light that is lost between facets, 0 where the coat's reflections stay on the surface.
+    pub lost: f64,
+}
+
+/// Constants of [`FacetBounces`] by roughness: each is `k₀ α² / (α² + k₁ α + k₂)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BounceFit {
+    /// Of [`FacetBounces::grazing`].
+    pub grazing: [f64; 3],
+    /// Of [`FacetBounces::again`].
+    pub again: [f64; 3],
+    /// Of [`FacetBounces::lean`].
+    pub lean: [f64; 3],
+    /// Of [`FacetBounces::lost`].
+    pub lost: [f64; 3],
+}
+
+/// Fitted by example 20 to walks on GGX facets whose coat reflects as mirrors do
+/// ([`Facets::Coated`](crate::integrals::facet_walk::Facets::Coated)): no light is lost. Use this one.
+pub const BOUNCES: BounceFit = BounceFit {
+    grazing: [0.39284, 0.11088, 0.01835],
+    again: [0.92213, 0.76687, 0.46287],
+    lean: [0.36175, -0.7515, 0.48674],
+    lost: [0.0, 0.0, 1.0],
+};
+
+/// Fitted to walks in which what the coat reflects is gone
+/// ([`Facets::Diffuse`](crate::integrals::facet_walk::Facets::Diffuse)), as in Chan's simulation.
+pub const BOUNCES_LOSSY: BounceFit = BounceFit {
+    grazing: [0.38738, 0.12849, 0.02321],
+    again: [0.84374, 0.74115, 0.45752],
+    lean: [0.49619, -0.73675, 0.60793],
+    lost: [0.38913, 1.77282, 0.13691],
+};
+
+impl BounceFit {
+    /// At a roughness, held within 0..1.
+    #[must_use]
+    pub fn at(&self, alpha: f64) -> FacetBounces {
+        let a = unit(alpha);
+        let value = |k: [f64; 3]| k[0] * a * a / at_least(a * a + k[1] * a + k[2], 1e-9);
+        FacetBounces {
+            grazing: value(self.grazing),
+            again: value(self.again).clamp(0.0, 0.9),
+            lean: value(self.lean).clamp(-1.0, 1.0),
+            lost: value(self.lost).clamp(0.0, 1.0),
+        }
+    }
+}
+
+/// `2 (1 − c ln(1 + 1/c))`: albedo of `1 / (c_o + c_i)` over `1/π`; 2 at grazing incidence.
+#[must_use]
+pub fn grazing_albedo(cosine: f64) -> f64 {
+    let c = at_least(unit(cosine), 1e-12);
+    2.0 * (1.0 - c * ((1.0 + c) / c).ln())
+}
+
+/// Mean of [`grazing_albedo`] over the hemisphere.
+pub const GRAZING_AVERAGE: f64 = 8.0 / 3.0 * (1.0 - LN_2);
+
+/// The multiscattering diffuse BRDF, per steradian (formula at the top). `wo`, `wi`: tangent frame; 0 where one of them
+/// is not above the horizon. `f0`: of the coat, and `albedo`: of the facets, linear RGB, 0..1. `entered_o`, `entered_i`,
+/// `entered_average`: what enters along the viewer's direction, along the light's, and on average
+/// ([`entered`](super::energy::entered)).
+#[must_use]
+pub fn multiscattering_diffuse(
+    wo: DVec3,
+    wi: DVec3,
+    bounces: FacetBounces,
+    f0: DVec3,
+    albedo: DVec3,
+    entered_o: DVec3,
+    entered_i: DVec3,
+    entered_average: DVec3,
+) -> DVec3 {
+    if !(wo.z > 0.0 && wi.z > 0.0) {
+        return DVec3::ZERO;
+    }
+    let (c_o, c_i) = (wo.z.min(1.0), wi.z.min(1.0));
+    let d = wo.x * wi.x + wo.y * wi.y;
+    let sines = (1.0 - c_o * c_o) * (1.0 - c_i * c_i);
+    let phase = at_least(1.0 + 11.0 / 9.0 * d + 2.0 / 9.0 * (2.0 * d * d - sines), 0.0);
+    let kappa = grazing_weight(bounces, f0, albedo);
+    let white = first_albedo(bounces, albedo);
+    let left = |t: DVec3, h: f64| (t * white - kappa * h).max(DVec3::ZERO);
+    let [r_o, r_i] = [(entered_o, c_o), (entered_i, c_i)].map(|(t, c)| left(t, grazing_albedo(c)));
+    let average = left(entered_average, GRAZING_AVERAGE).max(DVec3::splat(1e-6));
+    let lean = DVec3::ONE + (DVec3::ONE - albedo * bounces.again) * (bounces.lean * d);
+    albedo * FRAC_1_PI * (kappa * (phase / at_least(c_o + c_i, 1e-6)) + r_o * (r_i / average) * lean)
+}
+
+/// `κ`: less for dark facets, whose first bounce is all there is; so what is left of it is never negative.
+fn grazing_weight(bounces: FacetBounces, f0: DVec3, albedo: DVec3) -> DVec3 {
+    bounces.grazing * (DVec3::ONE - f0) * (DVec3::ONE - 0.7 * bounces.again * (DVec3::ONE - albedo))
+}
+
+/// Albedo of the surface per albedo of its facets and light that enters.
+fn first_albedo(bounces: FacetBounces, albedo: DVec3) -> DVec3 {
+    (1.0 - bounces.lost) * (1.0 - bounces.again) / (DVec3::ONE - albedo * bounces.again)
+}
+
+/// Directional albedo of [`multiscattering_diffuse`], from what enters along that direction.
+#[must_use]
+pub fn multiscattering_albedo(bounces: FacetBounces, albedo: DVec3, entered: DVec3) -> DVec3 {
+    albedo * first_albedo(bounces, albedo) * entered
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::materials::energy::{EnergyTable, entered};
+    use crate::materials::microfacet::half_vector;
+    use crate::quadrature::composite_gauss;
+    use crate::random::Random;
+
+    fn direction(c: f64, phi: f64) -> DVec3 {
+        let s = ((1.0 - c) * (1.0 + c)).max(0.0).sqrt();
+        DVec3::new(s * phi.cos(), s * phi.sin(), c)
+    }
+
+    /// `∫ f c dω` over the hemisphere of lights, denser towards grazing ones.
+    fn albedo(wo: DVec3, brdf: impl Fn(DVec3) -> f64) -> f64 {
+        let azimuths = composite_gauss(0.0, PI, 2, 12);
+        let towards = wo.y.atan2(wo.x);
+        composite_gauss(0.0, 1.0, 4, 10)
+            .into_iter()
+            .map(|(u, w)| {
+                let c = u * u;
+                let ring = azimuths.iter().map(|(phi, v)| v * brdf(direction(c, towards + phi))).sum::<f64>();
+                2.0 * ring * c * 2.0 * u * w
+            })
+            .sum()
+    }
+
+    /// Eq. 61 with 1 − F0 as a factor: what a facet does not mirror, it scatters.
+    #[test]
+    fn facets_scatter_what_they_do_not_mirror() {
+        for (f0, c) in [(0.0, 1.0), (0.04, 0.3), (0.5, 0.05)] {
+            let got = albedo(direction(c, 0.0), |wi| facet_diffuse(f0, c, wi.z));
+            let fresnel = f0 + (1.0 - f0) * schlick_weight(c);
+            assert!((got - (1.0 - fresnel)).abs() < 1e-12, "{got}");
+        }
+    }
+
+    /// What makes the albedo exact: nothing is clamped, for any roughness, coat, albedo and angle.
+    #[test]
+    fn the_rest_is_never_negative() {
+        for table in [EnergyTable::ggx(), EnergyTable::beckmann()] {
+            let mut least = f64::MAX;
+            for (a, f) in (1..=60).flat_map(|a| (0..=20).map(move |f| (a, f))) {
+                let (alpha, f0) = ((f64::from(a) / 60.0).powi(2), (f64::from(f) / 20.0).powi(2));
+                let average = table.average(alpha).ideal;
+                for bounces in [BOUNCES.at(alpha), BOUNCES_LOSSY.at(alpha)] {
+                    assert!(bounces.lean.abs() <= 1.0 && bounces.grazing >= 0.0);
+                    for c in (0..=40).map(|c| (f64::from(c) / 40.0).powi(2)) {
+                        let t = entered(DVec3::splat(f0), table.albedo(alpha, c), average).x;
+                        for rho in [0.0, 0.25, 0.5, 0.75, 1.0].map(DVec3::splat) {
+                            let kappa = grazing_weight(bounces, DVec3::splat(f0), rho).x;
+                            let rest = t * first_albedo(bounces, rho).x - kappa * grazing_albedo(c);
+                            // Of a full mirror nothing is left.
+                            least = least.min(if f0 < 1.0 { rest / (1.0 - f0) } else { f64::MAX });
+                        }
+                    }
+                }
+            }
+            println!("least of the rest, per 1 − F0: {least:.4}");
+            // The smoothest surfaces let nothing in at grazing incidence, and have 2 κ of 3e-6.
+            assert!(least > -1e-5, "{least}");
+        }
+    }
+
+    #[test]
+    fn the_albedo_is_what_is_promised() {
+        let table = EnergyTable::ggx();
+        let mut worst = 0.0f64;
+        for (i, bounces) in [BOUNCES, BOUNCES_LOSSY].into_iter().enumerate() {
+            for (alpha, f0, rho, c) in
+                [(0.05, 0.04, 1.0, 0.1), (0.3, 0.04, 0.5, 0.7), (1.0, 0.0, 1.0, 0.02), (0.6, 0.6, 0.2, 1.0)]
+            {
+                let (f0, rho, b) = (DVec3::splat(f0), DVec3::splat(rho), bounces.at(alpha));
+                let average = table.average(alpha);
+                let t = |c: f64| entered(f0, table.albedo(alpha, c), average.ideal);
+                let mean = entered(f0, average, average.ideal);
+                let wo = direction(c, 0.4);
+                let got = albedo(wo, |wi| multiscattering_diffuse(wo, wi, b, f0, rho, t(wo.z), t(wi.z), mean).x);
+                let want = multiscattering_albedo(b, rho, t(wo.z)).x;
+                worst = worst.max((got - want).abs());
+                assert!(want <= t(wo.z).x && (i == 1 || rho.x < 1.0 || (want - t(wo.z).x).abs() < 1e-12));
+            }
+        }
+        assert!(worst < 2e-4, "{worst}");
+    }
+
+    #[test]
+    fn reciprocal_positive_and_finite() {
+        let table = EnergyTable::ggx();
+        let mut random = Random(3);
+        for _ in 0..20_000 {
+            let mut draw = || {
+                let c = match (random.unit() * 4.0) as u32 {
+                    0 => 1e-9,
+                    1 => 1.0,
+                    _ => random.unit(),
+                };
+                direction(c, random.range(0.0, 6.0))
+            };
+            let (wo, wi) = (draw(), draw());
+            let (alpha, f0, rho) = (random.unit(), random.unit().powi(2), random.unit());
+            let (f0, average) = (DVec3::splat(f0), table.average(alpha));
+            let [o, i] = [wo, wi].map(|w| entered(f0, table.albedo(alpha, w.z), average.ideal));
+            let mean = entered(f0, average, average.ideal);
+            let (b, rho) = (BOUNCES.at(alpha), DVec3::splat(rho));
+            let there = multiscattering_diffuse(wo, wi, b, f0, rho, o, i, mean).x;
+            let back = multiscattering_diffuse(wi, wo, b, f0, rho, i, o, mean).x;
+            assert!(there.is_finite() && there >= 0.0 && (there - back).abs() <= 1e-12 * there.max(1.0));
+            // The published fit is reciprocal as well: l·h = v·h.
+            let h = half_vector(wo, wi);
+            let g = random.unit();
+            let there = chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), g);
+            let back = chan_diffuse(wo.z, wi.z, h.z, wo.dot(h), g);
+            assert!((there - back).abs() < 1e-9 && there.is_finite(), "{there} {back}");
+        }
+        for x in [f64::NAN, -1.0, 0.0, 1.0, 1e300] {
+            assert!(chan_diffuse(x, x, x, x, x).is_finite() && chan_rational_rough(x, x).is_finite());
+            let b = BOUNCES.at(x);
+            assert!(b.again.is_finite() && grazing_albedo(x).is_finite());
+        }
+    }
+
+    /// The hand fit returns more light than there is: rough surfaces seen at grazing angles.
+    #[test]
+    fn the_published_fit_is_brighter_than_white() {
+        let of = |c: f64, gloss: f64| {
+            let wo = direction(c, 0.0);
+            albedo(wo, |wi| {
+                let h = half_vector(wo, wi);
+                chan_diffuse(wi.z, c, h.z, wi.dot(h), gloss) * FRAC_1_PI
+            })
+        };
+        assert!((of(1e-3, 0.0) - 1.156).abs() < 2e-3, "{}", of(1e-3, 0.0));
+        assert!((of(1.0, 0.0) - 0.973).abs() < 1e-3 && (of(1.0, 1.0) - 0.964).abs() < 1e-3);
+        assert!(of(1e-3, 30.0 / 255.0) > 1.0 && of(1e-3, 60.0 / 255.0) < 1.0);
+    }
+}

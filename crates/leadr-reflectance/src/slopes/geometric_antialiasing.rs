@@ -1,0 +1,327 @@
+//! Geometric specular antialiasing: adds the rotation of the surface within a pixel as roughness, in slope space
+//! (Tokuyoshi & Kaplanyan 2019, "IGSA", and its supplement).
+//!
+//! Within a pixel the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter
+//! of variance [`PIXEL_VARIANCE`] this is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`.
+//! The slope-space Jacobian (supplement, eq. 7) transforms it to slopes. There it adds to the covariance of a Gaussian
+//! surface ([`filter_covariance`]) and, doubled, to the roughness matrix of GGX ([`filter_roughness`]; `α² = 2σ²`).
+//!
+//! **With and without the light.** When light and viewer are far away, the half vector is constant and the frame
+//! rotates by the change `d` of its normal; the slope `p` of the half vector then moves by `(I + p pᵀ) d`. So the
+//! kernel of the normal alone (`slopes::statistics::add_macro_curvature`) is the half vector's kernel at the pole, and
+//! [`tilt_kernel`] takes it to any other slope: to the half vector's slope when the light is known, or to the mean
+//! slope (where the lobe peaks) in a pass that knows no light.
+
+use super::packing::principal_variances;
+use super::statistics::clamp_covariance;
+use crate::limits::{MIN_NORMAL_Z, at_least, within};
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
+pub const PIXEL_VARIANCE: f64 = 0.25;
+
+/// The kernel over the covariance of slopes that make half of its excess needless ([`kernel_over`]).
+pub const KERNEL_COVER: f64 = 3.0;
+
+/// Bound of the kernel's trace, in squared radians: the paper's bound `α² ≤ 0.18` of an isotropic kernel, as variances.
+pub const KERNEL_BOUND: f64 = 0.18;
+
+/// Kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame) with the differences
+/// `dx`, `dy` to the neighbouring pixels.
+///
+/// The kernel is bounded on the sphere, where the bound is an angle, and only then transformed to slopes, which grow
+/// without limit towards the horizon. With `wh'` the component of a difference orthogonal to `wh`, the slope moves by
+/// `(p wh'.z − wh'.xy) / wh.z`: eq. 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
+#[must_use]
+pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
+    let across = |d: DVec3| {
+        let d = d.map(|x| within(x, 1e3));
+        d - wh * wh.dot(d)
+    };
+    let (dx, dy) = (across(dx), across(dy));
+    let angle = PIXEL_VARIANCE * (dx.length_squared() + dy.length_squared());
+    let scale = PIXEL_VARIANCE * (KERNEL_BOUND / at_least(angle, 1e-12)).min(1.0);
+    let z = wh.z.max(MIN_NORMAL_Z);
+    let slope = -wh.truncate() / z;
+    let (u, v) = ((slope * dx.z + dx.truncate()) / z, (slope * dy.z + dy.truncate()) / z);
+    clamp_covariance(scale * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y))
+}
+
+/// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
+///
+/// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels
+/// for which this ratio exceeds a half are shortened, so that no spread of slopes exceeds half the slope itself and
+/// crosses the pole.
+#[must_use]
+pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
+    let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
+    let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
+    let kernel = kernel * (0.25 / second_order.max(1e-12)).min(1.0);
+    let by = |r: DVec2| DVec2::new(kernel.x * r.x + kernel.z * r.y, kernel.z * r.x + kernel.y * r.y);
+    let (u, v) = (DVec2::new(x, c), DVec2::new(c, y));
+    clamp_covariance(DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))))
+}
+
+/// What the kernel adds to slopes of covariance `s`.
+///
+/// A kernel of variance 1/4 keeps what is smaller than a pixel from flickering, but a pixel is a box, of variance 1/12, and where the
+/// slopes are rough enough not to flicker anyway, the wider kernel only blurs. With `T` = [`KERNEL_COVER`]` S` this is
+///
+/// ```text
+/// K − ⅔ (K⁻¹ + T⁻¹)⁻¹,   (K⁻¹ + T⁻¹)⁻¹ = (|T| K + |K| T) / |K + T|
+/// ```
+///
+/// which is `K` over smooth slopes and tends to `K/3` over rough ones. Slopes and kernel together keep a variance of at least .235
+/// squared pixels in every direction.
+#[must_use]
+pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
+    let t = KERNEL_COVER * s;
+    let (of_kernel, of_slopes) = (determinant(kernel), determinant(t));
+    let per = 1.0 / determinant(kernel + t).max(of_kernel + of_slopes).max(1e-30);
+    kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * t)
+}
+
+/// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal to both
+/// variances.
+#[must_use]
+pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
+    DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
+}
+
+/// The narrowest isotropic kernel at least as wide as `kernel` in every direction: its larger principal variance.
+#[must_use]
+pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
+    let variance = principal_variances(kernel).x;
+    DVec3::new(variance, variance, 0.0)
+}
+
+/// Raises the determinant of the matrix to at least `tau` by changing its off-diagonal alone. This restores what
+/// rounding loses in sums of elongated matrices, for which `|A + K| ≥ |A|` holds in exact arithmetic (Minkowski).
+/// Unlike the supplement's clamp inside `D`, the result belongs to a distribution that integrates to one, and it works
+/// for every distribution.
+#[must_use]
+pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
+    let c = at_least(a.x * a.y - tau, 0.0).sqrt();
+    DVec3::new(a.x, a.y, within(a.z, c))
+}
+
+/// Determinant of a covariance or roughness matrix, at least 0.
+fn determinant(a: DVec3) -> f64 {
+    (a.x * a.y - a.z * a.z).max(0.0)
+}
+
+/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant no less than that
+/// of `S`.
+#[must_use]
+pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
+    clamp_determinant(s + kernel, determinant(s))
+}
+
+/// Roughness matrix of GGX under the kernel: `A + 2K`, with a determinant no less than that of `A` (IGSA:
+/// `τ = αx² αy²`).
+#[must_use]
+pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
+    clamp_determinant(a + 2.0 * kernel, determinant(a))
+}
+
+/// `D(wh)` of GGX with the determinant clamp of the supplement, section 1, and a mean slope:
+/// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. `|A|` is at least `tau` > 0, both there and in the
+/// inverse. 0 for `wh.z ≤ 0`.
+#[must_use]
+pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let det = (a.x * a.y - a.z * a.z).max(tau.max(1e-16));
+    let d = wh.truncate() + wh.z * m;
+    let q = (a.y * d.x * d.x + a.x * d.y * d.y - 2.0 * a.z * d.x * d.y).max(0.0) / det;
+    let g = 1.0 / (q + wh.z * wh.z).max(1e-13);
+    g * g / (PI * det.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::beckmann::beckmann_p22;
+    use crate::quadrature::composite_gauss;
+    use crate::slopes::grid::normal_of_slope;
+    use crate::slopes::statistics::add_macro_curvature;
+    use glam::{DMat2, DQuat};
+
+    /// Supplement, eq. 7: derivatives of the slope by the angles along and across the half vector's meridian.
+    fn spherical_jacobian(h: DVec3) -> DMat2 {
+        let sin = (1.0 - h.z * h.z).sqrt();
+        DMat2::from_cols(DVec2::new(h.x, h.y), DVec2::new(-h.y * h.z, h.x * h.z)) * (-1.0 / (h.z * h.z * sin))
+    }
+
+    #[test]
+    fn is_the_supplements_jacobian() {
+        for h in
+            [DVec3::new(0.3, -0.5, 0.8), DVec3::new(-0.9, 0.1, 0.2), DVec3::new(1e-3, 2e-3, 1.0)].map(DVec3::normalize)
+        {
+            let sin = (1.0 - h.z * h.z).sqrt();
+            let along = DVec3::new(h.x * h.z / sin, h.y * h.z / sin, -sin);
+            let across = DVec3::new(-h.y, h.x, 0.0) / sin;
+            let (a, b) = (DVec2::new(0.02, -0.01), DVec2::new(0.005, 0.03));
+            let kernel = half_vector_kernel(h, along * a.x + across * a.y, along * b.x + across * b.y);
+            let (u, v) = (spherical_jacobian(h) * a, spherical_jacobian(h) * b);
+            let expected = 0.25 * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y);
+            assert!((kernel - expected).length() < 1e-9 * expected.length(), "{kernel} instead of {expected}");
+        }
+    }
+
+    /// The frame rotates while the half vector is constant. The half vector's kernel, from differences of tangent-frame
+    /// coordinates, equals the tilted kernel of the normal.
+    #[test]
+    fn the_normals_kernel_tilts_into_the_half_vectors() {
+        for wh in [DVec3::Z, DVec3::new(0.4, 0.2, 0.9).normalize(), DVec3::new(-0.8, 0.3, 0.5).normalize()] {
+            // The frame's normal moves by d when the frame turns about z × d; the half vector turns back.
+            let moved = |d: DVec2| DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0)) * wh - wh;
+            let (dx, dy) = (DVec2::new(1e-5, 3e-6), DVec2::new(-2e-6, 2e-5));
+            let from_half_vector = half_vector_kernel(wh, moved(dx), moved(dy));
+            // The slopes of a normal have the opposite sign to its xy; the sign of both differences has no effect.
+            let normal = add_macro_curvature(DVec3::ZERO, -dx, -dy);
+            let tilted = tilt_kernel(normal, -wh.truncate() / wh.z);
+            assert!((tilted - from_half_vector).length() < 1e-4 * tilted.length(), "{tilted} {from_half_vector}");
+        }
+    }
+
+    #[test]
+    fn cheaper_kernels_exceed_the_full_one_along_every_direction() {
+        let mut tight = 0.0f64;
+        for i in 0..500 {
+            let f = f64::from(i);
+            let (u, v) = (DVec2::from_angle(1.7 * f) * (0.3 * f).sin(), DVec2::from_angle(0.9 * f) * (0.7 * f).cos());
+            let kernel = add_macro_curvature(DVec3::ZERO, 0.3 * u, 0.3 * v);
+            for cheap in [axis_aligned_kernel(kernel), isotropic_kernel(kernel)] {
+                let mut least = f64::MAX;
+                for k in 0..64 {
+                    let d = DVec2::from_angle(PI * f64::from(k) / 64.0);
+                    let along = |s: DVec3| d.x * d.x * s.x + d.y * d.y * s.y + 2.0 * d.x * d.y * s.z;
+                    assert!(along(cheap) >= along(kernel) * (1.0 - 1e-12));
+                    least = least.min(along(cheap) / along(kernel).max(1e-12));
+                }
+                tight = tight.max(least);
+            }
+        }
+        assert!(tight < 1.5, "bounds that no direction comes near would pass too");
+    }
+
+    #[test]
+    fn the_kernel_is_as_wide_as_it_has_to_be() {
+        // In units of squared pixels.
+        let round = |v: f64| DVec3::new(v, v, 0.0);
+        assert_eq!(kernel_over(round(0.25), round(0.0)), round(0.25));
+        assert!((kernel_over(round(0.25), round(100.0)).x - 1.0 / 12.0).abs() < 1e-3);
+        let least = (0..1000).map(|i| 1e-3 * f64::from(i)).map(|s| s + kernel_over(round(0.25), round(s)).x);
+        assert!((least.fold(f64::MAX, f64::min) - 0.2357).abs() < 1e-4);
+        // Each axis for itself, also where the kernel has one axis only.
+        let each = kernel_over(DVec3::new(0.25, 0.1, 0.0), DVec3::new(0.02, 3.0, 0.0));
+        assert!((each.x - kernel_over(round(0.25), round(0.02)).x).abs() < 1e-12);
+        assert!((each.y - kernel_over(round(0.1), round(3.0)).y).abs() < 1e-12);
+        let long = kernel_over(DVec3::new(0.25, 0.0, 0.0), round(0.02));
+        assert!((long.x - each.x).abs() < 1e-12 && long.y == 0.0);
+    }
+
+    #[test]
+    fn determinant_never_shrinks() {
+        for i in 0..2000 {
+            let f = f64::from(i);
+            // A long thin kernel on a smooth base, in 32 bits: here rounding destroys the determinant.
+            let base = 1e-6;
+            let k = f64::from((0.3 * (0.1 * f).cos()) as f32);
+            let l = f64::from((0.3 * (0.1 * f).sin()) as f32);
+            let kernel = DVec3::new(f64::from((k * k) as f32), f64::from((l * l) as f32), f64::from((k * l) as f32));
+            let s = DVec3::new(base, base, 0.0);
+            for filtered in [filter_covariance(s, kernel), filter_roughness(s, kernel)] {
+                assert!(filtered.x * filtered.y - filtered.z * filtered.z >= base * base * (1.0 - 1e-3));
+            }
+        }
+        let a = DVec3::new(0.3, 0.2, 0.1);
+        assert_eq!(clamp_determinant(a, 0.01), a);
+    }
+
+    #[test]
+    fn clamped_ggx_is_normalised_and_held() {
+        // ∫ D wh.z dwh = 1.
+        let (m, a) =
+            (DVec2::new(0.4, -0.2), filter_roughness(DVec3::new(0.05, 0.02, 0.01), DVec3::new(0.03, 0.05, -0.03)));
+        let mut sum = 0.0;
+        for (theta, wt) in composite_gauss(0.0, 0.5 * PI, 24, 8) {
+            for (phi, wp) in composite_gauss(0.0, 2.0 * PI, 24, 8) {
+                let wh = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+                sum += wt * wp * theta.sin() * theta.cos() * ggx_ndf_clamped(wh, m, a, 1e-4);
+            }
+        }
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        let peak = ggx_ndf_clamped(DVec3::Z, DVec2::ZERO, DVec3::new(1.0, 1.0, 1.0), 1e-4);
+        assert!((peak - 100.0 / PI).abs() < 1e-9);
+    }
+
+    /// Compares the lobe of a Gaussian surface on a rotating frame, averaged over the pixel, with the lobe widened by
+    /// the kernel.
+    #[test]
+    fn against_the_exact_mean_over_a_curved_pixel() {
+        let forms = ["none", "normal", "normal at the mean slope", "half vector"];
+        println!("relative L1 error of the lobe, over half vectors, by the form of the kernel ({forms:?})");
+        let mut worst = [0.0f64; 4];
+        for (alpha, turn, m) in [
+            (0.05, 0.05, DVec2::ZERO),
+            (0.05, 0.2, DVec2::ZERO),
+            (0.2, 0.4, DVec2::ZERO),
+            (0.05, 0.05, DVec2::new(0.8, 0.3)),
+            (0.05, 0.2, DVec2::new(0.8, 0.3)),
+            (0.2, 0.2, DVec2::new(1.5, 0.0)),
+        ] {
+            let s = DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0);
+            let d = DVec2::new(0.8, 0.6) * turn;
+            let kernel = add_macro_curvature(DVec3::ZERO, d, DVec2::ZERO);
+            let tilted = tilt_kernel(kernel, m);
+            let reach = 5.0 * (s + tilted).truncate().max_element().sqrt();
+            let (mut error, mut total) = ([0.0; 4], 0.0);
+            for (u, wu) in composite_gauss(-reach, reach, 30, 4) {
+                for (v, wv) in composite_gauss(-reach, reach, 30, 4) {
+                    let slope = m + DVec2::new(u, v);
+                    let wh = normal_of_slope(slope);
+                    // Densities of slopes in the measure of the untilted frame: D = P22 / z⁴ on the sphere.
+                    let exact: f64 = composite_gauss(-3.0, 3.0, 24, 4)
+                        .into_iter()
+                        .map(|(t, w)| {
+                            let turned = DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0) * t) * wh;
+                            let p = beckmann_p22(-turned.truncate() / turned.z, m, s) / turned.z.powi(4);
+                            w * (-2.0 * t * t).exp() * (2.0 / PI).sqrt() * if turned.z > 0.0 { p } else { 0.0 }
+                        })
+                        .sum();
+                    let z4 = wh.z.powi(4);
+                    let kernels = [DVec3::ZERO, kernel, tilted, tilt_kernel(kernel, slope)];
+                    // Solid angle of the slope cell: z³.
+                    let w = wu * wv * wh.z.powi(3);
+                    for (e, k) in error.iter_mut().zip(kernels) {
+                        *e += w * (beckmann_p22(slope, m, filter_covariance(s, k)) / z4 - exact).abs();
+                    }
+                    total += w * exact;
+                }
+            }
+            let relative = error.map(|e| e / total);
+            for (w, r) in worst.iter_mut().zip(relative) {
+                *w = w.max(r);
+            }
+            println!("alpha {alpha}, {turn} rad per pixel, mean slope {m}: {relative:.3?}");
+        }
+        println!("worst: {worst:.3?}");
+        assert!(worst[2] < 0.5 * worst[0] && worst[2] < 0.6 * worst[1], "{worst:?}");
+    }
+
+    #[test]
+    fn finite_everywhere() {
+        for wh in [DVec3::ZERO, DVec3::X, DVec3::NEG_Z, DVec3::new(1.0, 0.0, 1e-30), DVec3::Z] {
+            for d in [DVec3::ZERO, DVec3::splat(1e30), DVec3::new(-2.0, 0.0, 1.0)] {
+                let k = half_vector_kernel(wh, d, -d);
+                assert!(k.is_finite() && tilt_kernel(k, DVec2::splat(70.0)).is_finite());
+                assert!(filter_roughness(DVec3::ZERO, k).is_finite());
+                assert!(ggx_ndf_clamped(wh, DVec2::new(1e6, 0.0), k, 0.0).is_finite());
+            }
+        }
+    }
+}

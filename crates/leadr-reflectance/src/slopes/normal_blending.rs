@@ -1,0 +1,150 @@
+//! A detail normal on a base normal, both of normal maps: the ways that engines blend them.
+//!
+//! With `x_b`, `x_d` the slopes of base and detail, relief upon relief has the slope `x_b + x_d`: heights add
+//! ([`blend_partial_derivatives`]; layers of LEADR maps do the same, [`add_moments`](super::moments::add_moments)). A detail that lies *on* the base, its frame turned with it, is a
+//! rotation ([`blend_reoriented`]). For slopes of size ε:
+//!
+//! | blend | slope, less `x_b + x_d` | flat base gives the detail | flat detail gives the base |
+//! |---|---|---|---|
+//! | partial derivatives | 0 | yes | yes |
+//! | reoriented | ε³ | yes | yes |
+//! | whiteout | ε³ | yes | yes |
+//! | BlendXY | ε³ | yes | yes |
+//! | UDN | ε³ | no, it is flattened | yes |
+//! | linear | ε: half of the sum | no | no |
+//!
+//! All are finite for all finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`; what happens to others is said at each.
+
+use glam::DVec3;
+
+/// `n` at length 1; straight up if it has none.
+fn unit(n: DVec3) -> DVec3 {
+    let length = n.length();
+    if length > 1e-12 { n / length } else { DVec3::Z }
+}
+
+/// Reoriented normal mapping: the shortest rotation that takes z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012).
+/// Any unit vectors, except a base that points straight down: then `detail` upside down.
+#[must_use]
+pub fn blend_reoriented(base: DVec3, detail: DVec3) -> DVec3 {
+    let t = base + DVec3::Z;
+    let u = detail * DVec3::new(-1.0, -1.0, 1.0);
+    // t.z = |t|²/2: two reflections.
+    unit(t * (2.0 * t.dot(u) / t.length_squared().max(1e-12)) - u)
+}
+
+/// Whiteout blending: offsets add, heights multiply. Normals below the horizon are on it.
+#[must_use]
+pub fn blend_whiteout(base: DVec3, detail: DVec3) -> DVec3 {
+    unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0) * detail.z.max(0.0)))
+}
+
+/// UDN blending: the detail's offsets on the base's. Normals below the horizon are on it.
+#[must_use]
+pub fn blend_udn(base: DVec3, detail: DVec3) -> DVec3 {
+    unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0)))
+}
+
+/// BlendXY: offsets add, and z follows from length 1 (Chan 2018, Algorithm 4). Offsets longer than 1, which no unit normal has, are shortened to it; Chan's
+/// `max(…, 0)` leaves such normals longer than 1.
+#[must_use]
+pub fn blend_xy(base: DVec3, detail: DVec3) -> DVec3 {
+    let xy = base.truncate() + detail.truncate();
+    let square = xy.length_squared();
+    if square >= 1.0 { (xy / square.sqrt()).extend(0.0) } else { xy.extend((1.0 - square).sqrt()) }
+}
+
+/// Adds slopes, as relief upon relief does. Normals below the horizon are on it.
+#[must_use]
+pub fn blend_partial_derivatives(base: DVec3, detail: DVec3) -> DVec3 {
+    let (b, d) = (base.z.max(0.0), detail.z.max(0.0));
+    unit((base.truncate() * d + detail.truncate() * b).extend(b * d))
+}
+
+/// The mean of both normals, which is half as steep as either alone. Opposite normals give straight up.
+#[must_use]
+pub fn blend_linear(base: DVec3, detail: DVec3) -> DVec3 {
+    unit(base + detail)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use crate::slopes::grid::normal_of_slope;
+    use crate::slopes::moments::slope_of_normal;
+    use glam::{DQuat, DVec2};
+
+    type Blend = fn(DVec3, DVec3) -> DVec3;
+
+    const ALL: [(&str, Blend); 6] = [
+        ("reoriented", blend_reoriented),
+        ("whiteout", blend_whiteout),
+        ("UDN", blend_udn),
+        ("BlendXY", blend_xy),
+        ("partial derivatives", blend_partial_derivatives),
+        ("linear", blend_linear),
+    ];
+
+    #[test]
+    fn reorienting_is_the_rotation() {
+        let mut r = Random(3);
+        for _ in 0..1000 {
+            let mut any = || DVec3::new(r.range(-1.0, 1.0), r.range(-1.0, 1.0), r.range(-0.9, 1.0)).normalize();
+            let (base, detail) = (any(), any());
+            let want = DQuat::from_rotation_arc(DVec3::Z, base) * detail;
+            assert!((blend_reoriented(base, detail) - want).length() < 1e-12, "{base} {detail}");
+        }
+    }
+
+    #[test]
+    fn partial_derivatives_add_slopes() {
+        let (b, d) = (DVec2::new(1.3, -0.4), DVec2::new(-0.2, 2.0));
+        let sum = slope_of_normal(blend_partial_derivatives(normal_of_slope(b), normal_of_slope(d)));
+        assert!((sum - b - d).length() < 1e-12);
+    }
+
+    /// The error against the sum of slopes falls with the cube of their size, except that of the linear blend.
+    #[test]
+    fn orders_of_the_blends() {
+        let (b, d) = (DVec2::new(0.8, -0.5), DVec2::new(0.3, 0.4));
+        for (name, blend) in ALL {
+            let error = |size: f64| {
+                let got = slope_of_normal(blend(normal_of_slope(size * b), normal_of_slope(size * d)));
+                (got - size * (b + d)).length()
+            };
+            let (coarse, fine) = (error(0.02), error(0.01));
+            let order = (coarse / fine).log2();
+            println!("{name}: {coarse:.1e} at 0.02, order {order:.2}; {:.3} at slopes of about 1", error(1.0));
+            match name {
+                "partial derivatives" => assert!(coarse < 1e-15),
+                "linear" => {
+                    assert!((order - 1.0).abs() < 0.01 && (fine / (0.005 * (b + d).length()) - 1.0).abs() < 0.01)
+                }
+                _ => assert!((order - 3.0).abs() < 0.01, "{name} {order}"),
+            }
+        }
+    }
+
+    #[test]
+    fn flat_layers_change_nothing() {
+        let n = DVec3::new(0.3, -0.4, 0.8).normalize();
+        for (name, blend) in ALL {
+            let kept = [blend(n, DVec3::Z), blend(DVec3::Z, n)].map(|got| (got - n).length() < 1e-12);
+            assert_eq!(kept, [name != "linear", name != "linear" && name != "UDN"], "{name}");
+        }
+    }
+
+    #[test]
+    fn any_vectors_give_a_direction() {
+        let odd = [DVec3::ZERO, DVec3::X, DVec3::NEG_Z, DVec3::new(0.0, 1.0, -1e-9), DVec3::splat(-1e9), DVec3::Z];
+        for (name, blend) in ALL {
+            for base in odd {
+                for detail in odd {
+                    let n = blend(base, detail);
+                    assert!((n.length() - 1.0).abs() < 1e-9, "{name} {base} {detail}: {n}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Mean and covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
+
+use crate::limits::{MAX_CORRELATION, MAX_GRADIENT_VARIANCE, MAX_SLOPE, within};
+use glam::{DMat2, DVec2, DVec3};
+
+/// The nearest usable covariance of slopes, rise over run: variances in `[0, MAX_SLOPE²]`,
+/// `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+#[must_use]
+pub fn clamp_covariance(s: DVec3) -> DVec3 {
+    bounded_covariance(s, MAX_SLOPE * MAX_SLOPE)
+}
+
+/// The nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+#[must_use]
+pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
+    let (x, y) = (s.x.clamp(0.0, largest), s.y.clamp(0.0, largest));
+    let c = MAX_CORRELATION * (x * y).sqrt();
+    DVec3::new(x, y, within(s.z, c))
+}
+
+/// Correlation coefficient, `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.
+#[must_use]
+pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
+    (sxy / (sigma.x * sigma.y).max(1e-18)).clamp(-MAX_CORRELATION, MAX_CORRELATION)
+}
+
+/// Covariance from the filtered moments `first = (E[x], E[y])` and `second = (E[xx], E[yy], E[xy])` (LEADR eq. 9).
+///
+/// Where means are large and variances small, the rounding error can exceed the result. The result is therefore clamped
+/// to be positive semidefinite.
+///
+/// Moments may be in any unit, per texture coordinate for instance, where even flat relief has steep numbers: only what
+/// follows ([`scale_height`], [`map_covariance`](super::map::map_covariance)) brings them to slopes, and bounds those.
+#[must_use]
+pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
+    let covariance = DVec3::new(
+        (-first.x).mul_add(first.x, second.x),
+        (-first.y).mul_add(first.y, second.y),
+        (-first.x).mul_add(first.y, second.z),
+    );
+    bounded_covariance(covariance, MAX_GRADIENT_VARIANCE)
+}
+
+/// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that `linear` transforms (LEADR eq. 12).
+#[must_use]
+pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
+    let (u, v) = (linear.row(0), linear.row(1));
+    let by = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
+    DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v)))
+}
+
+/// Covariance after heights are scaled by `eta`; the mean slope scales by `eta` itself (LEADR 4.2, Height Scaling).
+#[must_use]
+pub fn scale_height(s: DVec3, eta: f64) -> DVec3 {
+    s * (eta * eta)
+}
+
+/// Adds the slopes of a base material of Beckmann roughness `alpha` (`α² = 2σ²`: this is where α becomes σ).
+///
+/// When layers are independent, their means and their covariances add. In terms of moments,
+/// `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`.
+#[must_use]
+pub fn add_roughness(s: DVec3, alpha: f64) -> DVec3 {
+    s + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0)
+}
+
+/// Adds the change of the macrosurface's own slope over the pixel; `dx`, `dy` are its differences to the neighbouring
+/// pixels.
+///
+/// This is a Gaussian pixel filter of variance 0.25 transformed to slope space (Tokuyoshi & Kaplanyan 2019). Their
+/// bound `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. It keeps creases and
+/// silhouettes, where differences are meaningless, from turning matt.
+#[must_use]
+pub fn add_macro_curvature(s: DVec3, dx: DVec2, dy: DVec2) -> DVec3 {
+    let bound = DVec2::splat(1e3);
+    let (dx, dy) = (dx.clamp(-bound, bound), dy.clamp(-bound, bound));
+    let kernel = 0.25 * DVec3::new(dx.x * dx.x + dy.x * dy.x, dx.y * dx.y + dy.y * dy.y, dx.x * dx.y + dy.x * dy.y);
+    s + kernel * (0.18 / (kernel.x + kernel.y).max(1e-12)).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_of_two_slopes() {
+        // Half the area at slope (1, 2), half at (3, −2): mean (2, 0), variances 1 and 4, covariance −2 (correlation −1).
+        let (first, second) = (DVec2::new(2.0, 0.0), DVec3::new(5.0, 4.0, -2.0));
+        let s = covariance_from_moments(first, second);
+        assert_eq!((s.x, s.y), (1.0, 4.0));
+        assert_eq!(s.z, -2.0 * MAX_CORRELATION);
+    }
+
+    #[test]
+    fn rounding_never_leaves_an_indefinite_matrix() {
+        // 32-bit moments of a constant steep slope.
+        for i in 0..1000 {
+            let m = DVec2::new(3.0 + 0.1 * f64::from(i), -7.0 + 0.03 * f64::from(i));
+            let f = |v: f64| f64::from(v as f32);
+            let s = covariance_from_moments(
+                DVec2::new(f(m.x), f(m.y)),
+                DVec3::new(f(m.x * m.x), f(m.y * m.y), f(m.x * m.y)),
+            );
+            assert!(s.x >= 0.0 && s.y >= 0.0 && s.x * s.y - s.z * s.z >= 0.0, "{s} at {m}");
+            assert!(s.x < 1e-6 * m.x * m.x);
+        }
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        // A relief of 3 m on a map of a kilometre, per unit of the map: slopes of up to 3000, which are 3 in metres.
+        let (first, second) = (DVec2::new(500.0, -800.0), DVec3::new(1.6e6, 2.2e6, 0.9e6));
+        for eta in [1.0, 1e-3, 2f64.powi(-20)] {
+            let before = covariance_from_moments(first * eta, second * (eta * eta));
+            let after = scale_height(covariance_from_moments(first, second), eta);
+            assert!((before - after).length() < 1e-12 * after.length(), "{before} {after}");
+        }
+        assert_eq!(covariance_from_moments(first, second).x, 1.6e6 - 500.0 * 500.0);
+    }
+
+    #[test]
+    fn curvature_is_bounded() {
+        let s = add_macro_curvature(DVec3::ZERO, DVec2::new(0.2, 0.0), DVec2::new(0.0, 0.4));
+        assert!((s - DVec3::new(0.01, 0.04, 0.0)).length() < 1e-15);
+        let s = add_macro_curvature(DVec3::ZERO, DVec2::new(1e9, 1e9), DVec2::new(-5.0, 3.0));
+        assert!((s.x + s.y - 0.18).abs() < 1e-12 && s.x * s.y >= s.z * s.z);
+    }
+}

@@ -1,0 +1,96 @@
+//! Mean Fresnel reflectance of the visible facets: the share of the light that never reaches the diffuse surface below
+//! the mirrors.
+//!
+//! Schlick's term is `k⁵` with `k = 1 − wo·wn`. It depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which
+//! varies almost only along the view azimuth. Along that axis the exact mean and variance of the visible slopes are
+//! known ([`super::slopes`]). To second order about the mean facet, `d` deviations along the axis, the cosine is
+//!
+//! ```text
+//! c(d) = (f − b d) / √(n + 2 e d + l d²)
+//! at d = 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
+//! ```
+//!
+//! where `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the
+//! mean facet, and `2 e d + l d²` the change of `|N|²` along the axis.
+//!
+//! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes
+//! across the view azimuth only lengthen `N`; `|N|²` grows by their variance on average.
+
+use super::slopes::tilted_area;
+use crate::facets::fresnel::grazing_reflectance;
+use crate::facets::normal_distribution::clamped_lean;
+use crate::limits::at_least;
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// Mean of Schlick's term ([`crate::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`:
+/// linear RGB reflectance at normal incidence; `s`: covariance of the slopes, already clamped
+/// ([`crate::slopes::statistics::clamp_covariance`]).
+#[must_use]
+pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
+    let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
+    let b2 = at_least(across.dot(wo.xy()), 0.0);
+    let per_b = 1.0 / b2.max(1e-24).sqrt();
+    let b = b2 * per_b;
+    let a = tilted_area(wo, m, b);
+    let t = (a * per_b).min(1e6);
+    let lean = clamped_lean(t);
+    let variance = (2.0 - lean * (t + lean)).clamp(0.02, 1.0);
+    let axis = across * per_b;
+    let rest = (s.x + s.y - axis.length_squared()).max(0.0);
+    let mean = mean_schlick_weight(a + b * lean, b, axis, m - axis * lean, rest, variance);
+    f0 + (grazing_reflectance(f0) - f0) * mean
+}
+
+/// Mean of Schlick's weight over slopes along `axis` about `slope`. `facet`: projected area of the facet of that slope; `b`: how much
+/// of it a standard deviation costs; `rest`: variance across the axis; `variance`: of the slopes, in squares of `axis`.
+#[must_use]
+pub fn mean_schlick_weight(facet: f64, b: f64, axis: DVec2, slope: DVec2, rest: f64, variance: f64) -> f64 {
+    let (e, l) = (slope.dot(axis), axis.length_squared());
+    let n = 1.0 + slope.length_squared() + rest;
+    let per = 1.0 / n.sqrt();
+    let first = (b + facet * e / n) * per;
+    let second = (b * e / n + facet * (1.5 * e * e / (n * n) - 0.5 * l / n)) * per;
+    let k = (1.0 - facet * per - variance * second).clamp(0.0, 1.0);
+    let v = variance * first * first;
+    (k.powi(5) + 10.0 * k.powi(3) * v + 15.0 * k * v * v).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::fresnel::fresnel_schlick;
+    use crate::facets::projected_area::{meso_area, slope_spread};
+    use crate::integrals::reference::visible_mean;
+    use crate::slopes::grid::normal_of_slope;
+
+    #[test]
+    fn near_the_converged_mean() {
+        let f0 = DVec3::splat(0.04);
+        let (mut worst, mut square, mut count, mut at) = (0.0f64, 0.0, 0.0, String::new());
+        for degrees in [0.0f64, 30.0, 55.0, 70.0, 80.0, 87.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            for azimuth in [0.0f64, 0.7, 1.6] {
+                let wo = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
+                for sigma in [0.02f64, 0.1, 0.3, 0.6, 1.0] {
+                    for (m, ratio) in [(DVec2::ZERO, 1.0), (DVec2::new(0.3, -0.2), 1.0), (DVec2::ZERO, 0.1)] {
+                        let s = DVec3::new(sigma * sigma, ratio * sigma * sigma, 0.0);
+                        // Mesosurfaces behind their silhouette show almost nothing, and that edge-on.
+                        if meso_area(wo, m) < -slope_spread(wo, s) {
+                            continue;
+                        }
+                        let exact = visible_mean(wo, m, s, 10, |x| fresnel_schlick(f0, wo.dot(normal_of_slope(x))));
+                        let error = (visible_fresnel(wo, m, s, f0).x - exact.x).abs();
+                        square += error * error;
+                        count += 1.0;
+                        if error > worst {
+                            (worst, at) = (error, format!("{degrees}°, {azimuth}, σ {sigma}, {m}, {ratio}"));
+                        }
+                    }
+                }
+            }
+        }
+        let rms = f64::sqrt(square / count);
+        println!("worst error {worst:.4} ({at}), rms {rms:.4}");
+        assert!(worst < 0.03 && rms < 0.009);
+    }
+}

@@ -1,0 +1,187 @@
+//! Bumps that hide the surroundings: the horizon of a place on the relief.
+//!
+//! Statistics of the slopes under a pixel say how facets inside it shadow one another. Bumps larger than the pixel
+//! shadow it as a whole, each from its own side. For a unit vector `v` of the tangent plane the horizon stands at an
+//! elevation of tangent
+//!
+//! ```text
+//! T(v) = m·v + e(v),   e(v) = max(0, l·v + √(vᵀ Q v))
+//! ```
+//!
+//! `m` is the mean slope. Nothing below its plane is seen in any case, so the excess `e` is not negative. The lean `l`
+//! says on which side the ground rises more; the spread `Q` how much it rises on opposite sides, across and along a
+//! valley. A slope `s` that falls to the place from one side alone is `l = s/2`, `Q = s sᵀ/4`, without error. The
+//! form is homogeneous, so it turns and stretches with the coordinates: `l` as a mean slope does, `Q` as a covariance;
+//! and heights that grow scale `l` by as much, `Q` by the square. `maps` fits it to heights (level by level: each level
+//! of a map knows only bumps larger than its texels, so that none is counted here and in the slope statistics).
+//!
+//! Both are used relative to the plane of the mean slope, which the statistics know already: a light is weighted by the
+//! share of it above the horizon among what is above the plane.
+
+use crate::frame::{Frame, from_frame};
+use crate::integrals::sh::{Sh9, sh_radiance};
+use crate::slopes::grid::normal_of_slope;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// The excess of a horizon over the plane of the mean slope.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Horizon {
+    /// `l`, slopes.
+    pub lean: DVec2,
+    /// `Q` as `xx, yy, xy`, squared slopes.
+    pub spread: DVec3,
+}
+
+/// `e(v)`: how far the horizon stands above the plane of the mean slope, as a difference of heights at the distance
+/// `|v|`. Not negative.
+#[must_use]
+pub fn horizon_excess(v: DVec2, h: &Horizon) -> f64 {
+    let square = v.x * v.x * h.spread.x + v.y * v.y * h.spread.y + 2.0 * v.x * v.y * h.spread.z;
+    (h.lean.dot(v) + square.max(0.0).sqrt()).max(0.0)
+}
+
+/// The same horizon, its excess times `factor`.
+#[must_use]
+pub fn raised_horizon(h: &Horizon, factor: f64) -> Horizon {
+    Horizon { lean: h.lean * factor, spread: h.spread * (factor * factor) }
+}
+
+/// Deviation of the true horizon's tangent from that of its smooth form, in units of its excess.
+pub const HORIZON_RAGGED: f64 = 0.13;
+
+/// Share of a lobe of light about `wi` that passes the horizon, among what is above the plane of the mean slope `m`:
+/// 0..1. `deviation`: of the lobe's directions from `wi` along one axis, radians. The lobe's height above the horizon is
+/// distributed by a parabola (Epanechnikov's kernel), whose integral is the cubic of `smoothstep`.
+#[must_use]
+pub fn horizon_visibility(wi: DVec3, m: DVec2, h: &Horizon, deviation: f64) -> f64 {
+    let flat = wi.truncate();
+    let plane = wi.z - flat.dot(m);
+    let excess = horizon_excess(flat, h);
+    // Heights per angle, squared: 1 + T².
+    let high = flat.dot(m) + excess;
+    let per_angle = 1.0 + high * high / flat.length_squared().max(1e-12);
+    let ragged = HORIZON_RAGGED * excess;
+    let width = 5.0f64.sqrt() * (deviation * deviation * per_angle + ragged * ragged + 1e-12).sqrt();
+    smoothstep(width, plane - excess) / smoothstep(width, plane).max(1e-3)
+}
+
+/// From 0 at `-width` to 1 at `width`.
+fn smoothstep(width: f64, x: f64) -> f64 {
+    let t = (0.5 + 0.5 * x / width).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Pairs of opposite azimuths of [`horizon_hidden`].
+pub const HORIZON_AXES: u32 = 4;
+
+/// The directions between the plane of the mean slope and the horizon.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hidden {
+    /// `(1/π) ∫ w dw`: times a normal, the irradiance that they would give under a white sky, in units of `π`.
+    pub weight: DVec3,
+    /// `(1/π) ∫ dw`, 0..2.
+    pub angle: f64,
+}
+
+/// What is hidden, azimuth by azimuth between the elevations of tangents `T₀ ≤ T₁`:
+///
+/// ```text
+/// w:  ½ (θ − T₀/(1+T₀²) + T₁/(1+T₁²)) along v,   ½ (1/(1+T₀²) − 1/(1+T₁²)) along z,   θ = atan T₁ − atan T₀
+/// dw: T₁/√(1+T₁²) − T₀/√(1+T₀²)
+/// ```
+#[must_use]
+pub fn horizon_hidden(m: DVec2, h: &Horizon) -> Hidden {
+    let mut hidden = Hidden::default();
+    for k in 0..2 * HORIZON_AXES {
+        let azimuth = PI * (f64::from(k) + 0.5) / f64::from(HORIZON_AXES);
+        let v = DVec2::new(azimuth.cos(), azimuth.sin());
+        let (low, excess) = (m.dot(v), horizon_excess(v, h));
+        let high = low + excess;
+        let (per_low, per_high) = (1.0 / (1.0 + low * low), 1.0 / (1.0 + high * high));
+        let between = excess.atan2(1.0 + low * high);
+        hidden.weight += (v * (between - low * per_low + high * per_high)).extend(per_low - per_high);
+        hidden.angle += 2.0 * (high * per_high.sqrt() - low * per_low.sqrt());
+    }
+    let each = 0.5 / f64::from(HORIZON_AXES);
+    Hidden { weight: hidden.weight * each, angle: hidden.angle * each }
+}
+
+/// What is left of the diffuse radiance `whole` of an environment, per unit of albedo, without the hidden directions, if
+/// its radiance there were that of their mean direction. `open`: share of the facets that see any of them, 0..1; `c`:
+/// radiance coefficients in the world; `f`: the tangent frame in the world. At least half of what an even environment
+/// would leave: order 2 swings, and a pit that sees some sky is never black.
+#[must_use]
+pub fn diffuse_past_horizon(whole: DVec3, open: f64, hidden: &Hidden, m: DVec2, f: &Frame, c: &Sh9) -> DVec3 {
+    // The mean of directions lies inside the unit sphere.
+    let mean = hidden.weight / hidden.angle.max(1e-6);
+    let share = hidden.weight.dot(normal_of_slope(m)).clamp(0.0, 1.0);
+    let lost = open * share * sh_radiance(c, from_frame(f, mean)).max(DVec3::ZERO);
+    (whole - lost).max(0.5 * (1.0 - share) * whole.max(DVec3::ZERO))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ridge(slope: DVec2) -> Horizon {
+        let s = slope * 0.5;
+        Horizon { lean: s, spread: DVec3::new(s.x * s.x, s.y * s.y, s.x * s.y) }
+    }
+
+    #[test]
+    fn one_sided_slopes_are_exact() {
+        let s = DVec2::new(0.6, -0.9);
+        for k in 0..32 {
+            let v = DVec2::from_angle(0.2 * f64::from(k));
+            assert!((horizon_excess(v, &ridge(s)) - s.dot(v).max(0.0)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn light_above_the_horizon_passes_and_below_does_not() {
+        let (m, h) = (DVec2::new(0.2, 0.0), ridge(DVec2::new(1.0, 0.0)));
+        let from = |tangent: f64| DVec3::new(1.0, 0.0, tangent).normalize();
+        // The horizon stands at 1.2, ragged by an eighth of the excess.
+        assert_eq!(horizon_visibility(from(2.5), m, &h, 0.01), 1.0);
+        assert_eq!(horizon_visibility(from(0.5), m, &h, 0.01), 0.0);
+        assert!((horizon_visibility(from(1.2), m, &h, 0.01) - 0.5).abs() < 1e-9);
+        // On the other side and without bumps, only the plane hides anything, and that is not counted here.
+        assert_eq!(horizon_visibility(DVec3::new(-0.9, 0.0, 0.1), m, &h, 0.2), 1.0);
+        assert_eq!(horizon_visibility(from(0.21), m, &Horizon::default(), 0.2), 1.0);
+    }
+
+    #[test]
+    fn hidden_directions_agree_with_an_integral() {
+        for (m, h) in [
+            (DVec2::ZERO, Horizon { lean: DVec2::ZERO, spread: DVec3::new(0.5, 0.5, 0.0) }),
+            (DVec2::new(0.4, -0.3), Horizon { lean: DVec2::new(0.1, 0.2), spread: DVec3::new(0.3, 0.1, 0.1) }),
+            (DVec2::new(-0.8, 0.1), ridge(DVec2::new(0.5, 0.5))),
+        ] {
+            let (mut sum, mut angle, n) = (DVec3::ZERO, 0.0, 400);
+            for i in 0..n {
+                let v = DVec2::from_angle(2.0 * PI * (f64::from(i) + 0.5) / f64::from(n));
+                let tangents = m.dot(v)..m.dot(v) + horizon_excess(v, &h);
+                for j in 0..n {
+                    let elevation = PI * ((f64::from(j) + 0.5) / f64::from(n) - 0.5);
+                    if tangents.contains(&elevation.tan()) {
+                        let part = elevation.cos() * 2.0 * PI / f64::from(n * n);
+                        sum += (v * elevation.cos()).extend(elevation.sin()) * part;
+                        angle += part;
+                    }
+                }
+            }
+            let hidden = horizon_hidden(m, &h);
+            assert!((hidden.weight - sum).length() < 0.02, "{m}: {hidden:?} for {sum}");
+            assert!((hidden.angle - angle).abs() < 0.02, "{m}: {hidden:?} for {angle}");
+            // Of a white environment of radiance 1 the rest is left; of a dark one with a bright horizon no less than half of that.
+            let mut c = [DVec3::ZERO; 9];
+            c[0] = DVec3::splat((4.0 * PI).sqrt());
+            let frame = crate::frame::frame_about(DVec3::Z);
+            let left = 1.0 - hidden.weight.dot(normal_of_slope(m));
+            let past = |whole: f64| diffuse_past_horizon(DVec3::splat(whole), 1.0, &hidden, m, &frame, &c).x;
+            assert!((past(1.0) - left).abs() < 1e-9);
+            assert!((past(0.1) - 0.05 * left).abs() < 1e-9);
+        }
+    }
+}

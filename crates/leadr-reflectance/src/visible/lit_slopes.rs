@@ -1,0 +1,110 @@
+//! The part of the visible slopes that mirrors a lit direction.
+//!
+//! The wider a lobe, the more of it lies below the mesosurface's horizon, where nothing is lit: at a slope deviation of 1
+//! three quarters of what is seen from straight above, at 2 nineteen parts of twenty. Probes would be spent there in vain. With `N = (−slope, 1)`, a
+//! facet mirrors a direction of height `(2 (wo·N) N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface, `N_m = (−m, 1)`,
+//! which is positive within a conic: for `m = 0` in the disc about `−tan θ` of radius `1/cos θ`. As the numerator is a
+//! quadratic in the slope,
+//!
+//! ```text
+//! weight(x) = exp(−l·x − ½ xᵀ D x)      x = slope − m
+//! D = k Q,  Q = wo.z I + wo.xy mᵀ + m wo.xyᵀ − (wo.xy·m) I,   S' = (S⁻¹ + D)⁻¹
+//! l = l₀/√(1 + 2 l₀ᵀS'l₀),   l₀ = .65 k √(cos θ) |N_m|² wo.xy
+//! k = 2.7 cos θ r²/(1 + r²) / |N_m|³,   r = ½ tr S / 0.2
+//! ```
+//!
+//! is a Gaussian that fades out with that height, all the more the rougher the surface: smooth ones are lit nearly to
+//! the horizon. The root in `l` keeps the mean from moving by a whole deviation, which it would where the conic is flat and the
+//! slopes along it are steep. Times the density of slopes it is another Gaussian, with closed visible moments. Probes are placed for
+//! that one, and what they see weighs by its share, the inverse of the weight, times the lit fraction. Shares are exact, whatever the weight is; the
+//! constants only decide where probes go (`lab::quadrature_study::fit_probes`).
+
+use super::slopes::VisibleSlopes;
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// `−ln weight` of a direction at the horizon against the highest, of a very rough surface seen from straight above.
+pub const LIT_FALL: f64 = 1.35;
+/// Mean variance of the slopes, per axis, at which half of it applies.
+pub const LIT_HALF: f64 = 0.2;
+/// Its linear part against that of the quadratic.
+pub const LIT_LEAN: f64 = 0.65;
+
+/// Slopes weighted towards lit directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitSlopes {
+    /// Mean of the weighted slopes, all facets.
+    pub m: DVec2,
+    /// Their covariance.
+    pub s: DVec3,
+    /// The module's `l`.
+    pub lean: DVec2,
+    /// The module's `D`, `(xx, yy, xy)`.
+    pub damp: DVec3,
+    /// Logarithm of the mean weight of all facets.
+    pub mean: f64,
+}
+
+/// The weighted slopes of what [`visible_slopes`](super::slopes::visible_slopes) found.
+#[must_use]
+pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
+    let (m, s) = (v.m, v.s);
+    let per = 1.0 / (1.0 + m.dot(m));
+    let height = v.a.max(0.0) * per.sqrt();
+    let r = (0.5 / LIT_HALF) * (s.x + s.y);
+    let k = 2.0 * LIT_FALL * height * per.sqrt() * (r * r / (1.0 + r * r));
+    let lean = LIT_LEAN * k * height.sqrt() * wo.xy();
+    // Where the conic is no ellipse, only its flat direction is kept.
+    let even = wo.z.max(0.0);
+    let across = wo.xy().dot(m);
+    let part = even / (wo.xy().length() * m.length()).max(even).max(1e-9);
+    let bend = part * DVec3::new(2.0 * wo.x * m.x - across, 2.0 * wo.y * m.y - across, wo.x * m.y + wo.y * m.x);
+    let damp = k * per * (DVec3::new(even, even, 0.0) + bend);
+    // (S⁻¹ + D)⁻¹
+    let det = (s.x * s.y - s.z * s.z).max(0.0);
+    let both = det * (damp.x * damp.y - damp.z * damp.z).max(0.0);
+    let share = 1.0 / (1.0 + s.x * damp.x + s.y * damp.y + 2.0 * s.z * damp.z + both);
+    let cov = share * (s + det * DVec3::new(damp.y, damp.x, -damp.z));
+    let moved = -DVec2::new(cov.x * lean.x + cov.z * lean.y, cov.z * lean.x + cov.y * lean.y);
+    let bound = 1.0 / (1.0 - 2.0 * lean.dot(moved)).max(1.0).sqrt();
+    let (lean, moved) = (bound * lean, bound * moved);
+    LitSlopes { m: m + moved, s: cov, lean, damp, mean: 0.5 * (share.ln() - lean.dot(moved)) }
+}
+
+/// Logarithm of 1/weight at `x` from the mean slope.
+#[must_use]
+pub fn lit_share(lit: &LitSlopes, x: DVec2) -> f64 {
+    let d = lit.damp;
+    lit.lean.dot(x) + 0.5 * (d.x * x.x * x.x + d.y * x.y * x.y) + d.z * x.x * x.y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrals::reference::visible_mean;
+    use crate::visible::slopes::visible_slopes;
+
+    /// Weighted moments of the visible slopes are the visible moments of the weighted slopes.
+    #[test]
+    fn the_weight_keeps_gaussians() {
+        let (m, s) = (DVec2::new(0.2, -0.3), DVec3::new(0.8, 0.3, 0.2));
+        let wo = DVec3::new(0.4, 0.5, 0.9).normalize();
+        let all = visible_slopes(wo, m, s);
+        let lit = lit_slopes(wo, &all);
+        let v = visible_slopes(wo, lit.m, lit.s);
+        let weighted = visible_mean(wo, m, s, 24, |x| {
+            let w = (-lit_share(&lit, x - m)).exp();
+            (w * x).extend(w)
+        });
+        let mean = lit.mean.exp() * v.area / all.area;
+        assert!((weighted.z / mean - 1.0).abs() < 1e-6, "mean weight {} instead of {mean}", weighted.z);
+        assert!((weighted.xy() / weighted.z - v.mean).length() < 1e-6);
+    }
+
+    #[test]
+    fn smooth_surfaces_are_left_alone() {
+        let (wo, s) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(1e-4, 1e-4, 0.0));
+        let all = visible_slopes(wo, DVec2::ZERO, s);
+        let lit = lit_slopes(wo, &all);
+        assert!((lit.m - all.m).length() < 1e-8 && (lit.s - s).length() < 1e-8 && lit.mean.abs() < 1e-8);
+    }
+}

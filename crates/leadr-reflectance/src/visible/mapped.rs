@@ -1,0 +1,320 @@
+//! The slopes of a normal map on smooth geometry: its facets hide nothing, so a viewer sees them by the part of the macrosurface
+//! that they have (the normal map model of thesis section 2.1 and Table 2.IV), whichever way they face.
+//!
+//! A displaced surface shows a facet by its projected area `a − b u`, where `u` is its slope along the view azimuth in standard
+//! deviations. A normal map shows all that face the viewer alike, `u < ν = a/b`; what faces away is black, as `⟨wo, wm⟩` is clamped
+//! at 0. Along `u` that is a normal density cut off at `ν`. With `λ = φ(ν)/Φ(ν)`,
+//!
+//! ```text
+//! E[u] = −λ,   Var[u] = 1 + λ′,   κ₃[u] = −λ″,   κ₄[u] = λ‴,   where λ′ = −λ (ν + λ)
+//! ```
+//!
+//! The base of a facet is rough geometry, though, and shows its own facets by projected area: its slopes are those of
+//! [`visible_slopes`](super::slopes) on the mean facet that faces the viewer. Both are independent, so their cumulants add up. Without a
+//! normal map these are the visible slopes of the base, and without a base the cut-off normal density.
+//!
+//! Diffuse light needs no viewer at all: the moments of normals are those of [`visible_diffuse_moments`](super::diffuse) without a
+//! clamp, and the clamped cosine of a light is a clamped mean instead of a product.
+
+use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread, visible_diffuse_terms};
+use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area};
+use crate::facets::beckmann::beckmann_ndf;
+use crate::facets::fresnel::{fresnel_schlick, grazing_reflectance};
+use crate::facets::normal_distribution::{mills_ratio, normal_cdf, normal_pdf, normal_ramp};
+use crate::facets::projected_area::{face_viewer, meso_area, slope_spread};
+use crate::integrals::diffuse::NormalMoments;
+use crate::limits::{MIN_AREA, at_least};
+use crate::masking::variants::half_facet_area;
+use crate::slopes::statistics::clamp_covariance;
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+use std::f64::consts::PI;
+
+/// Least deviation of the slopes along the viewer over which facets come to face away: no harder edge is told apart.
+const LEAST_TURN: f64 = 1e-4;
+
+/// What a viewer sees of a normal map and its base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappedSlopes {
+    /// The mirrors that face the viewer; `area` is the factor of the kernels of [`mapped_probes`](super::specular::mapped_probes).
+    pub slopes: VisibleSlopes,
+    /// Share of the facets that face the viewer.
+    pub facing: f64,
+    /// Share of the normal map in the variance of all slopes.
+    pub relief: f64,
+    /// Fourth cumulant of the slopes along the view azimuth, in deviations of all.
+    pub fourth: f64,
+}
+
+/// Quotient of the normal density and its integral up to this place.
+fn lambda_at(nu: f64) -> f64 {
+    if nu < 0.0 { 1.0 / mills_ratio(-nu) } else { normal_pdf(nu) / normal_cdf(nu) }
+}
+
+/// From here on a map faces away so far that the shape of what is left is not told apart.
+const LEAST_FOURTH: f64 = -4.0;
+
+/// Fourth cumulant of a normal density that is cut off at `nu`.
+fn fourth_cumulant(nu: f64) -> f64 {
+    let nu = nu.clamp(LEAST_FOURTH, 40.0);
+    let lambda = lambda_at(nu);
+    let first = -lambda * (nu + lambda);
+    let second = -lambda - (nu + 2.0 * lambda) * first;
+    -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second
+}
+
+/// `wo`: unit; `m`, `relief`: mean and covariance of the map's slopes; `all`: with the base's added.
+#[must_use]
+pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSlopes {
+    let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
+    let base = clamp_covariance(s - r);
+    let along = |c: DVec3| {
+        let across = DVec2::new(c.x * wo.x + c.z * wo.y, c.z * wo.x + c.y * wo.y);
+        let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
+        (across, b)
+    };
+    // The map.
+    let (across_r, br) = along(r);
+    let facing = normal_cdf(meso_area(wo, m) / br.max(LEAST_TURN));
+    let a = tilted_area(wo, m, br);
+    let m = face_viewer(wo, m, r, 2.0 * VISIBLE_TAIL);
+    let nu = (a / br.max(1e-18)).min(1e6);
+    let lambda = lambda_at(nu);
+    let variance_r = (1.0 - nu.min(40.0) * lambda - lambda * lambda).clamp(0.02, 1.0);
+    let nu_here = nu.min(40.0);
+    let third_r = (-lambda * (2.0 * lambda * lambda + 3.0 * nu_here * lambda + nu_here * nu_here - 1.0)).min(0.0);
+    let facet_r = at_least(a + br * lambda, 1e-3);
+    // Its base, on the mean facet.
+    let (across_b, bb) = along(base);
+    let n = normal_ramp(facet_r / bb.max(1e-18));
+    let shift_b = n.cdf / n.ramp;
+    let excess = n.pdf / n.ramp;
+    let variance_b = (1.0 + excess - shift_b * shift_b).clamp(0.02, 1.0);
+    let third_b = (facet_r / bb.max(1e-18)).min(1e6) * excess - 3.0 * shift_b
+        + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b);
+    let area_b = if bb <= 1e-18 { facet_r } else { bb * n.ramp };
+    // Both.
+    let b = (br * br + bb * bb).sqrt();
+    let (part_r, part_b) = (br / b.max(1e-18), bb / b.max(1e-18));
+    let (axis_r, axis_b) = (across_r / br.max(1e-18), across_b / bb.max(1e-18));
+    let square = |v: DVec2| DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y);
+    let facet = facet_r + bb * shift_b;
+    let variance = part_r * part_r * variance_r + part_b * part_b * variance_b;
+    let third = part_r.powi(3) * third_r + part_b.powi(3) * third_b.min(0.0);
+    MappedSlopes {
+        slopes: VisibleSlopes {
+            m,
+            s,
+            a,
+            b,
+            area: normal_cdf(nu) * area_b,
+            axis: (across_r + across_b) / b.max(1e-18),
+            shift: part_r * lambda + part_b * shift_b,
+            mean: m - axis_r * lambda - axis_b * shift_b,
+            cov: s - (1.0 - variance_r) * square(axis_r) - (1.0 - variance_b) * square(axis_b),
+            facet,
+            variance: if b <= 1e-18 { 1.0 } else { variance.clamp(0.02, 1.0) },
+            third,
+        },
+        facing,
+        fourth: part_r.powi(4) * fourth_cumulant(nu),
+        relief: ((r.x + r.y) / (s.x + s.y).max(1e-18)).clamp(0.0, 1.0),
+    }
+}
+
+/// Mean Fresnel reflectance of all facets, those that face away at a cosine of 0. `f0`: linear RGB reflectance at normal incidence.
+///
+/// Schlick's weight is too curved for an expansion: among facets that barely face the viewer it reaches 1. It is taken at three slopes
+/// along the view azimuth instead, the mean and one on either side, weighted such that the first four cumulants are right.
+#[must_use]
+pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
+    let MappedSlopes { slopes, facing, fourth, .. } = v;
+    let stretch = slopes.axis.length_squared();
+    let rest = (slopes.s.x + slopes.s.y - stretch).max(0.0);
+    let deviation = slopes.variance.sqrt();
+    let skewness = slopes.third / (slopes.variance * deviation);
+    let kurtosis = 3.0 + fourth / (slopes.variance * slopes.variance);
+    let reach = (kurtosis - 0.75 * skewness * skewness).max(0.5).sqrt();
+    let (near, far) = (0.5 * skewness + reach, 0.5 * skewness - reach);
+    let (of_near, of_far) = (0.5 / (near * reach), -0.5 / (far * reach));
+    let weight = |place: f64| {
+        let (u, slope) = (place * deviation, slopes.mean + slopes.axis * (place * deviation));
+        let facet = (slopes.facet - slopes.b * u).max(0.0);
+        let k = 1.0 - (facet / (1.0 + slope.length_squared() + rest).sqrt()).min(1.0);
+        k.powi(5)
+    };
+    let mean = (1.0 - of_near - of_far) * weight(0.0) + of_near * weight(near) + of_far * weight(far);
+    f0 + (grazing_reflectance(f0) - f0) * (1.0 + facing * (mean.clamp(0.0, 1.0) - 1.0))
+}
+
+/// Moments of all normals, as [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments) has them of the visible ones. `terms`: 2 or 3.
+#[must_use]
+pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
+    let s = clamp_covariance(s);
+    let spread = squared_normal_spread(m, s);
+    let (mut first, mut diag, mut off) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+    for term in visible_diffuse_terms(terms) {
+        let [t, c, d] = [term.exponent, term.first, term.second].map(|[value, slope]| value + slope * spread.y);
+        let g = damped_gaussian(m, s, t / spread.x);
+        first += g.weight * c * DVec3::new(-g.m.x, -g.m.y, 1.0);
+        diag += g.weight * d * (g.m * g.m + g.s.xy()).extend(1.0);
+        off += g.weight * d * DVec3::new(-g.m.y, -g.m.x, g.m.x * g.m.y + g.s.z);
+    }
+    // The second moments have trace one.
+    let scale = 1.0 / diag.element_sum().max(1e-30);
+    NormalMoments { mean: first / spread.x.sqrt(), diag: diag * scale, off: off * scale }
+}
+
+/// Radiance under one light from `wi` of unit irradiance on a plane facing it, per unit of albedo: the mean clamped cosine over all
+/// facets. `terms`: 2 or 3.
+#[must_use]
+pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
+    let s = clamp_covariance(s);
+    let spread = squared_normal_spread(m, s);
+    let sum: f64 = visible_diffuse_terms(terms)
+        .iter()
+        .map(|term| {
+            let [t, c] = [term.exponent, term.first].map(|[value, slope]| value + slope * spread.y);
+            let g = damped_gaussian(m, s, t / spread.x);
+            g.weight * c * clamped_mean(meso_area(wi, g.m), slope_spread(wi, g.s))
+        })
+        .sum();
+    sum / (spread.x.sqrt() * PI)
+}
+
+/// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, of mirrors of mean slope `m`
+/// and covariance `s` by the normal map term of thesis Table 2.IV: `F D / (4 f)`,
+/// `f` the projected area of the mirroring facet ([`half_facet_area`]). The base counts as a part of the map.
+#[must_use]
+pub fn mapped_specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
+    let h = wo + wi;
+    let wh = h / h.length_squared().max(1e-20).sqrt();
+    let facet = half_facet_area(wo, wi, wh).max(MIN_AREA);
+    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, s) / facet)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrals::reference::visible_mean;
+    use crate::quadrature::composite_gauss;
+    use crate::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
+    use crate::visible::slopes::visible_slopes;
+
+    /// The mean over all slopes of a normal map, by brute force; `g` may jump where facets turn away.
+    fn mean(m: DVec2, s: DVec3, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
+        let cholesky = slope_cholesky(s);
+        let nodes = composite_gauss(-7.5, 7.5, 90, 4);
+        let mut sum = DVec3::ZERO;
+        for &(u, wu) in &nodes {
+            for &(v, wv) in &nodes {
+                let weight = wu * wv * normal_pdf(u) * normal_pdf(v);
+                sum += weight * g(slope_at(DVec2::new(u, v), m, cholesky));
+            }
+        }
+        sum
+    }
+
+    const CASES: [(f64, [f64; 2], [f64; 3]); 5] = [
+        (0.0, [0.2, -0.1], [0.3, 0.1, 0.05]),
+        (45.0, [0.0, 0.0], [0.04, 0.04, 0.0]),
+        (60.0, [-0.2, 0.3], [0.5, 0.2, 0.1]),
+        (75.0, [0.1, 0.1], [1.0, 1.0, 0.0]),
+        (82.0, [0.0, 0.2], [0.2, 0.6, -0.1]),
+    ];
+
+    fn case((degrees, m, s): (f64, [f64; 2], [f64; 3])) -> (DVec3, DVec2, DVec3) {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        (DVec3::new(sin * 0.8, sin * 0.6, cos), m.into(), s.into())
+    }
+
+    #[test]
+    fn moments_are_those_of_the_facets_that_face_the_viewer() {
+        for (wo, m, s) in CASES.map(case) {
+            let v = mapped_slopes(wo, m, s, s);
+            let faces = |x: DVec2| if meso_area(wo, x) > 0.0 { 1.0 } else { 0.0 };
+            let facing = mean(m, s, |x| DVec3::splat(faces(x))).x;
+            assert!((v.facing - facing).abs() < 3e-3, "{} {facing}", v.facing);
+            let middle = mean(m, s, |x| (x * faces(x)).extend(0.0)).xy() / facing;
+            assert!((v.slopes.mean - middle).length() < 0.01, "{} {middle}", v.slopes.mean);
+            let second = mean(m, s, |x| {
+                let d = x - v.slopes.mean;
+                faces(x) * DVec3::new(d.x * d.x, d.y * d.y, d.x * d.y)
+            }) / facing;
+            assert!((v.slopes.cov - second).length() < 0.01, "{} {second}", v.slopes.cov);
+            let along = |x: DVec2| (x - v.slopes.mean).dot(wo.xy()) / v.slopes.b.max(1e-9);
+            let power = |n: i32| mean(m, s, |x| DVec3::splat(faces(x) * along(x).powi(n))).x / facing;
+            if v.slopes.b < 1e-6 {
+                continue;
+            }
+            let third = power(3);
+            assert!((v.slopes.third - third).abs() < 0.02, "{} {third}", v.slopes.third);
+            let fourth = power(4) - 3.0 * power(2) * power(2);
+            assert!((v.fourth - fourth).abs() < 0.03, "{} {fourth}", v.fourth);
+        }
+    }
+
+    #[test]
+    fn a_base_without_a_map_shows_its_visible_slopes() {
+        for (wo, m, s) in CASES.map(case) {
+            let s = DVec3::new(s.x, s.y, 0.0);
+            let (v, visible) = (mapped_slopes(wo, m, DVec3::ZERO, s), visible_slopes(wo, m, s));
+            let MappedSlopes { slopes, facing, relief, .. } = v;
+            assert!((facing - 1.0).abs() < 1e-9 && relief == 0.0);
+            assert!((slopes.mean - visible.mean).length() < 1e-9 && (slopes.cov - visible.cov).length() < 1e-9);
+            assert!((slopes.area - visible.area).abs() < 1e-9 && (slopes.facet - visible.facet).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn fresnel_is_near_the_mean_over_all_facets() {
+        let f0 = DVec3::splat(0.04);
+        for (wo, m, s) in CASES.map(case) {
+            let exact = mean(m, s, |x| fresnel_schlick(f0, wo.dot(normal_of_slope(x)).max(0.0))).x;
+            let found = mapped_fresnel(&mapped_slopes(wo, m, s, s), f0).x;
+            println!("{found:.4} {exact:.4}");
+            assert!((found - exact).abs() < 0.025, "{found} {exact}");
+        }
+    }
+
+    #[test]
+    fn diffuse_light_is_that_of_all_facets() {
+        let (mut worst, mut worst_moments) = (0.0f64, 0.0f64);
+        for (wi, m, s) in CASES.map(case) {
+            let exact = mean(m, s, |x| DVec3::splat(wi.dot(normal_of_slope(x)).max(0.0))).x;
+            worst = worst.max((mapped_diffuse_light(wi, m, s, 3) * PI - exact).abs());
+            let moments = mapped_diffuse_moments(m, s, 3);
+            let first = mean(m, s, normal_of_slope);
+            let second = mean(m, s, |x| normal_of_slope(x) * normal_of_slope(x));
+            let off = mean(m, s, |x| {
+                let n = normal_of_slope(x);
+                DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y)
+            });
+            let error = (moments.mean - first).length() + (moments.diag - second).length();
+            worst_moments = worst_moments.max(error + (moments.off - off).length());
+        }
+        println!("light {worst:.5}, moments {worst_moments:.5}");
+        assert!(worst < 2e-3 && worst_moments < 0.02, "{worst} {worst_moments}");
+        // Displaced surfaces show another light: facets that face the viewer count more.
+        let (wo, m, s) = case(CASES[3]);
+        let seen = visible_mean(wo, m, s, 20, |x| DVec3::splat(wo.dot(normal_of_slope(x)).max(0.0))).x;
+        assert!(seen > 1.2 * mapped_diffuse_light(wo, m, s, 3) * PI, "{seen}");
+    }
+
+    /// All light that a white environment sends by facets that face the viewer, and no more.
+    #[test]
+    fn a_white_room_shows_the_share_that_faces_the_viewer() {
+        for (wo, m, s) in CASES.map(case).into_iter().take(4) {
+            let mut sum = 0.0;
+            let (thetas, phis) = (composite_gauss(0.0, PI, 120, 4), composite_gauss(0.0, 2.0 * PI, 120, 4));
+            for &(theta, wt) in &thetas {
+                for &(phi, wp) in &phis {
+                    let wi = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+                    sum += wt * wp * theta.sin() * mapped_specular_light(wo, wi, m, s, DVec3::ONE).x;
+                }
+            }
+            let facing = mapped_slopes(wo, m, s, s).facing;
+            println!("{sum:.4} {facing:.4}");
+            assert!((sum - facing).abs() < 0.02, "{sum} {facing}");
+        }
+    }
+}

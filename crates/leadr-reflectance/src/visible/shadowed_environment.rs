@@ -1,0 +1,78 @@
+//! Diffuse environments with the shadows that the surface casts on itself, by one irradiance lookup.
+//!
+//! Two exact facts are the basis:
+//!
+//! 1. Over the whole surface no light is lost: everything that enters through the mesosurface falls on some facet. So
+//!    under any environment the irradiance on all facets together is that of the flat mesosurface, one clamped cosine.
+//!    Shadowed diffuse reflection is therefore nearly an occlusion factor times one clamped cosine around a bent
+//!    normal.
+//! 2. The mean of the visible slopes has a closed form (Stein's lemma for the clamped facet areas):
+//!
+//!    ```text
+//!    E_visible[slope] = m + Δ,   Δ = −S o.xy Φ(a/b) / A
+//!    ```
+//!
+//! The occlusion `a₀`, and the bent normal along `(−(m + c Δ), 1)`, follow from these facts with fitted constants
+//! (`docs/measurements/shadowing.md`):
+//!
+//! ```text
+//! q = 1 + |m|²,  τ = ½ tr S / q,  δ = √det S / q,  G₁ = a/A,  μ² = a²/q
+//! x  = 1.10 τ / (1 + 0.89 √(τ + 1.2 (τ − δ)))
+//! a₀ = 1 − x/(1+x) (0.67 + 0.33 G₁) + 0.19 Δ·m/q              within 0..1
+//! c  = (1 + 0.38 √τ (1 − μ²)²) / (1 + 2.25 τ / (√τ + 0.22))
+//! ```
+//!
+//! Blocked light is black: light that shadowed facets receive from other facets is not included.
+
+use crate::facets::normal_distribution::clamped_lean;
+use crate::frame::{Frame, from_frame};
+use crate::integrals::sh::{Sh9, sh_irradiance};
+use crate::masking::correlated::DirectionArea;
+use crate::slopes::grid::normal_of_slope;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// `Δ`: mean visible slope minus the mean slope. Exact. Held within ±1e3; larger values occur only where the surface is
+/// seen from behind.
+#[must_use]
+pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
+    let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
+    let along = o.whitened * (-tilt / o.spread.max(1e-12));
+    DVec2::new(cholesky.x * along.x, cholesky.y * along.x + cholesky.z * along.y)
+        .clamp(DVec2::splat(-1e3), DVec2::splat(1e3))
+}
+
+/// A shadowed diffuse surface's response to an environment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BentNormal {
+    /// Unit normal at which to look up the irradiance; tangent frame.
+    pub normal: DVec3,
+    /// `a₀`: factor of that irradiance, 0..1.
+    pub open: f64,
+}
+
+/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ`, where `o` is the viewer's
+/// [`direction_area`](crate::masking::correlated::direction_area).
+#[must_use]
+pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
+    let iq = 1.0 / (1.0 + m.length_squared());
+    let tau = 0.5 * iq * cholesky.length_squared();
+    let det = iq * cholesky.x * cholesky.z;
+    let ao = o.meso.max(0.0);
+    let g1 = ao / o.visible.max(1e-30);
+    let shift = visible_slope_shift(o, cholesky);
+    let x = 1.10 * tau / (1.0 + 0.89 * (tau + 1.2 * (tau - det).max(0.0)).sqrt());
+    let open = 1.0 - x / (1.0 + x) * (0.67 + 0.33 * g1) + 0.19 * shift.dot(m) * iq;
+    let (grazing, sigma) = (1.0 - ao * ao * iq, tau.sqrt());
+    let bend = (1.0 + 0.38 * sigma * grazing * grazing) / (1.0 + 2.25 * tau / (sigma + 0.22));
+    BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
+}
+
+/// Diffuse radiance under an environment, with shadowing, per unit of albedo. `c`: radiance coefficients in the world;
+/// `f`: the tangent frame in the world; `rest`: irradiance beyond order 2 at the bent normal, or 0. Not below 0.
+///
+/// A bent normal stands for one clamped cosine (the module's first fact), so the rest counts whole however rough the surface is.
+#[must_use]
+pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
+    (sh_irradiance(c, from_frame(f, v.normal)) + rest).max(DVec3::ZERO) * (v.open / PI)
+}

@@ -1,0 +1,131 @@
+//! The visible slopes of a Gaussian surface, in closed form.
+//!
+//! Let `u` be the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`. A facet's projected
+//! area is then `a − b u`. So the visible slopes have the density `max(0, a − b u) φ(u) / A` along `u` and stay
+//! Gaussian across it. The moments of a clamped line times a normal density have closed forms. With `ν = a/b`, `Φ` and
+//! `φ` evaluated at `ν`, and `H = ν Φ + φ`,
+//!
+//! ```text
+//! E[u] = −Φ/H,   E[u²] = 1 + φ/H,   E[u³] = (ν φ − 3 Φ)/H
+//! ```
+//!
+//! Everything is written in terms of `S wo.xy` rather than the azimuth, so normal incidence is not a special case.
+
+use crate::facets::normal_distribution::normal_ramp;
+use crate::facets::projected_area::{face_viewer, meso_area};
+use crate::limits::at_least;
+use crate::slopes::statistics::clamp_covariance;
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// How far a mesosurface may turn behind its own silhouette, in units of `slope_spread`. Beyond this almost nothing of
+/// it is visible (0.8 % of `slope_spread`), and `face_viewer` tilts it back.
+pub const VISIBLE_TAIL: f64 = 2.0;
+
+/// Gaussian slopes as one viewer sees them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisibleSlopes {
+    /// Mean slope, tilted back if necessary.
+    pub m: DVec2,
+    /// Covariance of the slopes `(s_xx, s_yy, s_xy)`, clamped to the usable range.
+    pub s: DVec3,
+    /// `a(wo)`, projected area of the mesosurface.
+    pub a: f64,
+    /// `b(wo)`, spread of the slope seen along `wo`.
+    pub b: f64,
+    /// `A(wo)`, visible area, > 0.
+    pub area: f64,
+    /// Change of slope per unit of `u`.
+    pub axis: DVec2,
+    /// Minus the mean of `u` over the visible facets, ≥ 0.
+    pub shift: f64,
+    /// Mean of the visible slopes.
+    pub mean: DVec2,
+    /// Covariance of the visible slopes.
+    pub cov: DVec3,
+    /// Projected area of the facet with the mean visible slope, > 0.
+    pub facet: f64,
+    /// Variance of `u` over the visible facets, 0..1.
+    pub variance: f64,
+    /// Third central moment of `u` over the visible facets, ≤ 0.
+    pub third: f64,
+}
+
+/// Projected area of a mesosurface after tilting it back to the limit [`VISIBLE_TAIL`]; `m`: the mean slope before
+/// that.
+#[must_use]
+pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
+    meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
+}
+
+/// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: anything finite.
+#[must_use]
+pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
+    let s = clamp_covariance(s);
+    let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
+    let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
+    let a = tilted_area(wo, m, b);
+    let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
+    let per_b = 1.0 / b.max(1e-18);
+    let nu = a * per_b;
+    let n = normal_ramp(nu);
+    let axis = across * per_b;
+    let shift = n.cdf / n.ramp; // minus the mean of u
+    let excess = n.pdf / n.ramp; // its second moment minus one
+    let variance = (1.0 + excess - shift * shift).clamp(0.02, 1.0);
+    let third = (nu * excess - 3.0 * shift + shift * (3.0 + 3.0 * excess - 2.0 * shift * shift)).min(0.0);
+    VisibleSlopes {
+        m,
+        s,
+        a,
+        b,
+        area: if b <= 1e-18 { a.max(0.0) } else { b * n.ramp },
+        axis,
+        shift,
+        mean: m - axis * shift,
+        cov: s - (1.0 - variance) * DVec3::new(axis.x * axis.x, axis.y * axis.y, axis.x * axis.y),
+        facet: a + b * shift,
+        variance,
+        third,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrals::reference::visible_mean;
+
+    #[test]
+    fn moments_are_the_integrals() {
+        let s = DVec3::new(0.6, 0.05, 0.1);
+        for (wo, m) in [
+            (DVec3::Z, DVec2::new(0.2, -0.4)),
+            (DVec3::new(0.3, 0.5, 0.7).normalize(), DVec2::new(0.2, -0.4)),
+            (DVec3::new(0.8, -0.59, 0.1).normalize(), DVec2::new(0.5, 0.2)),
+            (DVec3::new(0.6, 0.0, 0.8), DVec2::new(2.0, 0.0)),
+        ] {
+            let v = visible_slopes(wo, m, s);
+            let mean = visible_mean(wo, m, s, 20, |t| t.extend(0.0));
+            assert!((v.mean - mean.xy()).length() < 1e-9, "mean {} instead of {mean}", v.mean);
+            let second = visible_mean(wo, m, s, 20, |t| {
+                let d = t - v.mean;
+                DVec3::new(d.x * d.x, d.y * d.y, d.x * d.y)
+            });
+            assert!((v.cov - second).length() < 1e-9, "covariance {} instead of {second}", v.cov);
+            let third =
+                visible_mean(wo, m, s, 20, |t| DVec3::splat(((t - v.mean).dot(wo.xy()) / v.b.max(1e-9)).powi(3)));
+            assert!((v.third - third.x).abs() < 1e-8 || v.b < 1e-9, "third {} instead of {third}", v.third);
+        }
+    }
+
+    #[test]
+    fn regular_where_the_azimuth_is_not() {
+        let (m, s) = (DVec2::new(0.1, 0.3), DVec3::new(0.5, 0.2, 0.1));
+        let overhead = visible_slopes(DVec3::Z, m, s);
+        assert_eq!((overhead.mean, overhead.cov), (m, s));
+        for phi in 0..8 {
+            let wo = DVec3::new(1e-6 * f64::from(phi).cos(), 1e-6 * f64::from(phi).sin(), 1.0);
+            let v = visible_slopes(wo, m, s);
+            assert!((v.mean - m).length() < 1e-6 && (v.cov - s).length() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Layers that nothing holds after a sample: the sample is drawn once more for them, beside the picture.
+
+use super::Layer;
+use super::drawing::Purpose;
+use super::prepared::PreparedFrame;
+use super::renderer::{KeptTargets, LastSample, Renderer};
+use super::timing::CpuTime;
+use crate::light::sky_visibility::SkyProbe;
+use crate::passes::targets::visible_patch;
+use crate::settings::RenderSettings;
+use leadr_gpu::Result;
+
+/// Lines lie this much farther than the surface that shows them at most, as a part of their distance: they are rasterised apart from it.
+const LINE_SLACK: f32 = 1e-3;
+
+impl Renderer {
+    /// Which shares of light arrive in each pixel: of suns and lamps, and of the surroundings; 1 where nothing is.
+    pub(super) fn light_shares(&mut self) -> Result<Vec<[f32; 2]>> {
+        let shares = self.once_more(Purpose::Light, |frame, index| {
+            frame.draw_sample(index)?;
+            frame.image().read::<[f32; 4]>(0, 0)
+        })?;
+        let share = |&[light, sky, _, covered]: &[f32; 4]| if covered > 0.0 { [light, sky] } else { [1.0; 2] };
+        Ok(shares.iter().flatten().map(share).collect())
+    }
+
+    /// 1 in each pixel that shows the edge of a triangle, else 0.
+    pub(super) fn wires(&mut self) -> Result<Vec<[f32; 4]>> {
+        let (patches, depth) = (self.layer(Layer::Patch)?, self.layer(Layer::Depth)?);
+        let lines = self.once_more(Purpose::Wires, |frame, index| {
+            let pixels = frame.plan.pixels(index);
+            frame.look(&pixels, index)?;
+            frame.renderer.timer.clone().submit(&mut CpuTime::default(), |passes| {
+                for surface in &frame.plan.surfaces {
+                    surface.record_motion(passes);
+                }
+                frame.record_pixel_geometry(passes, &pixels);
+            })?;
+            let visible = &frame.plan.targets.pixels.visible;
+            let (seen, depth) = (visible.surface.read::<[u32; 4]>(0, 0)?, visible.depth.read::<f32>(0, 0)?);
+            let near = pixels.camera.near;
+            Ok((frame.plan.settings.size, seen.iter().zip(&depth).map(|(s, z)| (s[0], near / z)).collect::<Vec<_>>()))
+        })?;
+        let Some(((width, height), lines)) = lines else { return Ok(Vec::new()) };
+        // Lines hide each other, but not what lies between them does. A line on a surface is as near as the farthest place about it.
+        let shows = |(i, &(word, distance)): (usize, &(u32, f32))| {
+            let [object, _] = visible_patch(word);
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            let about = (y.saturating_sub(1)..(y + 2).min(height))
+                .flat_map(|y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (y * width + x) as usize));
+            let farthest = about.filter(|&j| patches[j][0] as u32 == object).map(|j| depth[j][0]).fold(0.0, f32::max);
+            let shown = object > 0 && distance <= farthest * (1.0 + LINE_SLACK);
+            [f32::from(u8::from(shown)), 0.0, 0.0, 0.0]
+        };
+        Ok(lines.iter().enumerate().map(shows).collect())
+    }
+
+    /// Into how many segments the patch under each pixel is divided along u and v; 0 where nothing is divided.
+    pub(super) fn segments(&mut self) -> Result<Vec<[f32; 4]>> {
+        let patches = self.layer(Layer::Patch)?;
+        let segments = self.once_more(Purpose::Picture, |frame, index| {
+            let pixels = frame.plan.pixels(index);
+            frame.look(&pixels, index)?;
+            let of = |&[object, patch, ..]: &[f32; 4]| {
+                let mut surfaces = frame.plan.surfaces.iter();
+                let divided = surfaces.find_map(|surface| surface.segments(object as u32, patch as u32));
+                let [u, v] = divided.unwrap_or([0.0; 2]);
+                [u, v, 0.0, 0.0]
+            };
+            Ok(patches.iter().map(of).collect())
+        })?;
+        Ok(segments.unwrap_or_default())
+    }
+
+    /// The places at which the last frame knew what large shapes hide of the surroundings; none where nothing throws shadows or that is
+    /// not shaded.
+    #[must_use]
+    pub fn sky_probes(&self) -> Vec<SkyProbe> {
+        let shaded =
+            self.last.as_ref().is_some_and(|last| last.settings.shading.sky_occlusion() && last.settings.shadows);
+        if shaded { self.sky.probes() } else { Vec::new() }
+    }
+
+    /// Prepares the last sample for a purpose, with one sample per pixel and with images of its own, so that those of the picture stay as
+    /// they are. `None` before the first sample.
+    fn once_more<T>(
+        &mut self,
+        purpose: Purpose,
+        draw: impl FnOnce(&mut PreparedFrame<'_>, u32) -> Result<T>,
+    ) -> Result<Option<T>> {
+        let Some(LastSample { state, settings, index, .. }) = self.last.clone() else { return Ok(None) };
+        let settings = RenderSettings { msaa: 1, shading: settings.shading.plain(), ..settings };
+        let mut kept = KeptTargets::default();
+        self.swap_targets(&mut kept);
+        let drawn = self.prepare_for(&state, &settings, purpose).and_then(|mut frame| draw(&mut frame, index));
+        self.swap_targets(&mut kept);
+        drawn.map(Some)
+    }
+}

@@ -1,0 +1,54 @@
+//! Things that frames hold from their preparation until the device has drawn them.
+
+use std::sync::Arc;
+
+use leadr_gpu::Result;
+
+/// What was made for frames so far. What no frame holds any more is used again.
+pub struct Pool<T>(Vec<Arc<T>>);
+
+impl<T> Default for Pool<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Pool<T> {
+    /// One that no frame holds, or a new one.
+    ///
+    /// # Errors
+    /// As `make`.
+    pub fn take(&mut self, make: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
+        if let Some(free) = self.0.iter().find(|made| Arc::strong_count(made) == 1) {
+            return Ok(free.clone());
+        }
+        let made = Arc::new(make()?);
+        self.0.push(made.clone());
+        Ok(made)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_frame_holds_is_not_given_to_another() {
+        let (mut pool, mut made) = (Pool::default(), 0);
+        let mut take = || {
+            pool.take(|| {
+                made += 1;
+                Ok(made)
+            })
+        };
+        let first = take().unwrap();
+        let second = take().unwrap();
+        assert_eq!((*first, *second), (1, 2));
+        drop(first);
+        for _ in 0..2 {
+            // Let go of at once.
+            assert_eq!(*take().unwrap(), 1);
+        }
+        assert_eq!(*second, 2);
+    }
+}

@@ -1,0 +1,181 @@
+//! A frame that can be drawn.
+
+use std::sync::Arc;
+
+use super::edge_samples::EdgeSamples;
+use super::renderer::Renderer;
+use super::sky::SkyBuffer;
+use super::surfaces::PreparedSurface;
+use super::targets::Targets;
+use crate::passes::accumulate::AccumulatePass;
+use crate::passes::msaa::MsaaPass;
+use crate::passes::reference::{ReferencePass, ReliefLights};
+use crate::passes::shade::{ShadePass, SkyBehindPass};
+use crate::passes::shadow::{ShadowMaps, ShadowView};
+use crate::scene::FrameState;
+use crate::settings::RenderSettings;
+use leadr_gpu::{Buffer, GpuError, Image, Result};
+
+/// A frame that is ready to be drawn, and the only thing that can be: its scene is posed, its targets and pipelines are made. Comes from
+/// [`Renderer::prepare`].
+pub struct PreparedFrame<'r> {
+    pub(super) renderer: &'r mut Renderer,
+    pub(super) plan: FramePlan,
+}
+
+/// A frame between two of its samples, while nothing borrows the renderer: a window keeps one whose samples it spreads over
+/// many refreshes. [`Renderer::resume`] goes on with it.
+pub struct PausedFrame(FramePlan);
+
+/// What is known of a frame before its first sample.
+pub(super) struct FramePlan {
+    pub state: FrameState,
+    pub settings: RenderSettings,
+    /// The surfaces in the order in which they are drawn; there is at least one.
+    pub surfaces: Vec<Box<dyn PreparedSurface>>,
+    pub targets: Targets,
+    pub light: Light,
+    pub shadow_maps: ShadowMaps,
+    /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
+    pub lighting: Arc<Buffer>,
+    /// Where the geometry is multisampled.
+    pub multisample: Option<MsaaPass>,
+    pub edges: Option<EdgeSamples>,
+    pub accumulate: AccumulatePass,
+    /// Samples in the mean.
+    pub drawn: u32,
+    /// The renderer's count of prepared frames.
+    pub number: u64,
+}
+
+/// How the surfaces of a frame are lit.
+pub(super) enum Light {
+    /// By suns, point lights and environment; shadow maps show the coarse shadows.
+    Mapped {
+        /// Where the lights look from, if they throw shadows: suns, then point lights.
+        shadows: Vec<ShadowView>,
+        /// What large shapes hide of the surroundings, if that is shaded.
+        sky: Option<Arc<SkyBuffer>>,
+        /// `None` where the filter passes shade what they filter.
+        shade: Option<ShadePass>,
+        behind: SkyBehindPass,
+    },
+    /// As the reference, by lights that the relief hides.
+    Relief { pass: ReferencePass, lights: Box<ReliefLights> },
+}
+
+impl FramePlan {
+    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    pub fn counts(&self) -> (u64, u32) {
+        let surfaces = &self.surfaces;
+        (
+            surfaces.iter().map(|surface| surface.triangles()).sum(),
+            surfaces.iter().map(|surface| surface.patches()).sum(),
+        )
+    }
+}
+
+impl Light {
+    /// Whether the filter passes shade what they filter.
+    pub fn shades_with_filter(&self) -> bool {
+        matches!(self, Self::Mapped { shade: None, .. })
+    }
+
+    /// The views of the shadow maps.
+    pub fn shadows(&self) -> &[ShadowView] {
+        match self {
+            Self::Mapped { shadows, .. } => shadows,
+            Self::Relief { .. } => &[],
+        }
+    }
+}
+
+impl PreparedFrame<'_> {
+    /// Whether a sample is one submission, so that the processor can prepare the next frame while the device draws this one.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn overlaps(&self) -> bool {
+        self.plan.edges.is_none() && matches!(self.plan.light, Light::Mapped { .. })
+    }
+
+    /// The image that holds the mean of the samples.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.plan.targets.mean
+    }
+
+    /// Samples in its mean so far.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.plan.drawn
+    }
+
+    /// Gives the renderer back for now.
+    #[must_use]
+    pub fn pause(self) -> PausedFrame {
+        PausedFrame(self.plan)
+    }
+}
+
+impl PausedFrame {
+    /// The state that it shows, to be prepared with other settings.
+    #[must_use]
+    pub fn state(&self) -> &FrameState {
+        &self.0.state
+    }
+
+    /// Samples in its mean so far.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.0.drawn
+    }
+
+    /// The image that holds the mean of the samples.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.0.targets.mean
+    }
+
+    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn counts(&self) -> (u64, u32) {
+        self.0.counts()
+    }
+}
+
+impl Renderer {
+    /// Prepares a picture of the state of a paused frame with other settings, in targets of its own
+    /// ([`swap_targets`](Self::swap_targets)). What both share, light and waves, is the same in both, so each can be paused and resumed
+    /// while the other is drawn.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare), and as [`resume`](Self::resume) for a frame that could not be resumed.
+    #[doc(hidden)]
+    pub fn prepare_beside(&mut self, paused: &PausedFrame, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
+        let number = self.check_current(paused)?;
+        let frame = self.prepare(&paused.0.state, settings)?;
+        frame.renderer.prepared = number;
+        Ok(PreparedFrame { plan: FramePlan { number, ..frame.plan }, ..frame })
+    }
+
+    /// Goes on with a paused frame.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] if this renderer prepared another frame since, which overwrote what this one needs.
+    pub fn resume(&mut self, paused: PausedFrame) -> Result<PreparedFrame<'_>> {
+        self.check_current(&paused)?;
+        Ok(PreparedFrame { renderer: self, plan: paused.0 })
+    }
+
+    /// The number of a paused frame, if nothing has overwritten what it needs.
+    fn check_current(&self, paused: &PausedFrame) -> Result<u64> {
+        if paused.0.number != self.prepared {
+            let fault = "the renderer has prepared another frame or got another environment since it was paused: prepare it again".to_owned();
+            return Err(GpuError::Usage { name: "frame".to_owned(), fault });
+        }
+        Ok(paused.0.number)
+    }
+}

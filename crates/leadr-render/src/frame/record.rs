@@ -1,0 +1,297 @@
+//! The passes of a sample in their order.
+
+use std::time::Instant;
+
+use super::edge_samples::{EdgeImage, EdgeSamples};
+use super::prepare::casters;
+use super::prepared::{FramePlan, Light, PreparedFrame};
+use super::renderer::{LastSample, Renderer};
+use super::timing::{CpuTime, PassTime, Passes, add_times, since};
+use crate::passes::accumulate::{EdgeSum, Parts};
+use crate::passes::edges::JoinLight;
+use crate::passes::shade::{LightingGpu, ShadeInputs};
+use crate::passes::targets::{Begin, GeometryTargets, JoinedEdges, SampleTargets};
+use crate::view::View;
+use leadr_gpu::{Commands, GpuError, Result, Timestamps};
+
+impl PreparedFrame<'_> {
+    /// Draws sample `index` of `settings.samples`, with all its edge samples, into the mean of the samples drawn before it. Waits
+    /// for the device, and returns the time of each pass on it.
+    ///
+    /// # Errors
+    /// Memory that is short, or a lost device.
+    pub fn draw_sample(&mut self, index: u32) -> Result<Vec<PassTime>> {
+        self.draw_sample_repeating(index, 1, &mut CpuTime::default())
+    }
+
+    /// The passes follow the paper's overview (LEADR Figure 3): light; geometry, tessellated and displaced, which tells what
+    /// each pixel sees; slope statistics under each pixel; shading. Edge samples go through the same passes between the
+    /// statistics and the shading of the pixels, whose statistics they add to. Adds the processor's time to `cpu`.
+    pub(super) fn draw_sample_repeating(
+        &mut self,
+        index: u32,
+        repeats: u32,
+        cpu: &mut CpuTime,
+    ) -> Result<Vec<PassTime>> {
+        let timer = self.renderer.timer.repeating(repeats);
+        let pixels = self.plan.pixels(index);
+        let edges = self.plan.edges.clone();
+
+        // Frames that were recorded by others may still be drawn.
+        self.renderer.gpu.wait_idle()?;
+        let start = Instant::now();
+        self.look(&pixels, index)?;
+        cpu.prepare += since(start);
+        let drawn = timer.submit(cpu, |passes| self.record_pixels(passes, &pixels));
+        let mut times = drawn.inspect_err(|_| self.renderer.environment.forget_sky())?;
+        if let Some(edges) = edges {
+            for image in edges.images(&pixels) {
+                let start = Instant::now();
+                self.look(&image.view, index)?;
+                cpu.prepare += since(start);
+                add_times(&mut times, timer.submit(cpu, |passes| self.record_edges(passes, &edges, &image))?);
+            }
+            // Only now are the statistics of the pixels complete.
+            self.write_lighting(&pixels, index)?;
+            add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
+        }
+        self.finish_sample(index);
+        Ok(times)
+    }
+
+    /// Records the passes of sample `index`, each with a mark of its name after it in `timestamps`, which have room for
+    /// `MAX_PASSES` of them and a first mark. Buffers of the frame are written at once, so an earlier sample of
+    /// it must be done; other frames need not be.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a frame that does not [overlap](Self::overlaps) with others; memory that is short.
+    #[doc(hidden)]
+    pub fn record_sample(&mut self, index: u32, cmd: &mut Commands, timestamps: &Timestamps) -> Result<()> {
+        if !self.overlaps() {
+            let fault = "a sample of it takes several submissions: draw it instead".to_owned();
+            return Err(GpuError::Usage { name: "frame".to_owned(), fault });
+        }
+        let pixels = self.plan.pixels(index);
+        self.look(&pixels, index)?;
+        Passes::record(cmd, timestamps, 1, |passes| self.record_pixels(passes, &pixels));
+        self.finish_sample(index);
+        Ok(())
+    }
+
+    /// All passes of a sample, or those before its edge samples.
+    fn record_pixels(&mut self, passes: &mut Passes<'_>, pixels: &View) {
+        self.record_light(passes);
+        self.record_pixel_geometry(passes, pixels);
+        if self.plan.light.shades_with_filter() {
+            self.record_filter_and_shade(passes, &self.plan.targets.pixels, pixels);
+        } else {
+            self.record_filter(passes, &self.plan.targets.pixels, pixels, None);
+        }
+        if self.plan.edges.is_none() {
+            self.record_shading(passes);
+        }
+    }
+
+    fn finish_sample(&mut self, index: u32) {
+        self.plan.drawn += 1;
+        let FramePlan { state, settings, .. } = &self.plan;
+        let (state, settings) = (state.clone(), *settings);
+        self.renderer.last =
+            Some(LastSample { state, settings, index, in_gbuffer: !self.plan.light.shades_with_filter() });
+    }
+
+    /// Chooses what is drawn in a view, and writes its light. The device must not be drawing this frame.
+    pub(super) fn look(&mut self, view: &View, index: u32) -> Result<()> {
+        for surface in &mut self.plan.surfaces {
+            surface.look(view)?;
+        }
+        self.write_lighting(view, index)?;
+        let FramePlan { state, settings, surfaces, light, .. } = &mut self.plan;
+        match light {
+            Light::Relief { lights, .. } => lights.point(state, settings, view, &casters(surfaces), index),
+            Light::Mapped { .. } => Ok(()),
+        }
+    }
+
+    /// Writes the light and the rays of a view. The device must not be drawing this frame.
+    fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
+        let FramePlan { state, settings, light, surfaces, lighting, .. } = &self.plan;
+        let block =
+            LightingGpu::new(state, view, &self.renderer.environment, light.shadows()).with_draws(index, settings.seed);
+        let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
+        lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
+    }
+
+    /// Light, which is the same in every view: waves, sky, irradiance and shadows, once per frame. Shadows of the relief are new for
+    /// every sample.
+    fn record_light(&mut self, passes: &mut Passes<'_>) {
+        let FramePlan { state, surfaces, light, shadow_maps, drawn, .. } = &self.plan;
+        let Renderer { environment, irradiance, common, sky: seen_sky, .. } = &mut *self.renderer;
+        let first = *drawn == 0;
+        for surface in surfaces.iter().filter(|_| first) {
+            surface.record_motion(passes);
+        }
+        match light {
+            Light::Relief { pass, lights } => {
+                let casters = casters(surfaces);
+                passes.run("shadow", |cmd| pass.record_maps(cmd, lights, &casters));
+            }
+            Light::Mapped { shadows, sky, .. } if first => {
+                if let Some(sky) = &state.sky {
+                    let mut moved = false;
+                    passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
+                    passes.run_once("cube mips", |cmd| {
+                        if moved {
+                            environment.make_mips(cmd);
+                        }
+                    });
+                }
+                passes.run("irradiance", |cmd| {
+                    irradiance.record(cmd, environment);
+                    if let Some(sky) = sky {
+                        seen_sky.record(cmd, irradiance, sky);
+                    }
+                });
+                let casters = |light| surfaces.iter().flat_map(move |surface| surface.casters_under(light));
+                passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..shadows.len()).map(casters)));
+            }
+            Light::Mapped { .. } => {}
+        }
+    }
+
+    /// The geometry of the pixels, with one sample or with several.
+    pub(super) fn record_pixel_geometry(&self, passes: &mut Passes<'_>, view: &View) {
+        let visible = &self.plan.targets.pixels.visible;
+        match (&self.plan.multisample, &self.plan.targets.multisample) {
+            (Some(pass), Some(target)) => {
+                self.record_geometry(passes, &target.geometry, view);
+                passes.run("multisampling", |cmd| pass.record(cmd, target, visible, view));
+            }
+            _ => self.record_geometry(passes, &visible.geometry(), view),
+        }
+    }
+
+    /// Geometry: tessellated, displaced, and rasterised; each sample learns what it sees.
+    fn record_geometry(&self, passes: &mut Passes<'_>, target: &GeometryTargets, view: &View) {
+        let mut begin = Begin::Clear;
+        for surface in &self.plan.surfaces {
+            let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, target, view);
+            passes.run(surface.names().geometry, |cmd| target.draw(cmd, begin, draw));
+            begin = Begin::Continue;
+        }
+    }
+
+    /// Statistics: what each surface's maps say about the part of it under a pixel.
+    pub(super) fn record_filter(
+        &self,
+        passes: &mut Passes<'_>,
+        target: &SampleTargets,
+        view: &View,
+        scissor: Option<[u32; 4]>,
+    ) {
+        let SampleTargets { visible, gbuffer, .. } = target;
+        let mut begin = Begin::Clear;
+        passes.run("filter", |cmd| self.renderer.common.tiles.record(cmd, visible));
+        for surface in &self.plan.surfaces {
+            let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view, None);
+            passes.run(surface.names().filter, |cmd| gbuffer.draw(cmd, begin, scissor, draw));
+            begin = Begin::Continue;
+        }
+    }
+
+    /// Statistics, and shading by them at once; and the sky where no surface is.
+    fn record_filter_and_shade(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
+        let Light::Mapped { behind, .. } = &self.plan.light else { return };
+        let (visible, inputs) = (&target.visible, self.shade_inputs(None));
+        for (i, surface) in self.plan.surfaces.iter().enumerate() {
+            passes.run(surface.names().filter_and_shade, |cmd| {
+                if i == 0 {
+                    self.renderer.common.objects.record(cmd, visible, self.plan.targets.multisample.as_ref());
+                }
+                let begin = if i == 0 { Begin::Clear } else { Begin::Continue };
+                target.draw_radiance_of_objects(cmd, begin, |cmd| {
+                    if i == 0 {
+                        behind.draw(cmd, visible, inputs);
+                    }
+                    surface.draw_filter(cmd, visible, view, Some(inputs));
+                });
+            });
+        }
+    }
+
+    /// An image of edge samples: those that see other surfaces than their pixels are shaded, the others add to the pixels'
+    /// statistics.
+    fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
+        let (renderer, targets) = (&*self.renderer, &edges.targets);
+        let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
+        self.record_geometry(passes, &samples.visible.geometry(), &image.view);
+        passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
+        self.record_filter(passes, samples, &image.view, scissor);
+        let inputs = self.shade_inputs(None);
+        passes.run("shade", |cmd| {
+            samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, inputs));
+        });
+        let light = JoinLight { lighting: &self.plan.lighting, shadow_maps: self.plan.shadow_maps.array() };
+        let joined = &targets.joined;
+        passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
+    }
+
+    /// Shading of the pixels, and the mean of the samples.
+    fn record_shading(&self, passes: &mut Passes<'_>) {
+        let FramePlan { targets, light, edges, accumulate, drawn, .. } = &self.plan;
+        let Renderer { environment, common, .. } = &*self.renderer;
+        let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
+        if !light.shades_with_filter() {
+            let pixels = &targets.pixels;
+            passes.run("shade", |cmd| match light {
+                Light::Relief { pass, lights } => {
+                    let fits = self.renderer.irradiance.coefficients();
+                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, fits));
+                }
+                Light::Mapped { shade, behind, .. } => {
+                    let inputs = self.shade_inputs(edges.map(|edges| edges.joined));
+                    common.objects.record(cmd, &pixels.visible, None);
+                    pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
+                        behind.draw(cmd, &pixels.visible, inputs);
+                        if let Some(shade) = shade {
+                            shade.draw(cmd, pixels, inputs);
+                        }
+                    });
+                }
+            });
+        }
+        let parts = match (edges, &targets.multisample) {
+            (Some(edges), _) => Parts::Edges(edges),
+            (None, Some(multisample)) => Parts::Multisampled(multisample),
+            (None, None) => Parts::One,
+        };
+        let pixels = &targets.pixels;
+        passes.run("accumulate", |cmd| accumulate.record(cmd, pixels, parts, &targets.mean, *drawn));
+    }
+
+    fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
+        let Renderer { environment, irradiance, .. } = &*self.renderer;
+        ShadeInputs {
+            lighting: &self.plan.lighting,
+            cube: environment.cube(),
+            background: environment.background(),
+            lobes: environment.lobes().cube(),
+            irradiance_rest: environment.irradiance_rest().cube(),
+            radiance_sh: irradiance.coefficients(),
+            shadow_maps: self.plan.shadow_maps.array(),
+            joined,
+        }
+    }
+}
+
+impl FramePlan {
+    /// The view of the pixels' own samples in sample `index`.
+    pub(super) fn pixels(&self, index: u32) -> View {
+        View {
+            camera: self.state.camera,
+            picture: self.settings.size,
+            samples: self.settings.pixel_samples(),
+            offset: self.settings.sample_offset(index),
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! The meshes of a scene.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing, inner_segments};
+use crate::frame::cache::Cache;
+use crate::frame::pool::Pool;
+use crate::passes::edges::edge_tessellation;
+use crate::passes::filter::{FilterInto, FilterPass, Shown};
+use crate::passes::geometry::{CasterKinds, GeometryKind, GeometryPass};
+use crate::passes::shade::ShadeInputs;
+use crate::passes::shadow::ShadowView;
+use crate::passes::targets::{GeometryTargets, VisibleSurface};
+use crate::scene::{FrameState, Object, Pose};
+use crate::settings::{Needs, RenderSettings};
+use crate::surfaces::budget::Room;
+use crate::surfaces::divided::{DividedObject, DivisionBuffers};
+use crate::surfaces::material::Bases;
+use crate::surfaces::object::{GpuObject, MAX_OBJECTS, ObjectMaps, SurfaceKind, Upload, with_same_maps};
+use crate::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
+use crate::surfaces::patch_mesh::PosedVertices;
+use crate::surfaces::posed::PosedObject;
+use crate::surfaces::tessellation::{Lens, TessellationSettings};
+use crate::view::{Samples, View};
+use leadr_gpu::{Commands, Gpu, GpuError, Result};
+
+/// Texels of a shadow map that casters' vertices are apart at least.
+const CASTER_SPACING: f32 = 4.0;
+
+/// The meshes on the device, and what draws them.
+pub struct Meshes {
+    gpu: Arc<Gpu>,
+    meshes: Vec<Mesh>,
+    pipelines: MeshPipelines,
+}
+
+/// What draws the objects of a scene; it is known before they are on the device.
+pub struct MeshPipelines {
+    gpu: Arc<Gpu>,
+    kinds: Vec<SurfaceKind>,
+    casters: CasterKinds,
+    geometry: Cache<GeometryKind, GeometryPass>,
+    filters: Cache<(Needs, bool, FilterInto), FilterPass>,
+}
+
+impl MeshPipelines {
+    /// Those of objects; none is made yet.
+    #[must_use]
+    pub fn of(gpu: &Arc<Gpu>, objects: &[Object]) -> Self {
+        let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
+        for object in objects {
+            for mesh in std::iter::once(&object.mesh).chain(&object.coarse_mesh) {
+                let kind = SurfaceKind::of(object, mesh);
+                kinds.push(kind);
+                if object.casts_shadow {
+                    casters = casters.or(CasterKinds::of(kind));
+                }
+            }
+        }
+        Self { gpu: gpu.clone(), kinds, casters, geometry: Cache::default(), filters: Cache::default() }
+    }
+
+    /// Whether bumps hide the surroundings from each other.
+    #[must_use]
+    pub fn have_relief(&self, state: &FrameState) -> bool {
+        state.height_scale != 0.0 && self.kinds.iter().any(|kind| kind.horizon)
+    }
+
+    /// What the bases of the objects are.
+    #[must_use]
+    pub fn bases(&self) -> Bases {
+        self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.has.bases))
+    }
+
+    /// Whether colours follow the relief of any object.
+    #[must_use]
+    pub fn have_relief_color(&self) -> bool {
+        self.kinds.iter().any(|kind| kind.follows.any())
+    }
+
+    /// What there is among the objects that throw shadows.
+    #[must_use]
+    pub fn casters(&self) -> CasterKinds {
+        self.casters
+    }
+
+    /// The pipelines of a frame.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        drawing: SurfaceDrawing,
+    ) -> Result<(ForViews<GeometryPass>, FilterPass)> {
+        let Self { gpu, kinds, geometry, filters, .. } = self;
+        let (needs, filter) = (settings.shading.needs(), drawing.filter);
+        let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
+        Ok((
+            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, kinds)))?,
+            filters.get((needs, relief_drawn, filter), || {
+                FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied())
+            })?,
+        ))
+    }
+}
+
+struct Mesh {
+    fine: Level,
+    coarse: Option<Level>,
+}
+
+/// An object in one level of detail.
+struct Level {
+    object: Arc<GpuObject>,
+    /// Whether it is closed, so that what is behind is hidden by what is in front, from wherever it is seen.
+    closed: bool,
+    divisions: Pool<DivisionBuffers>,
+    /// For the camera and for lights.
+    views: Pool<ViewBuffers>,
+}
+
+impl Level {
+    fn new(object: GpuObject) -> Self {
+        let closed = object.topology.irregular_edges() == 0;
+        Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
+    }
+
+    /// The object in a pose, with buffers for a frame under so many lights that throw shadows.
+    fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
+        let Self { object, closed, divisions, views } = self;
+        let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
+        let mut view = || views.take(|| ViewBuffers::new(gpu, object)).map(ObjectView::new);
+        Ok(PreparedMesh {
+            posed,
+            closed: *closed,
+            divided: DividedObject::new(division()?),
+            camera: view()?,
+            caster: None,
+            caster_buffers: if lights > 0 { Some(division()?) } else { None },
+            lights: (0..lights).map(|_| view()).collect::<Result<_>>()?,
+        })
+    }
+}
+
+impl Mesh {
+    /// `maps`: those that it has in common with another object.
+    fn new(
+        gpu: &Arc<Gpu>,
+        object: Object,
+        index: usize,
+        upload: Upload<'_>,
+        maps: Option<Arc<ObjectMaps>>,
+    ) -> Result<Self> {
+        let (fine, coarse) = GpuObject::upload(gpu, object, index, upload, maps)?;
+        Ok(Self { fine: Level::new(fine), coarse: coarse.map(Level::new) })
+    }
+
+    /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
+    fn posed(
+        &mut self,
+        pose: &Pose,
+        lens: &Lens,
+        tessellation: &TessellationSettings,
+        edges: bool,
+    ) -> (&mut Level, PosedVertices) {
+        let Self { fine, coarse } = self;
+        if let Some(level) = coarse {
+            let vertices = pose.apply(&level.object.object.mesh);
+            let nearest = vertices.positions.iter().map(|p| p.distance(lens.eye)).fold(f32::INFINITY, f32::min);
+            let pixels = |side: f32, distance: f32| side * lens.focal_pixels / distance.max(lens.near);
+            let suffices = if level.object.kind.displaced {
+                let side = level.object.object.mesh.mean_edge();
+                // The nearest place of a patch is nearer than its corners.
+                !edges && tessellation.suffices_for(pixels(side, nearest - side))
+            } else {
+                pixels(fine.object.object.mesh.mean_edge(), nearest) < 1.0
+            };
+            if suffices {
+                return (level, vertices);
+            }
+        }
+        let vertices = pose.apply(&fine.object.object.mesh);
+        (fine, vertices)
+    }
+}
+
+impl Meshes {
+    /// Uploads the objects that `pipelines` draw. Meanwhile another thread does
+    /// `meanwhile` with the pipelines.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`]; memory that is short; those of `meanwhile`.
+    pub fn new(
+        mut pipelines: MeshPipelines,
+        objects: Vec<Object>,
+        upload: Upload<'_>,
+        meanwhile: impl FnOnce(&mut MeshPipelines) -> Result<()> + Send,
+    ) -> Result<Self> {
+        let gpu = &pipelines.gpu.clone();
+        if objects.len() > MAX_OBJECTS {
+            let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
+            return Err(GpuError::Usage { name: "scene".to_owned(), fault });
+        }
+        Room::on(gpu, upload.format).check(&objects)?;
+        let (meshes, done) = rayon::join(|| upload_all(gpu, objects, upload), || meanwhile(&mut pipelines));
+        done?;
+        Ok(Self { meshes: meshes?, pipelines, gpu: gpu.clone() })
+    }
+}
+
+/// Uploads objects side by side: first those whose maps are their own, then those that have the same.
+fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Result<Vec<Mesh>> {
+    let same = with_same_maps(&objects);
+    let (own, shared): (Vec<_>, Vec<_>) =
+        objects.into_iter().enumerate().partition(|&(index, _)| same[index].is_none());
+    let mesh = |(index, object): (usize, Object), maps| Ok((index, Mesh::new(gpu, object, index, upload, maps)?));
+    let mut meshes: BTreeMap<usize, Mesh> =
+        own.into_par_iter().map(|object| mesh(object, None)).collect::<Result<_>>()?;
+    let with_maps = |object: (usize, Object)| {
+        let maps = same[object.0].map(|earlier| meshes[&earlier].fine.object.maps.clone());
+        mesh(object, maps)
+    };
+    let others: Vec<_> = shared.into_par_iter().map(with_maps).collect::<Result<_>>()?;
+    meshes.extend(others);
+    Ok(meshes.into_values().collect())
+}
+
+impl Surface for Meshes {
+    fn has_relief(&self, state: &FrameState) -> bool {
+        self.pipelines.have_relief(state)
+    }
+
+    fn bases(&self) -> Bases {
+        self.pipelines.bases()
+    }
+
+    fn has_relief_color(&self) -> bool {
+        self.pipelines.have_relief_color()
+    }
+
+    fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        drawing: SurfaceDrawing,
+    ) -> Result<Box<dyn PreparedSurface>> {
+        let (geometry, filter) = self.pipelines.prepare(state, settings, drawing)?;
+        let lens = state.camera.lens(settings.size.1);
+        let mut meshes = Vec::new();
+        for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
+            let (level, vertices) = mesh.posed(pose, &lens, &settings.tessellation, drawing.edges);
+            let lights = if level.object.object.casts_shadow { drawing.shadow_maps as usize } else { 0 };
+            let height_scale = settings.geometry_scale(state.height_scale);
+            let posed = PosedObject { vertices, object: level.object.clone(), height_scale };
+            meshes.push(level.prepare(&self.gpu, posed, lights)?);
+        }
+        Ok(Box::new(PreparedMeshes {
+            meshes,
+            geometry,
+            filter,
+            tessellation: settings.tessellation,
+            shown: Shown { height_scale: state.height_scale, mark_inside: settings.mark_inside },
+        }))
+    }
+}
+
+/// The meshes in their poses.
+struct PreparedMeshes {
+    meshes: Vec<PreparedMesh>,
+    geometry: ForViews<GeometryPass>,
+    filter: FilterPass,
+    tessellation: TessellationSettings,
+    shown: Shown,
+}
+
+struct PreparedMesh {
+    posed: PosedObject,
+    closed: bool,
+    divided: DividedObject,
+    camera: ObjectView,
+    /// What throws shadows, if that is coarser.
+    caster: Option<DividedObject>,
+    caster_buffers: Option<Arc<DivisionBuffers>>,
+    lights: Vec<ObjectView>,
+}
+
+impl PreparedMesh {
+    fn seen(&self) -> DrawnObject<'_> {
+        DrawnObject { posed: &self.posed, divided: &self.divided, view: &self.camera }
+    }
+
+    fn cast(&mut self, lights: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
+        let Self { posed, closed, divided, caster, caster_buffers, lights: views, .. } = self;
+        let Some(buffers) = caster_buffers else { return Ok(()) };
+        // What lies behind hides nothing more of a closed surface.
+        let settings = TessellationSettings { cull: tessellation.cull && *closed, ..tessellation };
+        divided.divide(posed, lens, &settings)?;
+        let spacing = CASTER_SPACING * lights.iter().map(|light| light.texel_there).fold(f32::INFINITY, f32::min);
+        *caster = divided.no_finer_than(spacing, posed, buffers)?;
+        let drawn = caster.as_ref().unwrap_or(divided);
+        for (view, light) in views.iter_mut().zip(lights) {
+            view.look(posed, drawn, &light.viewpoint(lens), &settings)?;
+        }
+        Ok(())
+    }
+
+    fn cast_under(&self, light: usize) -> Option<DrawnObject<'_>> {
+        let divided = self.caster.as_ref().unwrap_or(&self.divided);
+        Some(DrawnObject { posed: &self.posed, divided, view: self.lights.get(light)? })
+    }
+}
+
+impl PreparedSurface for PreparedMeshes {
+    fn names(&self) -> PassNames {
+        PassNames { geometry: "geometry", filter: "filter", filter_and_shade: "filter and shade" }
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
+    }
+
+    fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
+        self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(lights, lens, self.tessellation))
+    }
+
+    fn casters(&self) -> Vec<&PosedObject> {
+        self.meshes.iter().map(|mesh| &mesh.posed).filter(|posed| posed.object.object.casts_shadow).collect()
+    }
+
+    fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
+        self.meshes.iter().filter_map(|mesh| mesh.cast_under(light)).collect()
+    }
+
+    fn look(&mut self, view: &View) -> Result<()> {
+        let from = Viewpoint::from(view);
+        for PreparedMesh { posed, divided, camera, .. } in &mut self.meshes {
+            let tessellation = match view.samples {
+                Samples::Pixels | Samples::Multisampled { .. } => self.tessellation,
+                // Silhouettes consist of bumps, and the geometry of whole pixels leaves out small ones.
+                Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
+            };
+            divided.divide(posed, from.lens, &tessellation)?;
+            camera.look(posed, divided, &from, &tessellation)?;
+        }
+        Ok(())
+    }
+
+    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
+        let drawn = self.meshes.iter().map(PreparedMesh::seen);
+        self.geometry.of(view.samples).draw(cmd, target, drawn, self.shown.mark_inside);
+    }
+
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {
+        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
+        let drawn = seen.map(PreparedMesh::seen);
+        self.filter.draw(cmd, visible, view, drawn, self.shown, light);
+    }
+
+    fn triangles(&self) -> u64 {
+        self.meshes.iter().map(|m| m.camera.triangles + m.lights.iter().map(|light| light.triangles).sum::<u64>()).sum()
+    }
+
+    fn patches(&self) -> u32 {
+        self.meshes.iter().map(|mesh| mesh.camera.patches).sum()
+    }
+
+    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
+        let mesh = self.meshes.get((object as usize).checked_sub(1)?)?;
+        let edges = mesh.posed.object.topology.patch_edges.get(patch as usize)?;
+        let factors = edges.map(|edge| mesh.divided.division.edge_factors[(edge >> 1) as usize]);
+        if mesh.posed.object.kind.triangles {
+            // The third side of a triangle as a patch is none (`triangle.tesc`).
+            let [a, b, _, c] = factors;
+            return Some([a.max(b).max(c); 2]);
+        }
+        Some(inner_segments(factors))
+    }
+}

@@ -1,0 +1,30 @@
+//! The renderer: surfaces and light, the passes that draw them, and the frame that orders the passes.
+//!
+//! [`open_gpu`] opens a device with the renderer's shaders; a [`frame::Renderer`] draws a [`scene::FrameState`] of
+//! [`scene::Object`]s under an [`light::environment::Environment`].
+
+pub mod camera;
+pub mod frame;
+pub mod light;
+pub mod passes;
+pub mod pixel_area;
+pub mod sampling;
+pub mod scene;
+pub mod settings;
+pub mod surfaces;
+pub mod view;
+
+use std::sync::Arc;
+
+use leadr_gpu::{Gpu, GpuError, GpuOptions};
+pub use leadr_shaders::constants;
+
+/// Opens a device that has the renderer's shaders besides those of the options.
+///
+/// # Errors
+/// No such device, a device without something that the renderer needs, or a failed Vulkan call.
+pub fn open_gpu(options: &GpuOptions) -> Result<Arc<Gpu>, GpuError> {
+    let mut options = options.clone();
+    options.shaders.push(leadr_shaders::SHADERS);
+    Gpu::new(&options)
+}

@@ -1,0 +1,181 @@
+//! The bright spots of a panorama, and the places at which they are densest.
+
+use glam::DVec3;
+
+use super::texels::{Texels, texel_luminance};
+use leadr_maps::RgbImage;
+
+/// Spots are blocks of texels, at most so many around the horizon.
+const BLOCKS: usize = 1024;
+/// Bands of the sphere from whose cells the search for places starts.
+const BANDS: usize = 60;
+/// Most places that are looked at.
+const MOST_PLACES: usize = 48;
+/// Steps towards the middle of a place; they shrink geometrically.
+const STEPS: usize = 200;
+
+/// 0 up to 0, 1 from 1 on, smooth between.
+pub fn smooth(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// Who belongs to a place, by the angle to its middle in degrees.
+pub struct Window {
+    /// Whole up to the first angle, not at all from the second.
+    inside: [f64; 2],
+    /// What is not inside counts as around it up to the first angle, and no longer from the second.
+    around: [f64; 2],
+    /// Deviation of the density whose maxima are the places. Two spots have one maximum up to twice this distance: so close, they
+    /// are wholly inside the window about their middle, and apart they are outside each other's.
+    deviation: f64,
+}
+
+/// The window of all lights.
+pub const WINDOW: Window = Window { inside: [7.0, 12.0], around: [18.0, 25.0], deviation: 5.0 };
+
+impl Window {
+    /// Angle in degrees; exact for small ones.
+    fn angle(a: DVec3, b: DVec3) -> f64 {
+        2.0 * (0.5 * a.distance(b)).min(1.0).asin().to_degrees()
+    }
+
+    /// Weight inside, 0 to 1.
+    pub fn inside(&self, middle: DVec3, direction: DVec3) -> f64 {
+        let [from, to] = self.inside;
+        1.0 - smooth((Self::angle(middle, direction) - from) / (to - from))
+    }
+
+    /// Weight around it, 0 to 1.
+    pub fn around(&self, middle: DVec3, direction: DVec3) -> f64 {
+        let [from, to] = self.around;
+        let angle = Self::angle(middle, direction);
+        let near = 1.0 - smooth((angle - from) / (to - from));
+        if near > 0.0 { near * (1.0 - self.inside(middle, direction)) } else { 0.0 }
+    }
+
+    fn density(&self, middle: DVec3, direction: DVec3) -> f64 {
+        let x = (middle - direction).length_squared() / self.deviation.to_radians().powi(2);
+        if x > 30.0 { 0.0 } else { (-0.5 * x).exp() }
+    }
+
+    /// Radius of the inside, radians.
+    pub fn reach(&self) -> f64 {
+        self.inside[1].to_radians()
+    }
+
+    /// Radius of the surroundings, radians.
+    pub fn far(&self) -> f64 {
+        self.around[1].to_radians()
+    }
+}
+
+/// A bright spot.
+pub struct Spot {
+    /// Unit direction.
+    pub direction: DVec3,
+    /// Luminance above the threshold times solid angle.
+    pub flux: f64,
+}
+
+/// All bright spots of a panorama.
+pub struct Spots {
+    /// In the order of the image.
+    pub spots: Vec<Spot>,
+    /// Which cell each is in.
+    cells: Vec<usize>,
+    cell_count: usize,
+}
+
+impl Spots {
+    /// What exceeds the threshold.
+    pub fn above(image: &RgbImage, sphere: &Texels, threshold: f64) -> Self {
+        let (width, height) = (image.width as usize, image.height as usize);
+        let block = width.div_ceil(BLOCKS).max(1);
+        let mut spots = Vec::new();
+        let mut sums = vec![DVec3::ZERO; width.div_ceil(block)];
+        let mut fluxes = vec![0.0; sums.len()];
+        for top in (0..height).step_by(block) {
+            sums.fill(DVec3::ZERO);
+            fluxes.fill(0.0);
+            for row in top..(top + block).min(height) {
+                for (column, &texel) in image.texels[row * width..][..width].iter().enumerate() {
+                    let excess = texel_luminance(texel) - threshold;
+                    if excess > 0.0 {
+                        let flux = excess * sphere.solid_angles[row];
+                        fluxes[column / block] += flux;
+                        sums[column / block] += flux * sphere.direction(row, column);
+                    }
+                }
+            }
+            let found = sums.iter().zip(&fluxes).filter(|(_, flux)| **flux > 0.0);
+            spots.extend(found.map(|(sum, &flux)| Spot { direction: sum.normalize_or(DVec3::Z), flux }));
+        }
+        let mut numbers = std::collections::BTreeMap::new();
+        let cells: Vec<usize> = spots
+            .iter()
+            .map(|spot| {
+                let next = numbers.len();
+                *numbers.entry(cell_of(spot.direction)).or_insert(next)
+            })
+            .collect();
+        Self { spots, cells, cell_count: numbers.len() }
+    }
+
+    /// Where the spots are densest, one after another: each place is a maximum of the density of the spots that earlier ones leave.
+    /// Ends when a place has less than `least` flux about it.
+    pub fn places(&self, least: f64) -> Vec<DVec3> {
+        let mut flux: Vec<f64> = self.spots.iter().map(|spot| spot.flux).collect();
+        let mut places = Vec::new();
+        while places.len() < MOST_PLACES {
+            let mut sums = vec![(DVec3::ZERO, 0.0); self.cell_count];
+            for ((spot, &cell), &flux) in self.spots.iter().zip(&self.cells).zip(&flux) {
+                sums[cell].0 += flux * spot.direction;
+                sums[cell].1 += flux;
+            }
+            let starts: Vec<(DVec3, f64)> =
+                sums.into_iter().filter(|s| s.1 > 0.0).map(|(sum, flux)| (sum.normalize_or(DVec3::Z), flux)).collect();
+            let density = |at: DVec3| starts.iter().map(|&(d, flux)| flux * WINDOW.density(at, d)).sum::<f64>();
+            let Some((start, _)) = starts.iter().map(|&(at, _)| (at, density(at))).max_by(|a, b| a.1.total_cmp(&b.1))
+            else {
+                break;
+            };
+            let middle = self.climb(start, &flux);
+            let mut inside = 0.0;
+            for (spot, flux) in self.spots.iter().zip(&mut flux) {
+                let weight = WINDOW.inside(middle, spot.direction);
+                inside += weight * *flux;
+                *flux *= 1.0 - weight;
+            }
+            if inside < least {
+                break;
+            }
+            places.push(middle);
+        }
+        places
+    }
+
+    /// The maximum of the density above a place, by mean shift.
+    fn climb(&self, from: DVec3, flux: &[f64]) -> DVec3 {
+        let mut at = from;
+        for _ in 0..STEPS {
+            let pull = |(spot, &flux): (&Spot, &f64)| flux * WINDOW.density(at, spot.direction) * spot.direction;
+            let next = self.spots.iter().zip(flux).map(pull).sum::<DVec3>().normalize_or(at);
+            let moved = next.distance(at);
+            at = next;
+            if moved < 1e-9 {
+                break;
+            }
+        }
+        at
+    }
+}
+
+/// Cells of about equal size.
+fn cell_of(direction: DVec3) -> usize {
+    let from_top = direction.truncate().length().atan2(direction.z) / std::f64::consts::PI;
+    let band = ((from_top * BANDS as f64) as usize).min(BANDS - 1);
+    let around = ((2 * BANDS) as f64 * (std::f64::consts::PI * (band as f64 + 0.5) / BANDS as f64).sin()).ceil();
+    let turn = direction.y.atan2(direction.x) / (2.0 * std::f64::consts::PI) + 0.5;
+    2 * BANDS * band + ((turn * around) as usize).min(2 * BANDS - 1)
+}

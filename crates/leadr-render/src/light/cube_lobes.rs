@@ -1,0 +1,213 @@
+//! The pass that blurs the environment for few lookups: a second cube whose levels have a smooth, round kernel
+//! ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the one before by 19 lookups per texel. Among
+//! pixels that nothing has smoothed, those of the first level would leave gaps, so closer ones come before, at its size.
+//!
+//! Its texels are halves where those can hold the environment: hardware looks up 32 bits four times as slowly.
+
+use std::sync::Arc;
+
+use leadr_gpu::vk::Format;
+use leadr_gpu::{
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, ImageDesc, ImageView, Result, Sampler,
+    SharedStruct, Use, shared_struct,
+};
+use leadr_reflectance::visible::kernel::{kernel_levels, kernel_variance, lookup_variance};
+
+shared_struct! {
+    /// A lattice of lookups.
+    struct Push for "Push" {
+        weights: [f32; 4],
+        tangents: [f32; 3],
+        lod: f32,
+        coarsens: f32,
+        widening: f32,
+    }
+}
+
+/// Squared distance from the middle, in spacings of the lattice, of the six lookups of every star.
+const STARS: [f64; 3] = [1.0, 3.0, 4.0];
+/// Deviation of the weights in spacings.
+const DEVIATION: f64 = 1.1;
+/// Variance that the lattice adds to what the first level is made from, in squared texels of the finest. With less, samples as
+/// far apart as the texels of the first level would make the power of a bright pixel depend on where it lies.
+const SMOOTHING: f64 = 0.65;
+
+/// Radiances whose brightest is in this range are stored as halves, to a two-thousandth of each, or to 3e-8 below 6e-5.
+const OF_HALVES: std::ops::Range<f32> = 1e-3..6e4;
+
+/// A dispatch. Its places are indices of [`CubeLobes::places`].
+struct Step {
+    /// None: the environment.
+    source: Option<usize>,
+    target: usize,
+    push: Push,
+}
+
+/// The cube, always in [`Use::Sampled`] between recordings, and its pass.
+pub struct CubeLobes {
+    cube: Image,
+    /// What the first level is made from, unless the environment is smooth.
+    smoothed: Option<Image>,
+    /// Every level, and what is smoothed, as faces to write and as a cube to look up.
+    places: Vec<[ImageView; 2]>,
+    steps: Vec<Step>,
+    pipeline: ComputePipeline,
+    sampler: Sampler,
+}
+
+impl CubeLobes {
+    /// The pass for environments with faces of `environment_size` texels. The faces of the cube have `size` texels, no more
+    /// than those. `smooth`: whether the environment has no detail as small as two texels of the cube. `brightest`: its largest
+    /// radiance. The cube is undefined until it is recorded.
+    ///
+    /// # Errors
+    /// [`GpuError::Allocation`](leadr_gpu::GpuError), or a failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool, brightest: f32) -> Result<Self> {
+        let levels = kernel_levels(size);
+        let mip = (environment_size / size).max(1).ilog2();
+        let (format, shader) = if OF_HALVES.contains(&brightest) {
+            (Format::R16G16B16A16_SFLOAT, "passes/light/cube_lobes_half.comp")
+        } else {
+            (Format::R32G32B32A32_SFLOAT, "passes/light/cube_lobes.comp")
+        };
+        let image = |name, size, levels| {
+            let desc = ImageDesc::new(format, size, size).cube().mips(levels).storage();
+            Image::new(gpu, name, desc)
+        };
+        let place = |image: &Image, mip| Ok([image.mip_array(mip)?, image.mip_cube(mip)?]);
+        let cube = image("environment lobes", size, levels)?;
+        let mut places = (0..levels).map(|level| place(&cube, level)).collect::<Result<Vec<_>>>()?;
+        let smoothed = if smooth { None } else { Some(image("smoothed environment", (size / 2).max(1), 1)?) };
+        if let Some(smoothed) = &smoothed {
+            places.push(place(smoothed, 0)?);
+        }
+        Ok(Self {
+            cube,
+            smoothed,
+            places,
+            steps: steps(mip, size, smooth),
+            pipeline: ComputePipeline::new(gpu, shader, &[], &[Push::LAYOUT])?,
+            sampler: Sampler::new(gpu, "environment lobes", Filter::Trilinear, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// Fills the cube from `environment`, a cube with box mips in [`Use::Sampled`].
+    pub fn record(&self, cmd: &mut Commands, environment: &Image) {
+        let between = |cmd: &mut Commands, image: &Image, mip: u32, from: Use, to: Use| {
+            cmd.mip_barrier(image, mip..mip + 1, 0..6, from, to);
+        };
+        // The remembered use of the whole; each part is brought back to it below.
+        for image in [Some(&self.cube), self.smoothed.as_ref()].into_iter().flatten() {
+            cmd.image_barrier(image, Use::Undefined, Use::Sampled);
+        }
+        for step in &self.steps {
+            let (image, mip) = match &self.smoothed {
+                Some(smoothed) if step.target + 1 == self.places.len() => (smoothed, 0),
+                _ => (&self.cube, step.target as u32),
+            };
+            let faces = &self.places[step.target][0];
+            let source = step.source.map_or(environment.whole(), |place| &self.places[place][1]);
+            let resources =
+                [("source", Descriptor::Sampled(source, &self.sampler)), ("level", Descriptor::StorageImage(faces))];
+            between(cmd, image, mip, Use::Sampled, Use::ComputeWrite);
+            cmd.bind(&self.pipeline, &resources);
+            cmd.push_constants(&step.push);
+            let [width, height] = faces.extent();
+            cmd.dispatch_invocations(&self.pipeline, [width, height, 6]);
+            between(cmd, image, mip, Use::ComputeWrite, Use::Sampled);
+        }
+    }
+
+    /// The cube map, for `samplerCube`.
+    #[must_use]
+    pub fn cube(&self) -> &ImageView {
+        self.cube.whole()
+    }
+
+    /// The image behind it.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.cube
+    }
+}
+
+/// All dispatches for a cube with faces of `size` texels, whose finest level is as large as mip `mip` of the environment.
+fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
+    let levels = kernel_levels(size) as usize;
+    let as_it_is =
+        Push { weights: [1.0, 0.0, 0.0, 0.0], tangents: [0.0; 3], lod: mip as f32, coarsens: 0.0, widening: 0.0 };
+    let mut steps = vec![Step { source: None, target: 0, push: as_it_is }];
+    for target in 1..levels {
+        let texel = |level: usize| 2.0 / f64::from(size >> level);
+        let wanted = kernel_variance(target as u32, size);
+        // Of bilinear lookups, in squared texels: alone, and of box mips.
+        let (bilinear, of_box) = (1.0 / 6.0, 0.25);
+        let push = if target > 1 {
+            let seen = lookup_variance(target as f64 - 1.0, f64::from(size));
+            lattice(wanted - seen, bilinear * texel(target - 1).powi(2))
+        } else if smooth {
+            let seen = of_box * texel(1).powi(2);
+            Push { lod: mip as f32 + 1.0, ..lattice(wanted - seen, seen) }
+        } else {
+            let smoothing = SMOOTHING * texel(0).powi(2);
+            let push = Push { lod: mip as f32, coarsens: 1.0, ..lattice(smoothing, 0.0) };
+            steps.push(Step { source: None, target: levels, push });
+            let lookup = bilinear * texel(1).powi(2);
+            lattice(wanted - of_box * texel(0).powi(2) - smoothing - lookup, lookup)
+        };
+        let source = match target {
+            1 if smooth => None,
+            1 => Some(levels),
+            _ => Some(target - 1),
+        };
+        steps.push(Step { source, target, push });
+    }
+    steps
+}
+
+/// The lattice that adds a variance. `shrinks`: variance of the lookups that shrinks with the texels of the source.
+fn lattice(variance: f64, shrinks: f64) -> Push {
+    let weights = STARS.map(|square| (-0.5 * square / (DEVIATION * DEVIATION)).exp());
+    let sum = 1.0 + 6.0 * weights.iter().sum::<f64>();
+    // The lookups' mean cosine is that of a kernel of this variance.
+    let cosine = |spacing: f64| {
+        let rings: f64 =
+            weights.iter().zip(STARS).map(|(weight, square)| weight * (spacing * square.sqrt()).cos()).sum();
+        (1.0 + 6.0 * rings) / sum
+    };
+    let (mut low, mut high) = (0.0, 0.7);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if cosine(middle) > (-variance).exp() { low = middle } else { high = middle }
+    }
+    Push {
+        weights: [1.0, weights[0], weights[1], weights[2]].map(|weight| (weight / sum) as f32),
+        tangents: STARS.map(|square| (low * square.sqrt()).tan() as f32),
+        lod: 0.0,
+        coarsens: 0.0,
+        widening: (shrinks / variance) as f32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lattice coarser than the smoothness of what it looks up would show.
+    #[test]
+    fn lookups_are_no_farther_apart_than_what_they_see_is_wide() {
+        for size in [16, 256] {
+            for Step { source, target, push } in steps(0, size, false).into_iter().skip(1) {
+                let texel = 2.0 / f64::from(size);
+                let seen = match source {
+                    None => 0.25 * texel * texel,
+                    Some(source) if source > target => (0.25 + SMOOTHING + 4.0 / 6.0) * texel * texel,
+                    Some(source) => lookup_variance(source as f64, f64::from(size)),
+                };
+                let spacing = f64::from(push.tangents[0]).atan();
+                println!("{size}, level {target}: spacing {spacing:.4}, deviation of what is seen {:.4}", seen.sqrt());
+                assert!(spacing < 1.9 * seen.sqrt(), "{spacing} {seen}");
+            }
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The cube mip pass: makes every level of a float cube map from its finest, by means weighted by solid angle.
+
+use std::sync::Arc;
+
+use leadr_gpu::{Commands, ComputePipeline, Descriptor, Gpu, ImageView, Result, SpecValue, Use};
+
+/// The pass.
+pub struct CubeMips {
+    /// For large and for small texels. A processor without a graphics card would go both ways to their solid angle if one
+    /// shader had the choice.
+    pipelines: [ComputePipeline; 2],
+}
+
+impl CubeMips {
+    /// Creates the pipelines.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        let pipeline =
+            |small| ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[("SMALL", SpecValue::Bool(small))], &[]);
+        Ok(Self { pipelines: [pipeline(false)?, pipeline(true)?] })
+    }
+
+    /// Fills `levels[1..]` from `levels[0]`, which a compute pass has just written. The levels are array views of the
+    /// single mips of an RGBA32F cube whose size is a power of two, in [`Use::ComputeReadWrite`].
+    pub fn record(&self, cmd: &mut Commands, levels: &[ImageView]) {
+        for pair in levels.windows(2) {
+            let [width, height] = pair[1].extent();
+            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+            let pipeline = &self.pipelines[usize::from(width > 10)];
+            cmd.bind(
+                pipeline,
+                &[("fine", Descriptor::StorageImage(&pair[0])), ("coarse", Descriptor::StorageImage(&pair[1]))],
+            );
+            cmd.dispatch_invocations(pipeline, [width, height, 6]);
+        }
+    }
+}

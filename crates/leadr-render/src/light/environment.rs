@@ -1,0 +1,269 @@
+//! The environment: a cube map of radiance with all mips, from an equirectangular image or from the analytic sky.
+//!
+//! The texels are RGBA32F, from which means and irradiance are found to rounding: measured environments hold suns brighter than 65504,
+//! which half floats would clamp or turn into infinity. Alpha is 1. What most pixels look up are the [`CubeLobes`].
+//!
+//! Directions are world directions (z up), used directly with a cube sampler; faces are in Vulkan's order.
+
+use std::sync::Arc;
+
+use super::cube_lobes::CubeLobes;
+use super::cube_mips::CubeMips;
+use super::equirect;
+use super::equirect::EquirectPass;
+use super::irradiance_rest::IrradianceRest;
+use super::panorama::{EnvironmentLight, LightExtraction, split};
+use super::sky::Sky;
+use super::sky_pass::SkyPass;
+use leadr_gpu::vk::Format;
+use leadr_gpu::{AddressMode, Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use};
+use leadr_maps::RgbImage;
+
+/// Most texels along an edge of a face of the analytic sky's [`CubeLobes`], which are made anew whenever the sun moves. Its
+/// finest detail is the horizon, as wide as 1.3 of them: [`HORIZON`](super::constants::HORIZON).
+const SKY_LOBES: u32 = 128;
+
+/// More than the radiance of the analytic sky anywhere, at intensity 1 (measured: 4.3). Halves have room for later skies of hundreds of
+/// times that intensity.
+const BRIGHTEST_SKY: f32 = 100.0;
+
+/// What fills the cube.
+enum Source {
+    Sky { pass: SkyPass, shown: Option<Sky> },
+    Image,
+}
+
+/// A cube map of radiance with all mips, always in `Use::Sampled` between recordings.
+pub struct Environment {
+    cube: Image,
+    levels: Vec<ImageView>,
+    mips: CubeMips,
+    lobes: CubeLobes,
+    rest: IrradianceRest,
+    sampler: Sampler,
+    source: Source,
+    lights: Vec<EnvironmentLight>,
+    /// The cube with its lights, where it has any: one level, for what is seen behind all surfaces.
+    background: Option<Image>,
+}
+
+impl Environment {
+    /// Default edge of a face in texels: 0.35° per texel, as in a 1024-texel panorama.
+    pub const FACE_SIZE: u32 = 256;
+
+    /// The analytic sky; the cube is filled before this returns.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
+    pub fn from_sky(gpu: &Arc<Gpu>, face_size: u32, sky: &Sky) -> Result<Self> {
+        let source = Source::Sky { pass: SkyPass::new(gpu)?, shown: None };
+        let lobes = CubeLobes::new(gpu, face_size, face_size.min(SKY_LOBES), true, BRIGHTEST_SKY * sky.intensity)?;
+        let mut environment = Self::new(gpu, face_size, lobes, source)?;
+        gpu.submit("sky", |cmd| environment.update_sky(cmd, sky))?;
+        Ok(environment)
+    }
+
+    /// An equirectangular panorama: its top row is +z, its centre +x, and its columns run clockwise seen from above. Its
+    /// texels must be finite, as the loaders of `maps` guarantee. Up to four small and bright places of it become directional
+    /// [`lights`](Self::lights), which throw shadows; the cube holds the rest.
+    ///
+    /// # Errors
+    /// As [`from_sky`](Self::from_sky).
+    pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
+        Self::from_panorama(gpu, face_size, image, LightExtraction::default())
+    }
+
+    /// The same, with a say in what becomes a light.
+    ///
+    /// # Errors
+    /// As [`from_sky`](Self::from_sky).
+    pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
+        let pass = EquirectPass::new(gpu)?;
+        let parts = split(image, lights);
+        let upload = |(width, height, texels): (u32, u32, Vec<[f32; 4]>)| {
+            let upload = Image::new(gpu, "equirect", ImageDesc::new(Format::R32G32B32A32_SFLOAT, width, height))?;
+            upload.write(0, 0, &texels)?;
+            Ok::<_, GpuError>(upload)
+        };
+        let rest = equirect::prepare(image, &parts.rest, face_size);
+        let brightest = rest.2.iter().fold(0.0f32, |most, texel| most.max(texel[0]).max(texel[1]).max(texel[2]));
+        let lobes = CubeLobes::new(gpu, face_size, face_size, false, brightest)?;
+        let mut environment = Self::new(gpu, face_size, lobes, Source::Image)?;
+        let rest = upload(rest)?;
+        gpu.submit("equirect", |cmd| {
+            environment.begin(cmd, |cmd, faces| pass.record(cmd, rest.whole(), faces));
+            environment.make_mips(cmd);
+        })?;
+        if !parts.lights.is_empty() {
+            let whole = upload(equirect::prepare(image, &[], face_size))?;
+            let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
+            let background = Image::new(gpu, "background", desc)?;
+            let faces = background.mip_array(0)?;
+            gpu.submit("background", |cmd| {
+                cmd.image_barrier(&background, Use::Undefined, Use::ComputeReadWrite);
+                pass.record(cmd, whole.whole(), &faces);
+                cmd.transition(&background, Use::Sampled);
+            })?;
+            environment.background = Some(background);
+        }
+        environment.lights = parts.lights;
+        Ok(environment)
+    }
+
+    fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, source: Source) -> Result<Self> {
+        // A sky is smooth, and may move every frame.
+        let rest_size = if matches!(source, Source::Sky { .. }) { 8 } else { 16 };
+        if !face_size.is_power_of_two() {
+            let fault = format!("faces of {face_size} texels cannot be halved evenly: choose a power of two");
+            return Err(GpuError::Usage { name: "environment".to_owned(), fault });
+        }
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().full_mips().storage();
+        let cube = Image::new(gpu, "environment", desc)?;
+        let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
+        let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
+        let (mips, rest) = (CubeMips::new(gpu)?, IrradianceRest::new(gpu, rest_size)?);
+        Ok(Self { cube, levels, mips, lobes, rest, sampler, source, lights: Vec::new(), background: None })
+    }
+
+    /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
+    /// frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must be
+    /// submitted. An environment made from an image ignores the call.
+    #[doc(hidden)]
+    pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
+        let moved = self.begin_sky(cmd, sky);
+        if moved {
+            self.make_mips(cmd);
+        }
+        moved
+    }
+
+    /// The first half of [`update_sky`](Self::update_sky), the finest level. Where it returns true, record
+    /// [`make_mips`](Self::make_mips) before the cube is read.
+    #[doc(hidden)]
+    pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
+        match &mut self.source {
+            Source::Sky { shown, .. } if *shown != Some(*sky) => *shown = Some(*sky),
+            _ => return false,
+        }
+        if let Source::Sky { pass, .. } = &self.source {
+            self.begin(cmd, |cmd, faces| pass.record(cmd, sky, faces));
+        }
+        true
+    }
+
+    /// What was recorded may not have been drawn: the next [`update_sky`](Self::update_sky) draws the sky anew.
+    pub(crate) fn forget_sky(&mut self) {
+        if let Source::Sky { shown, .. } = &mut self.source {
+            *shown = None;
+        }
+    }
+
+    /// The second half: makes the mips, the blurred levels and the rest of the irradiance from the finest level.
+    #[doc(hidden)]
+    pub fn make_mips(&self, cmd: &mut Commands) {
+        self.mips.record(cmd, &self.levels);
+        cmd.transition(&self.cube, Use::Sampled);
+        self.lobes.record(cmd, &self.cube);
+        self.rest.record(cmd, &self.levels);
+    }
+
+    /// Overwrites the finest level with what `record` writes.
+    fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
+        // the old content is not needed, but its readers must be done
+        cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
+        record(cmd, &self.levels[0]);
+    }
+
+    /// The directional lights that were taken out of its picture; the cube holds the rest. None under the analytic sky,
+    /// whose sun never is in the cube.
+    #[must_use]
+    pub fn lights(&self) -> &[EnvironmentLight] {
+        &self.lights
+    }
+
+    /// The cube map as it looks behind all surfaces, its lights included; only the finest level is meant to be read.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn background(&self) -> &ImageView {
+        self.background.as_ref().unwrap_or(&self.cube).whole()
+    }
+
+    /// The cube map, for `samplerCube`.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn cube(&self) -> &ImageView {
+        self.cube.whole()
+    }
+
+    /// The same environment with levels blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)).
+    #[doc(hidden)]
+    #[must_use]
+    pub fn lobes(&self) -> &CubeLobes {
+        &self.lobes
+    }
+
+    /// What order 2 leaves out of its irradiance.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn irradiance_rest(&self) -> &IrradianceRest {
+        &self.rest
+    }
+
+    /// The image behind it.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.cube
+    }
+
+    /// The cube's sampler: trilinear and seamless.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn sampler(&self) -> &Sampler {
+        &self.sampler
+    }
+
+    /// One mip level as an array of six faces.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn level(&self, mip: u32) -> &ImageView {
+        &self.levels[(mip as usize).min(self.levels.len() - 1)]
+    }
+
+    /// Number of mip levels, down to 1².
+    #[doc(hidden)]
+    #[must_use]
+    pub fn levels(&self) -> u32 {
+        self.levels.len() as u32
+    }
+
+    /// Edge of a face in texels.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn face_size(&self) -> u32 {
+        self.cube.desc().width
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_sky_is_brighter_than_stated() {
+        let mut brightest = 0.0f64;
+        for elevation in [-0.05f32, 0.0, 0.05, 0.2, 0.7, 1.5] {
+            for turbidity in [1.0, 2.2, 10.0] {
+                let sky = Sky { turbidity, ..Sky::with_sun(elevation, 0.3) };
+                let (tables, sun) = (sky.tables(), sky.sun_direction.as_dvec3());
+                let about = (0..400).map(|i| {
+                    let (turn, reach) = (f64::from(i) * 2.4, f64::from(i) * 0.004);
+                    (sun + reach * glam::DVec3::new(turn.cos(), turn.sin(), (1.3 * turn).sin())).normalize()
+                });
+                brightest = about.map(|d| tables.radiance(d).max_element()).fold(brightest, f64::max);
+            }
+        }
+        println!("the brightest sky: {brightest:.1}");
+        assert!(brightest > 1.0 && brightest < f64::from(BRIGHTEST_SKY), "{brightest}");
+    }
+}

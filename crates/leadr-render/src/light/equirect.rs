@@ -1,0 +1,152 @@
+//! The equirect pass: turns an equirectangular image into the faces of a cube map.
+//!
+//! Convention, world z up: row 0 of the image lies at +z, its centre looks along +x, and columns run clockwise seen
+//! from above (to the right of a viewer): `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
+//!
+//! A sun one pixel wide must keep its power. The image is therefore first resampled, in 64 bits and weighted by solid
+//! angle, to a size that the cube can hold, with texels about square on the sphere even near the poles. Then every cube
+//! texel averages at least four samples per image texel and axis, weighted by solid angle.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use leadr_gpu::{
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, SharedStruct,
+    shared_struct,
+};
+use leadr_maps::RgbImage;
+
+/// Widest equirectangular image worth sampling for cube faces of this size; it bounds the sampler's footprint.
+fn widest(face_size: u32) -> u32 {
+    (8 * face_size).max(8)
+}
+
+/// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to texels
+/// about square on the sphere. Every row keeps its power, whatever its texels hold (sums are 64-bit). `instead`: texels that are not
+/// as in the image, by rising index.
+#[must_use]
+pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
+    let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
+    let source_width = image.width as usize;
+    let mut texels = Vec::with_capacity(w as usize * h as usize);
+    let mut wide = vec![[0.0f64; 3]; source_width];
+    let mut changed = Vec::new();
+    for j in 0..h {
+        // rows: mean by the solid angle of each band
+        let scale = f64::from(image.height) / f64::from(h);
+        let (top, bottom) = (f64::from(j) * scale, f64::from(j + 1) * scale);
+        let cos = |row: f64| (PI * row / f64::from(image.height)).cos();
+        wide.fill([0.0; 3]);
+        for i in top as u32..(bottom.ceil() as u32).min(image.height) {
+            let (low, high) = (top.max(f64::from(i)), bottom.min(f64::from(i + 1)));
+            if high <= low {
+                continue;
+            }
+            let weight = (cos(low) - cos(high)) / (cos(top) - cos(bottom));
+            let (start, end) = (i as usize * source_width, (i as usize + 1) * source_width);
+            let mut row = &image.texels[start..end];
+            let changes = &instead[instead.partition_point(|t| t.0 < start)..instead.partition_point(|t| t.0 < end)];
+            if !changes.is_empty() {
+                changed.clear();
+                changed.extend_from_slice(row);
+                for &(index, texel) in changes {
+                    changed[index - start] = texel;
+                }
+                row = &changed;
+            }
+            for (sum, texel) in wide.iter_mut().zip(row) {
+                for c in 0..3 {
+                    sum[c] += weight * f64::from(texel[c]);
+                }
+            }
+        }
+        // columns: boxes as wide as a target texel or, where meridians converge, as wide as a texel is high
+        let sin = (PI * (f64::from(j) + 0.5) / f64::from(h)).sin();
+        let texel_width = f64::from(image.width) / f64::from(w);
+        let box_width = (texel_width * (1.0 / sin).max(1.0)).min(f64::from(image.width));
+        let sums = RunningSums::new(&wide);
+        for i in 0..w {
+            let centre = (f64::from(i) + 0.5) * texel_width;
+            let mean = sums.mean(centre - box_width / 2.0, centre + box_width / 2.0);
+            texels.push([mean[0] as f32, mean[1] as f32, mean[2] as f32, 1.0]);
+        }
+    }
+    (w, h, texels)
+}
+
+/// Prefix sums of a row that wraps around the sphere.
+struct RunningSums {
+    sums: Vec<[f64; 3]>,
+}
+
+impl RunningSums {
+    fn new(row: &[[f64; 3]]) -> Self {
+        let mut sums = Vec::with_capacity(row.len() + 1);
+        let mut sum = [0.0; 3];
+        sums.push(sum);
+        for texel in row {
+            for c in 0..3 {
+                sum[c] += texel[c];
+            }
+            sums.push(sum);
+        }
+        Self { sums }
+    }
+
+    /// The integral from column 0 to `x`, which may be any real number.
+    fn until(&self, x: f64) -> [f64; 3] {
+        let n = self.sums.len() - 1;
+        let turns = (x / n as f64).floor();
+        let within = x - turns * n as f64;
+        let i = (within as usize).min(n - 1);
+        let f = within - i as f64;
+        std::array::from_fn(|c| turns * self.sums[n][c] + self.sums[i][c] + f * (self.sums[i + 1][c] - self.sums[i][c]))
+    }
+
+    fn mean(&self, from: f64, to: f64) -> [f64; 3] {
+        let (a, b) = (self.until(from), self.until(to));
+        // beside a bright sun a difference of sums may come out slightly negative
+        std::array::from_fn(|c| ((b[c] - a[c]) / (to - from)).max(0.0))
+    }
+}
+
+shared_struct! {
+    struct Push for "Push" {
+        /// Samples along each axis of a texel.
+        samples: u32,
+    }
+}
+
+/// The pass.
+pub struct EquirectPass {
+    pipeline: ComputePipeline,
+    sampler: Sampler,
+}
+
+impl EquirectPass {
+    /// Creates the pipeline.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            pipeline: ComputePipeline::new(gpu, "passes/light/equirect.comp", &[], &[Push::LAYOUT])?,
+            sampler: Sampler::new(gpu, "equirect", Filter::Bilinear, AddressMode::Repeat)?,
+        })
+    }
+
+    /// Fills `faces` (mip 0 of a cube as an array, in [`Use::ComputeWrite`](leadr_gpu::Use)) from `equirect` (made by
+    /// [`prepare`], in [`Use::Sampled`](leadr_gpu::Use)).
+    pub fn record(&self, cmd: &mut Commands, equirect: &ImageView, faces: &ImageView) {
+        let (source, size) = (equirect.extent()[0], faces.extent()[0]);
+        // image texels across a cube texel at the middle of a face, where cube texels are largest
+        let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
+        let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
+        cmd.bind(
+            &self.pipeline,
+            &[("equirect", Descriptor::Sampled(equirect, &self.sampler)), ("cube", Descriptor::StorageImage(faces))],
+        );
+        cmd.push_constants(&Push { samples });
+        cmd.dispatch_invocations(&self.pipeline, [size, size, 6]);
+    }
+}

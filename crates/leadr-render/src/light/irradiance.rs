@@ -1,0 +1,113 @@
+//! The irradiance pass: computes the environment's nine order-2 spherical harmonics coefficients, every frame (LEADR
+//! section 5.3, Algorithm 2).
+//!
+//! The coefficients are of *radiance*, in world space, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22 (one
+//! `vec4` each, w = 0). The cosine lobe's factors `A_l` are not applied; `sh_irradiance` of `leadr/integrals/sh.glsl` does
+//! that.
+//!
+//! Sums are taken in a fixed order: the same cube gives the same bytes on every run.
+
+use std::sync::Arc;
+
+use super::environment::Environment;
+use leadr_gpu::{
+    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Memory, Result, Sampler, SharedStruct,
+    Use, shared_struct,
+};
+use leadr_reflectance::materials::energy::EnergyTable;
+
+/// Faces of at most this many texels are projected. Order-2 harmonics cannot resolve anything finer: the levels have the
+/// same means, and a sun is displaced by less than a texel, 1.4°.
+const FACE_SIZE: u32 = 64;
+
+/// Bytes before the visibility of the sky in the buffer of the coefficients: these, and the tables of energies.
+const SKY_OFFSET: u64 = 9 * 16 + (2 * EnergyTable::TEXELS * size_of::<[f32; 2]>()) as u64;
+
+shared_struct! {
+    struct Push for "Push" {
+        /// Partial sums of each coefficient.
+        rows: u32,
+    }
+}
+
+/// The pass.
+pub struct IrradiancePass {
+    rows: ComputePipeline,
+    sum: ComputePipeline,
+    sampler: Sampler,
+    partials: Buffer,
+    coefficients: Buffer,
+}
+
+impl IrradiancePass {
+    /// Creates the pipelines and buffers.
+    ///
+    /// # Errors
+    /// [`GpuError::Allocation`] or a failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Self::with_fits(gpu, &[])
+    }
+
+    /// The same, with the numbers of measured materials behind the coefficients (`passes/shade/fits.glsl`).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_fits(gpu: &Arc<Gpu>, fits: &[f32]) -> Result<Self> {
+        let coefficients = Buffer::new(gpu, "irradiance", 9 * 16 + size_of_val(fits) as u64, Memory::Device)?;
+        if !fits.is_empty() {
+            coefficients.write(9 * 16, fits)?;
+        }
+        Ok(Self {
+            rows: ComputePipeline::new(gpu, "passes/light/irradiance_rows.comp", &[], &[])?,
+            sum: ComputePipeline::new(gpu, "passes/light/irradiance.comp", &[], &[Push::LAYOUT])?,
+            sampler: Sampler::new(gpu, "irradiance", Filter::Nearest, AddressMode::ClampToEdge)?,
+            partials: Buffer::new(gpu, "irradiance partials", 9 * 16 * 6 * u64::from(FACE_SIZE), Memory::Device)?,
+            coefficients,
+        })
+    }
+
+    /// Projects `environment`. [`coefficients`](Self::coefficients) may be read by compute and graphics afterwards.
+    pub fn record(&self, cmd: &mut Commands, environment: &Environment) {
+        let level = environment.level(self.level(environment));
+        let rows = 6 * level.extent()[0];
+        // an earlier frame may still be reading
+        cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
+        cmd.bind(
+            &self.rows,
+            &[("cube", Descriptor::Sampled(level, &self.sampler)), ("Partials", Descriptor::Storage(&self.partials))],
+        );
+        cmd.dispatch_invocations(&self.rows, [rows, 1, 1]);
+        cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+        cmd.bind(
+            &self.sum,
+            &[
+                ("Partials", Descriptor::Storage(&self.partials)),
+                ("Coefficients", Descriptor::Storage(&self.coefficients)),
+            ],
+        );
+        cmd.push_constants(&Push { rows });
+        cmd.dispatch([1, 1, 1]);
+        cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead);
+        cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+    }
+
+    /// Copies the visibility of the sky past large shapes into its place behind the tables of energies, where there is one.
+    pub fn record_sky(&self, cmd: &mut Commands, sky: &Buffer) {
+        // An earlier frame may still be reading.
+        cmd.memory_barrier(Use::Undefined, Use::CopyTarget);
+        cmd.copy_buffer(sky, 0, &self.coefficients, SKY_OFFSET, sky.size());
+        cmd.memory_barrier(Use::CopyTarget, Use::GraphicsRead);
+    }
+
+    /// The mip level that is projected.
+    #[must_use]
+    pub fn level(&self, environment: &Environment) -> u32 {
+        (environment.face_size() / FACE_SIZE).max(1).ilog2()
+    }
+
+    /// `vec4[9]`, device-local; behind them the measured materials, if there are any.
+    #[must_use]
+    pub fn coefficients(&self) -> &Buffer {
+        &self.coefficients
+    }
+}

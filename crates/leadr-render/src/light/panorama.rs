@@ -1,0 +1,274 @@
+//! A panorama as an image and its suns. Light that comes from a few small places serves better as directional lights: they throw
+//! shadows, and neither a few probes nor nine harmonics can miss them. What is taken out is missing in the image, texel by texel.
+//!
+//! Nothing in here decides by yes or no, so that pictures that differ little give lights that differ little. A place counts by
+//! what exceeds the threshold within it; it becomes a light to the degree to which it is small and round, alone, and worth it, and
+//! to which it is brighter than the first that there is no room for. Whatever is not a light stays in the image.
+
+use std::f64::consts::PI;
+
+use glam::{DMat2, DVec2, DVec3, Vec3};
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+
+use super::bright_spots::{Spots, WINDOW, smooth};
+use super::texels::{Texels, texel_luminance};
+use leadr_maps::RgbImage;
+use leadr_reflectance::color::luminance;
+
+/// Most lights that can be taken out of a panorama.
+pub const MAX_ENVIRONMENT_LIGHTS: u32 = crate::constants::MAX_ENVIRONMENT_LIGHTS as u32;
+
+/// A directional light taken out of a panorama.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvironmentLight {
+    /// Unit direction towards its middle, world.
+    pub direction: Vec3,
+    /// Irradiance on a plane facing it, linear rgb.
+    pub irradiance: Vec3,
+    /// Variance of the directions that its light comes from, radians², along each of two axes across `direction`.
+    pub variance: f32,
+}
+
+impl EnvironmentLight {
+    /// Angular radius in radians of an even disk with the same variance.
+    #[must_use]
+    pub fn radius(&self) -> f32 {
+        2.0 * self.variance.max(0.0).sqrt()
+    }
+
+    /// The same in degrees.
+    #[must_use]
+    pub fn radius_degrees(&self) -> f32 {
+        self.radius().to_degrees()
+    }
+
+    /// A direction from which its light comes, by a point of the unit square: uniform on an even disk with its variance.
+    #[must_use]
+    pub fn direction_within(&self, u: [f32; 2]) -> Vec3 {
+        let radius = self.radius() * u[0].sqrt();
+        let (sine, cosine) = (std::f32::consts::TAU * u[1]).sin_cos();
+        let (x, y) = self.direction.any_orthonormal_pair();
+        let across = (x * cosine + y * sine) * radius.sin();
+        self.direction * radius.cos() + across
+    }
+}
+
+impl Serialize for EnvironmentLight {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut light = serializer.serialize_struct("EnvironmentLight", 3)?;
+        light.serialize_field("direction", &self.direction.to_array())?;
+        light.serialize_field("irradiance", &self.irradiance.to_array())?;
+        light.serialize_field("radius_degrees", &self.radius_degrees())?;
+        light.end()
+    }
+}
+
+/// What may be taken out of a panorama. Written as JSON, its fields have the names of the command's flags.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LightExtraction {
+    /// Most lights, 0 to 4; at 0 everything stays in the image.
+    #[serde(rename = "environment_lights")]
+    pub count: u32,
+    /// Radiance from which on a place can belong to a light, as a multiple (above 0) of the panorama's mean radiance.
+    #[serde(rename = "environment_light_threshold")]
+    pub threshold: f32,
+}
+
+impl Default for LightExtraction {
+    /// Up to four lights, of what is eight times as bright as the mean.
+    fn default() -> Self {
+        Self { count: MAX_ENVIRONMENT_LIGHTS, threshold: 8.0 }
+    }
+}
+
+/// A panorama taken apart.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Split {
+    /// Its lights, the brightest first.
+    pub lights: Vec<EnvironmentLight>,
+    /// The texels that the lights leave darker: index and remaining radiance, by rising index.
+    pub rest: Vec<(usize, [f32; 3])>,
+}
+
+/// Deviations of a light's directions in degrees, across its middle and times √2: up to the first it counts as small, from the
+/// second on as large.
+const SIZE: [f64; 2] = [3.5, 6.0];
+/// The same for how much longer it is than wide.
+const LENGTH: [f64; 2] = [2.5, 4.0];
+/// Bright light around it over its own: up to the first it counts as alone, from the second on as a part of something larger.
+const SURROUNDINGS: [f64; 2] = [0.1, 0.5];
+/// Irradiance over that of an even environment of the panorama's mean: up to the first it is not worth a light.
+const WORTH: [f64; 2] = [0.01, 0.04];
+/// By how much a light has to exceed the first that there is no room for.
+const AHEAD: f64 = 0.5;
+
+/// What is a light to this degree at most is none, so that no shadow map is drawn for next to nothing.
+const LEAST_DEGREE: f64 = 0.02;
+
+/// A place that may become a light.
+struct Candidate {
+    middle: DVec3,
+    flux: f64,
+    /// How much of it becomes a light, 0 to 1.
+    degree: f64,
+}
+
+/// Takes the lights out of an equirectangular panorama (as [`Environment::from_equirect`] expects it). Image and lights together
+/// have the power of the panorama, and the same panorama gives the same bytes.
+///
+/// [`Environment::from_equirect`]: super::environment::Environment::from_equirect
+#[must_use]
+pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
+    let count = how.count.min(MAX_ENVIRONMENT_LIGHTS) as usize;
+    let sphere = Texels::new(image);
+    let mean = sphere.mean(image);
+    // Comparisons are written so that what is not a number fails them.
+    if count == 0 || !(mean > 0.0 && mean.is_finite() && how.threshold > 0.0) {
+        return Split::default();
+    }
+    let threshold = f64::from(how.threshold) * mean;
+    let spots = Spots::above(image, &sphere, threshold);
+    let mut candidates: Vec<Candidate> =
+        spots.places(WORTH[0] * PI * mean).into_iter().map(|place| candidate(&spots, place, PI * mean)).collect();
+    candidates.sort_by(|a, b| (b.degree * b.flux).total_cmp(&(a.degree * a.flux)));
+    let left_over = candidates.get(count).map_or(0.0, |next| next.degree * next.flux);
+    candidates.truncate(count);
+    candidates.retain_mut(|c| {
+        let brightness = c.degree * c.flux;
+        let ahead = smooth((brightness - left_over) / (AHEAD * brightness).max(1e-300));
+        c.degree = (c.degree * ahead - LEAST_DEGREE) / (1.0 - LEAST_DEGREE);
+        c.degree > 0.0
+    });
+    if candidates.is_empty() { Split::default() } else { take(image, &sphere, threshold, &candidates) }
+}
+
+/// How much of the light around a place, which has `even` times the worth of one, becomes a light.
+fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
+    let (x, y) = middle.any_orthonormal_pair();
+    let (mut flux, mut around, mut first, mut second) = (0.0, 0.0, DVec2::ZERO, [0.0; 3]);
+    for spot in &spots.spots {
+        let (inside, outside) = (WINDOW.inside(middle, spot.direction), WINDOW.around(middle, spot.direction));
+        let at = DVec2::new(spot.direction.dot(x), spot.direction.dot(y));
+        let weight = inside * spot.flux;
+        flux += weight;
+        around += outside * spot.flux;
+        first += weight * at;
+        for (sum, product) in second.iter_mut().zip([at.x * at.x, at.y * at.y, at.x * at.y]) {
+            *sum += weight * product;
+        }
+    }
+    let per = 1.0 / flux.max(1e-300);
+    let mean = first * per;
+    let (xx, yy, xy) =
+        (second[0] * per - mean.x * mean.x, second[1] * per - mean.y * mean.y, second[2] * per - mean.x * mean.y);
+    let half = 0.5 * (xx + yy);
+    let apart = (half * half - DMat2::from_cols_array(&[xx, xy, xy, yy]).determinant()).max(0.0).sqrt();
+    let falls = |x: f64, [from, to]: [f64; 2]| 1.0 - smooth((x - from) / (to - from));
+    let degrees = |variance: f64| (2.0 * variance.max(0.0)).sqrt().to_degrees();
+    let degree = falls(degrees(half + apart), SIZE)
+        * falls(degrees(2.0 * apart), LENGTH)
+        * falls(around * per, SURROUNDINGS)
+        * (1.0 - falls(flux / even, WORTH));
+    Candidate { middle, flux, degree }
+}
+
+/// Takes the candidates out of every texel above the threshold, down to what is around them.
+fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candidate]) -> Split {
+    let bases: Vec<f64> = candidates.iter().map(|c| surroundings(image, sphere, threshold, c.middle)).collect();
+    let mut sums = vec![Sum::default(); candidates.len()];
+    let mut rest = Vec::new();
+    let mut shares = vec![0.0; candidates.len()];
+    let lowest = WINDOW.reach().cos();
+    for row in 0..image.height as usize {
+        if !candidates.iter().any(|c| sphere.row_meets(row, c.middle, WINDOW.reach())) {
+            continue;
+        }
+        for column in 0..image.width as usize {
+            let index = row * image.width as usize + column;
+            let texel = image.texels[index];
+            let l = texel_luminance(texel);
+            if l <= threshold {
+                continue;
+            }
+            let direction = sphere.direction(row, column);
+            if candidates.iter().all(|c| c.middle.dot(direction) <= lowest) {
+                continue;
+            }
+            // Just above the threshold everything stays; far above it, as much as there is around the light.
+            let mut whole = 0.0;
+            for ((share, c), base) in shares.iter_mut().zip(candidates).zip(&bases) {
+                let kept = base + (threshold - base) * (threshold / l);
+                let inside = c.degree * WINDOW.inside(c.middle, direction);
+                whole += inside;
+                *share = inside * (1.0 - kept / l);
+            }
+            let scale = 1.0 / whole.max(1.0);
+            let taken = shares.iter().sum::<f64>() * scale;
+            if taken <= 0.0 {
+                continue;
+            }
+            let left = texel.map(|v| (f64::from(v) * (1.0 - taken)) as f32);
+            // What is taken is what is missing, to the last bit.
+            let missing: [f64; 3] = std::array::from_fn(|c| f64::from(texel[c]) - f64::from(left[c]));
+            for (sum, share) in sums.iter_mut().zip(&shares) {
+                sum.add(missing, direction, share * scale / taken, sphere.solid_angles[row]);
+            }
+            rest.push((index, left));
+        }
+    }
+    let mut lights: Vec<EnvironmentLight> = sums.iter().filter_map(Sum::light).collect();
+    lights.sort_by(|a, b| b.irradiance.element_sum().total_cmp(&a.irradiance.element_sum()));
+    Split { lights, rest }
+}
+
+/// Mean radiance around a light, cut at the threshold.
+fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3) -> f64 {
+    let step = (image.width as usize).div_ceil(2048).max(1);
+    let (mut sum, mut weights) = (0.0, 1e-300);
+    for row in (0..image.height as usize).step_by(step).filter(|&row| sphere.row_meets(row, middle, WINDOW.far())) {
+        for column in (0..image.width as usize).step_by(step) {
+            let weight = WINDOW.around(middle, sphere.direction(row, column)) * sphere.solid_angles[row];
+            if weight > 0.0 {
+                sum += weight * texel_luminance(image.texels[row * image.width as usize + column]).min(threshold);
+                weights += weight;
+            }
+        }
+    }
+    (sum / weights).min(threshold)
+}
+
+/// What was taken for one light.
+#[derive(Clone, Default)]
+struct Sum {
+    irradiance: DVec3,
+    direction: DVec3,
+    flux: f64,
+    /// Variance of the light within its texels, times flux.
+    within: f64,
+}
+
+impl Sum {
+    fn add(&mut self, radiance: [f64; 3], direction: DVec3, share: f64, solid_angle: f64) {
+        let power = DVec3::from(radiance) * (share * solid_angle);
+        let flux = luminance(power);
+        self.irradiance += power;
+        self.direction += flux * direction;
+        self.flux += flux;
+        self.within += flux * solid_angle / 12.0;
+    }
+
+    fn light(&self) -> Option<EnvironmentLight> {
+        let length = self.direction.length();
+        if length <= 0.0 {
+            return None;
+        }
+        // The mean cosine to the mean direction is 1 less half the sum of both variances.
+        let variance = (1.0 - length / self.flux).max(0.0) + self.within / self.flux;
+        Some(EnvironmentLight {
+            direction: (self.direction / length).as_vec3().normalize(),
+            irradiance: self.irradiance.as_vec3(),
+            variance: variance as f32,
+        })
+    }
+}

@@ -1,0 +1,300 @@
+//! How much of its surroundings a place sees past large shapes: a volume of visibility about all that throws shadows.
+//!
+//! Each node holds the visibility of all directions to first order, `v(ω) = a + b·ω`: by its mean, `a`, and its mean times the direction,
+//! a third of `b`. A surface with normal `n` sees the share `a + ⅔ b·n` of a constant environment, weighted by the cosine: of half
+//! the directions this is exact. Matter is that of [`Columns`], which know the mesh without its relief, so what bumps hide from each
+//! other is left to slope statistics and horizons.
+//!
+//! From a node, columns are walked outwards by azimuth; what of the elevations they hide is kept as bits (as in Therrien et al. 2023).
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::casters::Columns;
+use crate::constants::{SKY_HEADER, SKY_LAYERS, SKY_LAYERS_BELOW, SKY_NODES};
+
+/// Nodes along x and y together at most.
+const MOST_ACROSS: f32 = (SKY_NODES / SKY_LAYERS) as f32;
+const LAYERS: usize = SKY_LAYERS as usize;
+/// Azimuths of a node; every other node has those between.
+const AZIMUTHS: usize = 8;
+/// Growth of steps, in metres per metre of distance.
+const GROWTH: f32 = 0.2;
+/// How far the volume reaches beside what it is about, in its heights, and above and below its lowest place.
+const ASIDE: f32 = 0.9;
+const ABOVE: f32 = 1.4;
+const BELOW: f32 = 0.4;
+
+/// The volume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyVisibility {
+    /// Its lowest corner, and the height of the densest layer.
+    origin: Vec2,
+    floor: f32,
+    /// Distance of nodes across, metres, and their number.
+    step: Vec2,
+    size: [usize; 2],
+    /// Reach of the layers above and below the floor, metres.
+    reach: [f32; 2],
+    /// `b` and `a`.
+    nodes: Vec<[f32; 4]>,
+}
+
+/// What a place sees of its surroundings past large shapes: in the unit direction `ω` the share `mean + lean·ω`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyProbe {
+    /// The place, metres.
+    pub place: Vec3,
+    /// Share of all directions, 0 to 1.
+    pub mean: f32,
+    /// Where more of them are seen.
+    pub lean: Vec3,
+}
+
+impl SkyVisibility {
+    /// The volume about some columns.
+    #[must_use]
+    pub fn around(columns: &Columns) -> Self {
+        let tall = (columns.height[1] - columns.height[0]).max(columns.cell);
+        let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
+        let extent = matter + 2.0 * ASIDE * tall;
+        let step = (extent.x * extent.y / MOST_ACROSS).sqrt();
+        let across = |side: f32| ((side / step) as usize + 1).max(2);
+        let mut size = [across(extent.x), across(extent.y)];
+        // Rounding may take one row too many.
+        while size[0] * size[1] > MOST_ACROSS as usize {
+            let longer = usize::from(size[1] > size[0]);
+            size[longer] -= 1;
+        }
+        let mut volume = Self {
+            origin: columns.origin - ASIDE * tall,
+            floor: columns.height[0],
+            step: extent / Vec2::new((size[0] - 1) as f32, (size[1] - 1) as f32),
+            size,
+            reach: [ABOVE * tall, BELOW * tall],
+            nodes: Vec::new(),
+        };
+        let bins = Elevations::new();
+        let (step, floor) = (volume.step, volume.floor);
+        let index = |i: usize| (i / (size[0] * size[1]), i / size[0] % size[1], i % size[0]);
+        let seen: Vec<Option<[f32; 4]>> = (0..size[0] * size[1] * LAYERS)
+            .into_par_iter()
+            .map(|i| {
+                let (k, y, x) = index(i);
+                let place = (volume.origin + step * Vec2::new(x as f32, y as f32)).extend(volume.layer(k));
+                // Just above the ground that it stands on.
+                let place = if k == SKY_LAYERS_BELOW as usize { place.with_z(floor + 1e-3 * tall) } else { place };
+                (!columns.is_solid(place)).then(|| bins.seen(columns, place, (x + y + k) % 2 == 1))
+            })
+            .collect();
+        volume.nodes = filled(seen, size);
+        volume
+    }
+
+    /// Height of a layer: the nearer to the floor, the denser.
+    fn layer(&self, k: usize) -> f32 {
+        let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
+        let k = k as f32 - below;
+        self.floor + if k < 0.0 { -self.reach[1] * (k / below).powi(2) } else { self.reach[0] * (k / above).powi(2) }
+    }
+
+    /// Its nodes.
+    pub fn probes(&self) -> impl Iterator<Item = SkyProbe> + use<'_> {
+        let [across, down] = self.size;
+        self.nodes.iter().enumerate().map(move |(i, &[x, y, z, mean])| {
+            let place = self.origin + self.step * Vec2::new((i % across) as f32, (i / across % down) as f32);
+            SkyProbe { place: place.extend(self.layer(i / (across * down))), mean, lean: Vec3::new(x, y, z) }
+        })
+    }
+
+    /// As `passes/shade/sky_visibility.glsl` reads it: the header, then the nodes in bytes.
+    #[must_use]
+    pub fn words(&self) -> Vec<u32> {
+        let mut header = vec![0.0; SKY_HEADER as usize];
+        let numbers = [
+            self.origin.x,
+            self.origin.y,
+            self.floor,
+            self.step.x.recip(),
+            self.step.y.recip(),
+            self.reach[0].recip(),
+            self.reach[1].recip(),
+            self.size[0] as f32,
+            self.size[1] as f32,
+        ];
+        header[..numbers.len()].copy_from_slice(&numbers);
+        let byte = |v: f32| u32::from(((v.clamp(-1.0, 1.0) * 127.0).round() as i8).cast_unsigned());
+        let word = |&[x, y, z, a]: &[f32; 4]| {
+            let [x, y, z] = [x, y, z].map(|b| byte(b / 1.5));
+            x | y << 8 | z << 16 | byte(2.0 * a - 1.0) << 24
+        };
+        header.into_iter().map(f32::to_bits).chain(self.nodes.iter().map(word)).collect()
+    }
+
+    /// Visibility to first order at a place, `b` and `a`, between nodes: the twin of `sky_seen` in `passes/shade/sky_visibility.glsl`.
+    #[cfg(test)]
+    fn seen(&self, place: Vec3) -> [f32; 4] {
+        let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
+        let up = place.z - self.floor;
+        let layer = if up < 0.0 {
+            below - (-up / self.reach[1]).sqrt() * below
+        } else {
+            below + (up / self.reach[0]).sqrt() * above
+        };
+        let at = ((place.truncate() - self.origin) / self.step).extend(layer);
+        let last = Vec3::new(self.size[0] as f32, self.size[1] as f32, LAYERS as f32) - 1.0;
+        let at = at.clamp(Vec3::ZERO, last - 1e-3);
+        let (base, part) = (at.floor(), at.fract());
+        let mut sum = [0.0; 4];
+        for corner in 0..8 {
+            let one = |axis: usize| corner >> axis & 1;
+            let weight: f32 = (0..3).map(|axis| if one(axis) == 1 { part[axis] } else { 1.0 - part[axis] }).product();
+            let [x, y, z] = [0, 1, 2].map(|axis| base[axis] as usize + one(axis));
+            let node = self.nodes[(z * self.size[1] + y) * self.size[0] + x];
+            (0..4).for_each(|i| sum[i] += weight * node[i]);
+        }
+        sum
+    }
+}
+
+/// Elevations as bits, evenly by their sines, and sums over them.
+struct Elevations {
+    /// Sums from the lowest on: of sines, and of cosines.
+    sines: [f32; 65],
+    cosines: [f32; 65],
+    /// Azimuths of every other node, and of those between.
+    azimuths: [[Vec2; AZIMUTHS]; 2],
+}
+
+impl Elevations {
+    fn new() -> Self {
+        let (mut sines, mut cosines) = ([0.0; 65], [0.0; 65]);
+        for i in 0..64 {
+            let sine = (i as f32 + 0.5) / 32.0 - 1.0;
+            sines[i + 1] = sines[i] + sine;
+            cosines[i + 1] = cosines[i] + (1.0 - sine * sine).sqrt();
+        }
+        let azimuth = |i: usize, part: f32| Vec2::from_angle((i as f32 + part) * TAU / AZIMUTHS as f32);
+        let azimuths = [0.25, 0.75].map(|part| std::array::from_fn(|i| azimuth(i, part)));
+        Self { sines, cosines, azimuths }
+    }
+
+    /// What a place sees of all directions: `b` and `a`.
+    fn seen(&self, columns: &Columns, place: Vec3, between: bool) -> [f32; 4] {
+        let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
+        let (low, high) = (columns.origin, columns.origin + matter);
+        let (mut hidden, mut towards) = (0.0f32, Vec3::ZERO);
+        for direction in self.azimuths[usize::from(between)] {
+            // Where the ray is above or below matter at all.
+            let (a, b) = ((low - place.truncate()) / direction, (high - place.truncate()) / direction);
+            let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
+            let mut bits = 0u64;
+            let mut t = near + 0.35 * columns.cell;
+            while t < far {
+                let step = (0.8 * columns.cell).max(GROWTH * t);
+                for [bottom, top] in columns.spans_at(place.truncate() + direction * t) {
+                    let sine = |z: f32| (z - place.z) / ((z - place.z).powi(2) + t * t).sqrt();
+                    let [from, to] = [bottom, top].map(|z| (sine(z) * 32.0 + 32.5).clamp(0.0, 64.0) as u32);
+                    if to > from {
+                        bits |= (u64::MAX >> (64 - (to - from))) << from;
+                    }
+                }
+                t += step;
+            }
+            while bits != 0 {
+                let from = bits.trailing_zeros() as usize;
+                let to = from + (bits >> from).trailing_ones() as usize;
+                hidden += (to - from) as f32;
+                towards +=
+                    (direction * (self.cosines[to] - self.cosines[from])).extend(self.sines[to] - self.sines[from]);
+                bits &= if to == 64 { 0 } else { u64::MAX << to };
+            }
+        }
+        let count = (64 * AZIMUTHS) as f32;
+        let b = towards * (-3.0 / count);
+        [b.x, b.y, b.z, 1.0 - hidden / count]
+    }
+}
+
+/// Gives nodes within matter, which see nothing, the mean of those around them that see something, so that places between do not
+/// darken.
+fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f32; 4]> {
+    let around = |seen: &[Option<[f32; 4]>], i: usize| {
+        let (x, y, k) = ((i % width) as isize, (i / width % depth) as isize, (i / (width * depth)) as isize);
+        let (mut sum, mut count) = ([0.0; 4], 0.0);
+        for [dx, dy, dk] in [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]] {
+            let (x, y, k) = (x + dx, y + dy, k + dk);
+            let inside = x >= 0 && y >= 0 && k >= 0 && x < width as isize && y < depth as isize;
+            let index = (k * depth as isize + y) * width as isize + x;
+            if let Some(Some(node)) = inside.then(|| seen.get(index as usize)).flatten() {
+                (0..4).for_each(|i| sum[i] += node[i]);
+                count += 1.0;
+            }
+        }
+        (count > 0.0).then(|| sum.map(|s| s / count))
+    };
+    for _ in 0..2 {
+        let missing = (0..seen.len()).filter(|&i| seen[i].is_none());
+        let found: Vec<(usize, [f32; 4])> = missing.filter_map(|i| Some((i, around(&seen, i)?))).collect();
+        found.into_iter().for_each(|(i, node)| seen[i] = Some(node));
+    }
+    // Deep inside, where nothing looks.
+    seen.into_iter().map(|node| node.unwrap_or([0.0, 0.0, 0.0, 1.0])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::casters::tests::ball;
+    use super::*;
+
+    fn cosine_share([x, y, z, a]: [f32; 4], n: Vec3) -> f32 {
+        (a + 2.0 / 3.0 * Vec3::new(x, y, z).dot(n)).clamp(0.0, 1.0)
+    }
+
+    /// The share of a hemisphere above a floor that a sphere hides: exact while it is above the horizon.
+    fn truth(place: Vec2, height: f32, radius: f32) -> f32 {
+        1.0 - radius * radius * height / (place.length_squared() + height * height).powf(1.5)
+    }
+
+    #[test]
+    fn a_floor_sees_past_a_sphere_what_is_left() {
+        for height in [1.0f32, 1.6] {
+            let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z * height, 1.0).into_iter()).unwrap());
+            let (mut square, mut without, mut count) = (0.0, 0.0, 0.0);
+            for i in 0..900 {
+                let place = Vec2::new((i % 30) as f32, (i / 30) as f32) * 0.2 - 2.9;
+                let seen = cosine_share(volume.seen(place.extend(0.0)), Vec3::Z);
+                let wanted = truth(place, height, 1.0);
+                square += (seen - wanted).powi(2);
+                without += (1.0 - wanted).powi(2);
+                count += 1.0;
+            }
+            let [error, without] = [square, without].map(|sum: f32| (sum / count).sqrt());
+            println!("height {height}: rms {error:.4}, without {without:.4}");
+            assert!(error < 0.05 && without > 0.1, "{error} {without}");
+        }
+    }
+
+    #[test]
+    fn convex_shapes_see_all_they_face() {
+        let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
+        for i in 0..200 {
+            let z = (i as f32 + 0.5) / 100.0 - 1.0;
+            let n = (Vec2::from_angle(2.4 * i as f32) * (1.0 - z * z).sqrt()).extend(z);
+            // As far outside as shading looks.
+            let place = Vec3::Z + n + n * volume.step.max_element();
+            let seen = cosine_share(volume.seen(place), n);
+            assert!(seen > 0.95, "{n}: {seen}");
+        }
+    }
+
+    #[test]
+    fn far_places_see_everything() {
+        let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
+        let rim = volume.nodes.iter().take(volume.size[0]).map(|node| cosine_share(*node, Vec3::Z));
+        assert!(rim.into_iter().all(|seen| seen > 0.9));
+        assert!(volume.words().len() <= (SKY_HEADER + SKY_NODES) as usize);
+    }
+}

@@ -1,0 +1,60 @@
+//! The texels of an equirectangular panorama, whose rows run from +z to −z and whose columns run clockwise seen from above.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use leadr_maps::RgbImage;
+use leadr_reflectance::color::luminance;
+
+/// Luminance of a texel.
+pub fn texel_luminance(texel: [f32; 3]) -> f64 {
+    luminance(Vec3::from(texel).as_dvec3())
+}
+
+/// The texels of an equirectangular image on the sphere.
+pub struct Texels {
+    /// Solid angle of a texel, by row.
+    pub solid_angles: Vec<f64>,
+    /// Sine and cosine of the angle from +z, by row.
+    rows: Vec<(f64, f64)>,
+    /// Cosine and sine of the azimuth, by column.
+    columns: Vec<(f64, f64)>,
+}
+
+impl Texels {
+    /// The texels of an image of that size.
+    pub fn new(image: &RgbImage) -> Self {
+        let (width, height) = (image.width as usize, image.height as usize);
+        let edge = |row: usize| (PI * row as f64 / height as f64).cos();
+        Self {
+            solid_angles: (0..height).map(|j| 2.0 * PI / width as f64 * (edge(j) - edge(j + 1))).collect(),
+            rows: (0..height).map(|j| (PI * (j as f64 + 0.5) / height as f64).sin_cos()).collect(),
+            columns: (0..width)
+                .map(|i| {
+                    let (sin, cos) = (2.0 * PI * (0.5 - (i as f64 + 0.5) / width as f64)).sin_cos();
+                    (cos, sin)
+                })
+                .collect(),
+        }
+    }
+
+    /// Unit direction of the middle of a texel.
+    pub fn direction(&self, row: usize, column: usize) -> DVec3 {
+        let ((sin, cos), (x, y)) = (self.rows[row], self.columns[column]);
+        DVec3::new(sin * x, sin * y, cos)
+    }
+
+    /// Whether the middles of a row's texels can be within `reach` radians of a direction.
+    pub fn row_meets(&self, row: usize, direction: DVec3, reach: f64) -> bool {
+        let (sin, cos) = self.rows[row];
+        (sin * direction.truncate().length() + cos * direction.z).min(1.0).acos() <= reach
+    }
+
+    /// Mean luminance over the sphere.
+    pub fn mean(&self, image: &RgbImage) -> f64 {
+        let rows = image.texels.chunks_exact(image.width as usize).zip(&self.solid_angles);
+        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| texel_luminance(t)).sum::<f64>()).sum::<f64>()
+            / (4.0 * PI)
+    }
+}

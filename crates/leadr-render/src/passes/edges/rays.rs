@@ -1,0 +1,39 @@
+//! Where the edge samples of an image lie, in the form that the passes read.
+
+use crate::pixel_area::PixelArea;
+use crate::view::View;
+use leadr_gpu::shared_struct;
+
+shared_struct! {
+    /// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges/edges.glsl`).
+    pub struct EdgeRays for "EdgeRays" {
+        /// See [`Camera::rays`](crate::camera::Camera::rays); w: number of edge samples of each pixel.
+        pub x: [f32; 4],
+        /// As `x`; w unused.
+        pub y: [f32; 4],
+        /// The last ray of the pixel's own sample; w: near plane.
+        pub pixel: [f32; 4],
+        /// The last ray of the edge sample; w: number of edge samples of each pixel in earlier images.
+        pub edge: [f32; 4],
+        /// The [`PixelArea`] in which they are drawn: left, top, right, bottom.
+        pub area: [i32; 4],
+    }
+}
+
+impl EdgeRays {
+    /// The rays of an image of edge samples, `edge`, together with those of the pixels' own samples, `pixel`. Each pixel
+    /// has `samples` edge samples in all, `before` of them in earlier images.
+    #[must_use]
+    pub fn new(pixel: &View, edge: &View, before: u32, samples: u32, area: PixelArea) -> Self {
+        // The two images differ only in their last rays.
+        let ([x, y, through_pixel], [_, _, through_edge]) = (pixel.rays(), edge.rays());
+        let PixelArea { left, top, right, bottom } = area;
+        Self {
+            x: x.extend(samples as f32).to_array(),
+            y: y.extend(0.0).to_array(),
+            pixel: through_pixel.extend(pixel.camera.near).to_array(),
+            edge: through_edge.extend(before as f32).to_array(),
+            area: [left, top, right, bottom].map(u32::cast_signed),
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel, and shades it if nothing else needs
+//! them.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use super::object_depth::OBJECT_TEST;
+use super::shade::{LightSamplers, LightingGpu, ShadeInputs, ShadeKind};
+use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
+use glam::Vec3;
+use leadr_gpu::vk;
+use rayon::prelude::*;
+
+use crate::constants::FLAGS_GRID_SHIFT;
+use crate::pixel_area::PixelArea;
+use crate::settings::{Needs, ShadingOptions};
+use crate::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
+use crate::surfaces::detail::{DetailHeadGpu, RestVertexGpu};
+use crate::surfaces::divided::VertexGpu;
+use crate::surfaces::flat::Chart;
+use crate::surfaces::material::Bases;
+use crate::surfaces::object::{ChartsGpu, ObjectGpu, PatchGpu, SurfaceKind};
+use crate::surfaces::object_view::DrawnObject;
+use crate::surfaces::posed::PosedObject;
+use crate::view::{Samples, View};
+use leadr_gpu::{
+    AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
+    SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
+};
+
+/// What becomes of what a filter pass finds under the pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FilterInto {
+    /// It goes into the G-buffer, where edge samples are joined to it and other passes shade it.
+    GBuffer,
+    /// The pass shades it.
+    Radiance(ShadeKind),
+}
+
+impl FilterInto {
+    /// Formats of the images that the pass writes.
+    #[must_use]
+    pub fn formats(self) -> &'static [vk::Format] {
+        match self {
+            Self::GBuffer => &GBuffer::FORMATS,
+            Self::Radiance(_) => &[RADIANCE_FORMAT],
+        }
+    }
+
+    /// How it picks the pixels of its surface; into the G-buffer its fragment stage does.
+    #[must_use]
+    pub fn depth(self) -> Option<Depth> {
+        match self {
+            Self::GBuffer => None,
+            Self::Radiance(_) => Some(OBJECT_TEST),
+        }
+    }
+
+    /// What its vertices form: the tiles that show its surface, or a triangle that covers the screen.
+    #[must_use]
+    pub fn topology(self) -> Topology {
+        match self {
+            Self::GBuffer => Topology::Points,
+            Self::Radiance(_) => Topology::Triangles,
+        }
+    }
+
+    /// Structs that its fragment stage reads, but for those about the surface.
+    #[must_use]
+    pub fn structs(self) -> &'static [StructLayout] {
+        match self {
+            Self::GBuffer => &[],
+            Self::Radiance(_) => &[LightingGpu::LAYOUT],
+        }
+    }
+
+    /// Specialization constants of its fragment stage, but for those about the surface. `bases`: those of what it
+    /// filters; `relief_color`: whether its colours follow its relief.
+    #[must_use]
+    pub fn spec(self, needs: Needs, bases: Bases, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
+        match self {
+            Self::GBuffer => needs.spec(),
+            Self::Radiance(kind) => {
+                let needed = |options: ShadingOptions| ShadingOptions {
+                    relief_color: options.relief_color && relief_color,
+                    ..options
+                };
+                ShadeKind { bases: kind.bases.within(bases), shading: kind.shading.adjusted(needed), ..kind }.spec()
+            }
+        }
+    }
+
+    /// Of two names, of shaders or of pipelines, the one for this.
+    #[must_use]
+    pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
+        match self {
+            Self::GBuffer => gbuffer,
+            Self::Radiance(_) => radiance,
+        }
+    }
+}
+
+/// How a frame shows all objects.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// What multiplies the height scale of every object.
+    pub height_scale: f32,
+    /// Whether back faces have the marker colour.
+    pub mark_inside: bool,
+}
+
+/// Rows of taps across the footprint, in the maps of slopes and of the material. One row blurs a pixel with its neighbours, which
+/// shows where two roughnesses meet.
+fn tap_rows(kind: SurfaceKind) -> i32 {
+    if kind.has.bases.mixed { 3 } else { 1 }
+}
+
+/// Pipelines of the filter pass.
+#[derive(Clone)]
+pub struct FilterPass {
+    pipelines: HashMap<SurfaceKind, GraphicsPipeline>,
+    nearest: Sampler,
+    linear: Sampler,
+    light: LightSamplers,
+}
+
+impl FilterPass {
+    /// The pass for the inputs that a technique needs, and for objects of these kinds. `relief_drawn`: whether the geometry
+    /// is displaced by as much as the maps say.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        needs: Needs,
+        relief_drawn: bool,
+        into: FilterInto,
+        objects: impl Iterator<Item = SurfaceKind>,
+    ) -> Result<Self> {
+        // Drivers take a quarter of a second and more for a pipeline that shades.
+        let kinds: HashSet<SurfaceKind> = objects.collect();
+        let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind)?));
+        Ok(Self {
+            pipelines: kinds.into_par_iter().map(pipeline).collect::<Result<_>>()?,
+            nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
+            linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
+            light: LightSamplers::new(gpu)?,
+        })
+    }
+
+    fn pipeline(
+        gpu: &Arc<Gpu>,
+        needs: Needs,
+        relief_drawn: bool,
+        into: FilterInto,
+        kind: SurfaceKind,
+    ) -> Result<GraphicsPipeline> {
+        let mut has = vec![
+            ("ATLAS", SpecValue::Bool(kind.tiled)),
+            ("DISPLACED", SpecValue::Bool(kind.displaced)),
+            ("COLORED", SpecValue::Bool(kind.colored)),
+            ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
+            ("HORIZON", SpecValue::Bool(kind.horizon)),
+            ("TAP_ROWS", SpecValue::I32(tap_rows(kind))),
+            ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
+            ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
+            ("FLAT", SpecValue::Bool(kind.flat)),
+            ("TRIANGLES", SpecValue::Bool(kind.triangles)),
+            ("TRIPLANAR", SpecValue::Bool(kind.triplanar)),
+            ("BY_EXAMPLE", SpecValue::Bool(kind.by_example)),
+            ("GROUND", SpecValue::Bool(kind.ground)),
+            ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
+            ("PLAIN", SpecValue::Bool(kind.plain)),
+            ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
+            ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
+        ];
+        let mut structs = vec![
+            FilteredObjectGpu::LAYOUT,
+            AtlasHeadGpu::LAYOUT,
+            PatchLinkGpu::LAYOUT,
+            VertexGpu::LAYOUT,
+            PatchGpu::LAYOUT,
+        ];
+        if kind.detail.is_some() {
+            has.extend([
+                ("DETAIL", SpecValue::U32(kind.detail.mapping)),
+                ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),
+                ("DETAIL_MASKED", SpecValue::Bool(kind.detail.masked)),
+            ]);
+            structs.extend([DetailHeadGpu::LAYOUT, RestVertexGpu::LAYOUT]);
+        } else {
+            has.extend([
+                ("EMITS", SpecValue::Bool(kind.has.emission)),
+                ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
+                ("CHARTED", SpecValue::Bool(kind.charted)),
+            ]);
+            structs.push(ChartsGpu::LAYOUT);
+        }
+        if into == FilterInto::GBuffer {
+            // Where it shades, that says so.
+            has.extend(kind.has.bases.spec());
+        }
+        let desc = GraphicsDesc {
+            vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
+            fragment: Some(if kind.detail.is_some() {
+                into.choose("passes/filter/filter_detail.frag", "passes/filter/filter_shade_detail.frag")
+            } else {
+                into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")
+            }),
+            colors: into.formats(),
+            depth: into.depth(),
+            topology: into.topology(),
+            spec: &[&into.spec(needs, kind.has.bases, kind.follows.any())[..], &has].concat(),
+            structs: &[&structs[..], into.structs()].concat(),
+            ..Default::default()
+        };
+        let name = match (kind.tiled, into) {
+            (false, FilterInto::GBuffer) => "filter",
+            (true, FilterInto::GBuffer) => "filter atlas",
+            (false, FilterInto::Radiance(_)) => "filter and shade",
+            (true, FilterInto::Radiance(_)) => "filter and shade atlas",
+        };
+        GraphicsPipeline::new(gpu, name, &desc)
+    }
+
+    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `light` is what the pass shades
+    /// with, if it does. The pass must know the kinds of all objects.
+    pub fn draw<'a>(
+        &self,
+        cmd: &mut Commands,
+        visible: &VisibleSurface,
+        view: &View,
+        objects: impl Iterator<Item = DrawnObject<'a>>,
+        shown: Shown,
+        light: Option<ShadeInputs<'_>>,
+    ) {
+        for DrawnObject { posed, divided, .. } in objects {
+            let object = &posed.object;
+            let maps = &object.maps;
+            let [colors, emission, occlusion, _] = &maps.material.samplers;
+            let mut bindings = vec![
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
+                ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
+                ("Patches", Descriptor::Storage(&object.patches)),
+                ("height_map", Descriptor::Sampled(maps.leadr.heights().whole(), &maps.sampler)),
+                ("moments_a", Descriptor::Sampled(maps.leadr.slopes().whole(), &maps.sampler)),
+                ("moments_b", Descriptor::Sampled(maps.leadr.joint().whole(), &maps.sampler)),
+                ("horizon_a", Descriptor::Sampled(maps.horizons.leans().whole(), &maps.sampler)),
+                ("horizon_b", Descriptor::Sampled(maps.horizons.correlations().whole(), &maps.sampler)),
+                ("color_map", Descriptor::Sampled(maps.material.color.whole(), colors)),
+                ("f0_map", Descriptor::Sampled(maps.material.f0.whole(), colors)),
+                ("mixed_map", Descriptor::Sampled(maps.material.mixed.whole(), colors)),
+                ("color_weighted", Descriptor::Sampled(maps.relief_color.weighted.whole(), colors)),
+                ("Atlas", Descriptor::Storage(&maps.atlas.links)),
+                ("coarse_a", Descriptor::Sampled(maps.atlas.slopes.whole(), &self.linear)),
+                ("coarse_b", Descriptor::Sampled(maps.atlas.joint.whole(), &self.linear)),
+                ("coarse_color", Descriptor::Sampled(maps.atlas.color.whole(), &self.linear)),
+                ("coarse_f0", Descriptor::Sampled(maps.atlas.f0.whole(), &self.linear)),
+                ("coarse_mixed", Descriptor::Sampled(maps.atlas.mixed.whole(), &self.linear)),
+                ("coarse_weighted", Descriptor::Sampled(maps.atlas.weighted.whole(), &self.linear)),
+                ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+            ];
+            if object.kind.detail.is_some() {
+                bindings.extend([
+                    ("Detail", Descriptor::Storage(&maps.detail.layout)),
+                    ("detail_a", Descriptor::Sampled(maps.detail.maps.slopes().whole(), &maps.detail.sampler)),
+                    ("detail_b", Descriptor::Sampled(maps.detail.maps.joint().whole(), &maps.detail.sampler)),
+                    ("detail_colors", Descriptor::Sampled(maps.detail.material.color.whole(), &maps.detail.sampler)),
+                    ("detail_mask", Descriptor::Sampled(maps.detail.mask.whole(), &maps.detail.sampler)),
+                ]);
+            } else {
+                bindings.extend([
+                    ("emission_map", Descriptor::Sampled(maps.material.emission.whole(), emission)),
+                    ("occlusion_map", Descriptor::Sampled(maps.material.occlusion.whole(), occlusion)),
+                    ("Charts", Descriptor::Storage(&maps.charts)),
+                    ("coarse_light", Descriptor::Sampled(maps.atlas.light.whole(), &self.linear)),
+                ]);
+            }
+            let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
+            bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
+            cmd.bind(&self.pipelines[&object.kind], &bindings);
+            cmd.push_constants(&FilteredObjectGpu::new(posed, shown, view));
+            match light {
+                None => visible.tiles.draw(cmd),
+                Some(_) => {
+                    cmd.scissor(PixelArea::of_spheres(&[posed.bounds()], &view.camera, view.picture).scissor(1));
+                    cmd.draw(0..3, 0..1);
+                    if let Samples::Multisampled { .. } = view.samples {
+                        let [width, height] = visible.surface.mip_extent(0);
+                        cmd.scissor([0, height / 2, width, height / 2]);
+                        cmd.draw(0..3, 0..1);
+                    }
+                }
+            }
+        }
+    }
+}
+
+shared_struct! {
+    /// Push constants of the pass (`passes/geometry/object.glsl`).
+    struct FilteredObjectGpu for "Object" {
+        height_scale: f32,
+        specular_f0: f32,
+        flags: u32,
+        index: u32,
+        relief: f32,
+        eye: [f32; 3],
+        ray_x: [f32; 4],
+        ray_y: [f32; 4],
+        ray_middle: [f32; 4],
+        tangent_s: [f32; 4],
+        tangent_t: [f32; 4],
+        color: [f32; 4],
+    }
+}
+
+impl FilteredObjectGpu {
+    fn new(posed: &PosedObject, shown: Shown, view: &View) -> Self {
+        let PosedObject { object, vertices, .. } = posed;
+        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief, shift } =
+            object.constants(shown.height_scale, shown.mark_inside, posed.tiling_shift());
+        if let Samples::Edges { grid } = view.samples {
+            flags |= grid << FLAGS_GRID_SHIFT;
+        }
+        let ([x, y, middle], (width, height)) = (view.rays(), view.size());
+        let mesh = &object.object.mesh;
+        let chart = if object.kind.flat { Chart::of(mesh, vertices) } else { None };
+        let Chart { tangent_s, tangent_t, outward } =
+            chart.unwrap_or(Chart { tangent_s: Vec3::X, tangent_t: Vec3::Y, outward: true });
+        let normal = tangent_s.cross(tangent_t).normalize_or_zero() * if outward { 1.0 } else { -1.0 };
+        let above = vertices.positions.first().map_or(0.0, |&p| normal.dot(view.camera.position - p));
+        Self {
+            height_scale,
+            specular_f0,
+            flags,
+            index,
+            relief,
+            eye: if object.kind.flat { [shift[0], shift[1], above] } else { view.camera.position.to_array() },
+            ray_x: x.extend(2.0 / width as f32).to_array(),
+            ray_y: y.extend(2.0 / height as f32).to_array(),
+            ray_middle: middle.extend(view.camera.near).to_array(),
+            tangent_s: if object.kind.flat {
+                tangent_s.extend(if outward { 1.0 } else { -1.0 }).to_array()
+            } else {
+                [shift[0], shift[1], 0.0, 0.0]
+            },
+            tangent_t: tangent_t.extend(mesh.accessibility_of(0)).to_array(),
+            color: mesh.color_of(0),
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! Geometry pass: tessellates, displaces and rasterises; for each pixel it stores the visible surface.
+
+use std::sync::Arc;
+
+use super::targets::GeometryTargets;
+use crate::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES};
+use crate::surfaces::object::{ChartsGpu, SurfaceKind};
+use crate::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS};
+use crate::surfaces::posed::PosedObject;
+use crate::view::Samples;
+use leadr_gpu::{
+    Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SharedStruct, SpecValue, Topology,
+};
+
+/// What the geometry pass writes for the samples of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GeometryKind {
+    /// What each pixel sees in its middle.
+    Pixels,
+    /// The same for each of several samples of a pixel.
+    Multisampled(u32),
+    /// The same for edge samples, with what joins them.
+    Edges,
+    /// What each pixel sees of the edges of triangles alone.
+    Wires,
+}
+
+impl GeometryKind {
+    /// The kind for the samples of a view.
+    #[must_use]
+    pub fn of(samples: Samples) -> Self {
+        match samples {
+            Samples::Pixels => Self::Pixels,
+            Samples::Multisampled { count } => Self::Multisampled(count),
+            Samples::Edges { .. } => Self::Edges,
+        }
+    }
+
+    /// Samples of each texel of the targets.
+    #[must_use]
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Multisampled(count) => count,
+            Self::Pixels | Self::Edges | Self::Wires => 1,
+        }
+    }
+
+    /// The constant of that name in the shaders.
+    #[must_use]
+    pub fn pixels(self) -> (&'static str, SpecValue) {
+        let kind = match self {
+            Self::Pixels | Self::Wires => PIXELS_ARE_SAMPLES,
+            Self::Multisampled(_) => PIXELS_ARE_MULTISAMPLED,
+            Self::Edges => PIXELS_ARE_EDGES,
+        };
+        ("PIXELS", SpecValue::I32(kind))
+    }
+}
+
+/// The geometry pass of one kind.
+#[derive(Clone)]
+pub struct GeometryPass(PatchPipelines);
+
+/// The pipelines that draw patches into one kind of target; shared with the shadow passes.
+#[derive(Clone)]
+pub(crate) struct PatchPipelines(Vec<(DrawnAs, PipelineSet)>);
+
+/// The fragment stage of depths of surfaces with holes.
+pub(crate) const DEPTH_OF_HOLES: &str = "passes/geometry/depth_holes.frag";
+
+/// How the patches of a surface are divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Quads of any shape.
+    #[default]
+    Curved,
+    /// Quads of a plane.
+    Flat,
+    /// Triangles.
+    Triangles,
+}
+
+impl Shape {
+    const ALL: [Self; 3] = [Self::Curved, Self::Flat, Self::Triangles];
+}
+
+/// What tells the pipelines of surfaces apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct DrawnAs {
+    /// Only the front is drawn.
+    pub front_only: bool,
+    /// It has holes.
+    pub holes: bool,
+    /// Its maps are shown by the shaders that show them without their repeats.
+    pub by_example: bool,
+    /// How its patches are divided.
+    pub shape: Shape,
+}
+
+impl DrawnAs {
+    /// Surfaces of a kind whose both sides are drawn.
+    fn both_sides(kind: SurfaceKind) -> Self {
+        let shape = match kind {
+            SurfaceKind { flat: true, .. } => Shape::Flat,
+            SurfaceKind { triangles: true, .. } => Shape::Triangles,
+            _ => Shape::Curved,
+        };
+        let (holes, by_example) = (kind.has.holes.is_some(), kind.displaced_by_example());
+        Self { front_only: false, holes, by_example, shape }
+    }
+}
+
+/// What there is among the casters of a scene: both their sides throw shadows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct CasterKinds {
+    /// A bit for each of [`all`](Self::all).
+    present: u16,
+}
+
+impl CasterKinds {
+    /// All that there can be.
+    fn all() -> impl Iterator<Item = DrawnAs> {
+        let tiled = |shape| [false, true].map(|by_example| (shape, by_example));
+        let drawn = |(shape, by_example), holes| DrawnAs { front_only: false, holes, by_example, shape };
+        Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|holes| drawn(tiled, holes)))
+    }
+
+    /// A caster of such a kind.
+    #[must_use]
+    pub fn of(kind: SurfaceKind) -> Self {
+        let drawn = DrawnAs::both_sides(kind);
+        Self { present: Self::all().position(|other| other == drawn).map_or(0, |bit| 1 << bit) }
+    }
+
+    /// What there is in either.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self { present: self.present | other.present }
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.present == 0
+    }
+
+    pub(crate) fn iter(self) -> impl Iterator<Item = DrawnAs> {
+        Self::all().enumerate().filter(move |(bit, _)| self.present >> bit & 1 == 1).map(|(_, drawn)| drawn)
+    }
+}
+
+/// For what patches are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PatchMode {
+    /// To be seen; back faces in a marker colour or not.
+    Seen { mark_inside: bool },
+    /// To throw shadows.
+    Caster,
+}
+
+#[derive(Clone)]
+struct PipelineSet {
+    undivided: GraphicsPipeline,
+    divided: GraphicsPipeline,
+    /// With a vertex at each texel of the heights; of planes alone.
+    at_texels: Option<GraphicsPipeline>,
+}
+
+impl PatchPipelines {
+    /// Pipelines whose vertex and tessellation stages are those of patches, for surfaces of these kinds. `holes`: the fragment stage of what
+    /// has holes.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        desc: &GraphicsDesc<'_>,
+        holes: &str,
+        kinds: impl Iterator<Item = DrawnAs>,
+    ) -> Result<Self> {
+        let mut sets = Vec::new();
+        for drawn in kinds {
+            if sets.iter().any(|(other, _)| *other == drawn) {
+                continue;
+            }
+            let fragment = if drawn.holes { Some(holes) } else { desc.fragment };
+            let count = [("SAMPLES", SpecValue::I32(desc.samples as i32))];
+            let multisampled = drawn.holes && holes != DEPTH_OF_HOLES;
+            // Only stages of quads have it.
+            let by_example = [("BY_EXAMPLE", SpecValue::Bool(true))];
+            let spec =
+                [desc.spec, if multisampled { &count } else { &[] }, if drawn.by_example { &by_example } else { &[] }]
+                    .concat();
+            let structs = [&GEOMETRY_STRUCTS[..], if drawn.holes { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
+            let desc = GraphicsDesc { fragment, front_only: drawn.front_only, spec: &spec, structs: &structs, ..*desc };
+            sets.push((drawn, PipelineSet::new(gpu, name, &desc, drawn.shape)?));
+        }
+        Ok(Self(sets))
+    }
+
+    /// Binds and draws one object, which is of one of the kinds that it was made for.
+    pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mode: PatchMode) {
+        let kind = drawn.posed.object.kind;
+        let front_only = kind.front_only && mode == PatchMode::Seen { mark_inside: false };
+        let wanted = DrawnAs { front_only, ..DrawnAs::both_sides(kind) };
+        let found = self.0.iter().find(|(drawn, _)| *drawn == wanted);
+        debug_assert!(found.is_some(), "no pipelines draw {wanted:?}");
+        if let Some((_, set)) = found {
+            set.draw(cmd, drawn, wanted.holes, mode == PatchMode::Seen { mark_inside: true });
+        }
+    }
+}
+
+impl PipelineSet {
+    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>, shape: Shape) -> Result<Self> {
+        let quads = |kind: &str, flat: bool, at_texels: bool| {
+            let divided = GraphicsDesc {
+                vertex: "passes/geometry/geometry.vert",
+                tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
+                topology: Topology::Patches(4),
+                // The tessellator counts v downward.
+                clockwise_front: true,
+                spec: &[desc.spec, &[("FLAT", SpecValue::Bool(flat)), ("AT_TEXELS", SpecValue::Bool(at_texels))]]
+                    .concat(),
+                ..*desc
+            };
+            GraphicsPipeline::new(gpu, &format!("{name}, {kind}"), &divided)
+        };
+        let triangles = GraphicsDesc {
+            vertex: "passes/geometry/geometry.vert",
+            tessellation: Some(["passes/geometry/triangle.tesc", "passes/geometry/triangle.tese"]),
+            topology: Topology::Patches(4),
+            clockwise_front: true,
+            ..*desc
+        };
+        let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..*desc };
+        Ok(Self {
+            undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
+            divided: match shape {
+                Shape::Curved => quads("curved", false, false)?,
+                Shape::Flat => quads("flat", true, false)?,
+                Shape::Triangles => GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles)?,
+            },
+            at_texels: match shape {
+                Shape::Flat => Some(quads("at texels", true, true)?),
+                Shape::Curved | Shape::Triangles => None,
+            },
+        })
+    }
+
+    fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, holes: bool, mark_inside: bool) {
+        let DrawnObject { posed, divided, view } = drawn;
+        let PosedObject { object, height_scale, .. } = posed;
+        let mut bindings = vec![
+            ("view", Descriptor::Uniform(&view.buffers.view)),
+            ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
+            ("Patches", Descriptor::Storage(&object.patches)),
+            ("EdgeFactors", Descriptor::Storage(&divided.buffers.edge_factors)),
+            ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
+            ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
+            ("VisiblePatches", Descriptor::Storage(&view.buffers.visible)),
+            ("height_map", Descriptor::Sampled(object.maps.leadr.heights().whole(), &object.maps.sampler)),
+        ];
+        if holes {
+            let [.., sampler] = &object.maps.material.samplers;
+            bindings.push(("Charts", Descriptor::Storage(&object.maps.charts)));
+            bindings.push(("opacity_map", Descriptor::Sampled(object.maps.material.opacity.whole(), sampler)));
+        }
+        let at_texels = self.at_texels.as_ref().filter(|_| view.at_texels);
+        let divided = at_texels.unwrap_or(&self.divided);
+        let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
+        for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
+            cmd.bind(pipeline, &bindings);
+            cmd.push_constants(&object.constants(*height_scale, mark_inside, posed.tiling_shift()));
+            for &(first, count) in draws {
+                cmd.draw(first * vertices..(first + count) * vertices, 0..1);
+            }
+        }
+    }
+}
+
+impl GeometryPass {
+    /// The pass for objects of these kinds. It draws both sides of a surface unless that says otherwise: a closed surface hides its own
+    /// inside.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind]) -> Result<Self> {
+        let desc = GraphicsDesc {
+            fragment: Some("passes/geometry/geometry.frag"),
+            colors: &GeometryTargets::FORMATS,
+            // Single samples of a picture have no footprint of their own.
+            kept_colors: usize::from(matches!(kind, GeometryKind::Pixels | GeometryKind::Wires)),
+            depth: Some(Depth::default()),
+            samples: kind.samples(),
+            wires: kind == GeometryKind::Wires,
+            spec: &[kind.pixels()],
+            ..Default::default()
+        };
+        let name = match kind {
+            GeometryKind::Pixels => "geometry",
+            GeometryKind::Multisampled(_) => "multisampled geometry",
+            GeometryKind::Edges => "geometry of edges",
+            GeometryKind::Wires => "wires",
+        };
+        // Backs are drawn where they are to be marked.
+        let sides = |kind: &SurfaceKind| {
+            let both = DrawnAs::both_sides(*kind);
+            [kind.front_only, false].map(|front_only| DrawnAs { front_only, ..both })
+        };
+        let kinds = objects.iter().flat_map(sides);
+        Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_holes.frag", kinds)?))
+    }
+
+    /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.
+    pub fn draw<'a>(
+        &self,
+        cmd: &mut Commands,
+        target: &GeometryTargets,
+        objects: impl Iterator<Item = DrawnObject<'a>>,
+        mark_inside: bool,
+    ) {
+        guard_band(cmd, &target.depth);
+        for object in objects {
+            self.0.draw(cmd, object, PatchMode::Seen { mark_inside });
+        }
+    }
+}
+
+/// Sets a viewport of [`GUARD_BAND`] times the target's size, and a scissor of the target alone.
+pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
+    let [width, height] = target.mip_extent(0);
+    let (w, h) = (width as f32, height as f32);
+    let margin = (GUARD_BAND - 1.0) / 2.0;
+    cmd.viewport([-margin * w, -margin * h, GUARD_BAND * w, GUARD_BAND * h]);
+    cmd.scissor([0, 0, width, height]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_of_casters_are_kept_apart() {
+        let all: Vec<DrawnAs> = CasterKinds::all().collect();
+        assert_eq!(all.len(), 12);
+        for (bit, drawn) in all.iter().enumerate() {
+            let kind = CasterKinds { present: 1 << bit };
+            assert_eq!(kind.iter().collect::<Vec<_>>(), [*drawn]);
+            assert!(!all[..bit].contains(drawn) && !kind.is_empty());
+        }
+        let [first, last] = [0, 11].map(|bit| CasterKinds { present: 1 << bit });
+        assert_eq!(first.or(last).iter().collect::<Vec<_>>(), [all[0], all[11]]);
+        assert!(CasterKinds::default().is_empty());
+    }
+}

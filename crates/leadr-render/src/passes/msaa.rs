@@ -1,0 +1,83 @@
+//! Multisampling: finds the surfaces that the samples of each pixel see, so that each of them is shaded once.
+//!
+//! The geometry is drawn with several samples in each pixel. Most pixels show one surface; where an outline crosses a pixel, it shows
+//! more, and each of them covers some of the samples. The surface with the most samples is the pixel's own and stays where the pixel
+//! is. The others go into slots of their own below the pixels, so that the passes which filter and shade go over both in the same
+//! draws. [`AccumulatePass`](super::accumulate::AccumulatePass) puts a pixel together from its surfaces, each with the share of the
+//! samples that it covers. What is seen of a surface is worked out for the middle of the pixel, as with a single sample.
+
+use std::sync::Arc;
+
+use super::targets::{MultisampleTargets, VisibleSurface};
+use crate::view::View;
+use leadr_gpu::{
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, SharedStruct, SpecValue, Use,
+    shared_struct,
+};
+
+shared_struct! {
+    /// Rays through the pixels, see [`Camera::rays`](crate::camera::Camera::rays).
+    struct MsaaRays for "MsaaRays" {
+        x: [f32; 4],
+        y: [f32; 4],
+        /// w: near plane.
+        middle: [f32; 4],
+    }
+}
+
+/// The pass for one number of samples.
+#[derive(Clone)]
+pub struct MsaaPass {
+    pipeline: ComputePipeline,
+    nearest: Sampler,
+}
+
+impl MsaaPass {
+    /// The pass for so many samples of each pixel.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, samples: u32) -> Result<Self> {
+        let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed()))];
+        Ok(Self {
+            pipeline: ComputePipeline::new(gpu, "passes/msaa.comp", &spec, &[MsaaRays::LAYOUT])?,
+            nearest: Sampler::new(gpu, "multisampling", Filter::Nearest, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// Writes the pixels and slots of `visible` from what the geometry passes drew, and leaves them readable.
+    pub fn record(&self, cmd: &mut Commands, seen: &MultisampleTargets, visible: &VisibleSurface, view: &View) {
+        let written = [&visible.surface, &visible.footprint, &visible.depth, &seen.others];
+        for image in written {
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeWrite);
+        }
+        cmd.memory_barrier(Use::GraphicsRead, Use::CopyTarget);
+        cmd.fill_buffer(&seen.filled, 0);
+        cmd.memory_barrier(Use::CopyTarget, Use::ComputeReadWrite);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                ("seen_surface", Descriptor::Sampled(seen.geometry.surface.whole(), &self.nearest)),
+                ("seen_footprint", Descriptor::Sampled(seen.geometry.footprint.whole(), &self.nearest)),
+                ("seen_depth", Descriptor::Sampled(seen.geometry.depth.whole(), &self.nearest)),
+                ("surface", Descriptor::StorageImage(visible.surface.whole())),
+                ("footprint", Descriptor::StorageImage(visible.footprint.whole())),
+                ("depth", Descriptor::StorageImage(visible.depth.whole())),
+                ("FilledSlots", Descriptor::Storage(&seen.filled)),
+                ("others", Descriptor::StorageImage(seen.others.whole())),
+            ],
+        );
+        let [x, y, middle] = view.rays();
+        cmd.push_constants(&MsaaRays {
+            x: x.extend(0.0).to_array(),
+            y: y.extend(0.0).to_array(),
+            middle: middle.extend(view.camera.near).to_array(),
+        });
+        let [width, height] = visible.surface.mip_extent(0);
+        cmd.dispatch_invocations(&self.pipeline, [width, height / 2, 1]);
+        for image in written {
+            cmd.transition(image, Use::Sampled);
+        }
+        cmd.memory_barrier(Use::ComputeReadWrite, Use::GraphicsRead);
+    }
+}

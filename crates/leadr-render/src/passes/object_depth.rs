@@ -1,0 +1,67 @@
+//! Object depth: which object each pixel shows, as a depth, so that passes which draw one object after the other skip the pixels of
+//! others before anything runs for them.
+
+use std::sync::Arc;
+
+use leadr_gpu::vk;
+
+use super::targets::{MultisampleTargets, OBJECT_FORMAT, VisibleSurface};
+use leadr_gpu::{
+    AddressMode, Commands, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result,
+    Sampler, Use,
+};
+
+/// How passes over one object test its pixels.
+pub const OBJECT_TEST: Depth = Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::EQUAL, write: false, bias: None };
+
+/// How a pass over all objects leaves the sky out.
+pub const ANY_OBJECT_TEST: Depth = Depth { compare: vk::CompareOp::NOT_EQUAL, ..OBJECT_TEST };
+
+/// The pass that writes the image of objects.
+pub struct ObjectDepthPass {
+    pixels: GraphicsPipeline,
+    slots: GraphicsPipeline,
+    nearest: Sampler,
+}
+
+impl ObjectDepthPass {
+    /// The pass.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        let pipeline = |fragment: &str| {
+            let desc = GraphicsDesc {
+                vertex: "passes/fullscreen.vert",
+                fragment: Some(fragment),
+                depth: Some(Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::ALWAYS, write: true, bias: None }),
+                ..Default::default()
+            };
+            GraphicsPipeline::new(gpu, "object depth", &desc)
+        };
+        Ok(Self {
+            pixels: pipeline("passes/object_depth.frag")?,
+            slots: pipeline("passes/slot_depth.frag")?,
+            nearest: Sampler::new(gpu, "object depth", Filter::Nearest, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// Writes the image for a finished geometry pass; `seen`: how its pixels were multisampled, if they were.
+    pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface, seen: Option<&MultisampleTargets>) {
+        cmd.image_barrier(&visible.objects, Use::Undefined, Use::DepthTarget);
+        cmd.begin_rendering(&[], Some(DepthTarget { view: visible.objects.whole(), clear: Some(0.0) }));
+        let surface = ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest));
+        let [width, height] = visible.objects.mip_extent(0);
+        let pixels = if seen.is_some() { height / 2 } else { height };
+        cmd.scissor([0, 0, width, pixels]);
+        cmd.bind(&self.pixels, &[surface]);
+        cmd.draw(0..3, 0..1);
+        if let Some(seen) = seen {
+            cmd.scissor([0, pixels, width, height - pixels]);
+            cmd.bind(&self.slots, &[surface, ("FilledSlots", Descriptor::Storage(&seen.filled))]);
+            cmd.draw(0..3, 0..1);
+        }
+        cmd.end_rendering();
+        cmd.transition(&visible.objects, Use::DepthTarget);
+    }
+}

@@ -1,0 +1,232 @@
+//! Turns the waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
+
+use std::sync::Arc;
+
+use std::f64::consts::TAU;
+
+use crate::surfaces::ocean::waves::{Cascade, PERIOD};
+use leadr_gpu::vk::Format;
+use leadr_gpu::{
+    Buffer, Commands, ComputePipeline, Descriptor, Gpu, GpuError, Image, ImageDesc, ImageView, Memory, Result,
+    SharedStruct, SpecValue, Use, shared_struct,
+};
+
+/// Smallest and largest resolution of a cascade; two lines of a transform must fit into shared memory.
+pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
+
+shared_struct! {
+    /// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
+    pub struct CascadeGpu for "Cascade" {
+        /// Cosine and sine of the tile's rotation.
+        pub turn: [f32; 2],
+        /// `2π / size`.
+        pub wave_step: f32,
+        /// Edge of the tile, metres.
+        pub size: f32,
+    }
+}
+
+shared_struct! {
+    struct Moment for "Push" {
+        /// Elapsed part of the period: a multiple of 1/2048, and the remainder.
+        moment: [f32; 2],
+    }
+}
+
+shared_struct! {
+    struct Choppiness for "Push" {
+        /// Scale of the horizontal movement.
+        choppiness: f32,
+    }
+}
+
+/// Content of the maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Moments that filter linearly, with mips: see [`OceanFields`].
+    Moments,
+    /// Fields that are linear in the waves, so that cascades add up exactly; without mips. `displacement`:
+    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    Derivatives,
+}
+
+/// The maps of the sea at one moment; each has one array layer per cascade and full mips.
+///
+/// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, and `w = det J` the moved area per
+/// area of sea at rest. Moments are per area of the moved sea: `E[s] = Σ w s / Σ w`.
+#[derive(Clone)]
+pub struct OceanFields {
+    rows: ComputePipeline,
+    columns: ComputePipeline,
+    mips: ComputePipeline,
+    twiddles: Buffer,
+    waves: Buffer,
+    /// [`CascadeGpu`] of every cascade.
+    pub cascades: Buffer,
+    lines: Buffer,
+    /// `Dx, Dy, height, det J`; metres.
+    pub displacement: Image,
+    /// `w sx, w sy, w sx², w sy²`.
+    pub slopes: Image,
+    /// `w sx sy, w, stretch, stretch²`. The foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted
+    /// by [`foam_weight`](crate::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it
+    /// has a normal distribution and adds up over cascades.
+    pub joint: Image,
+    levels: Vec<[ImageView; 3]>,
+    resolution: u32,
+    count: u32,
+}
+
+impl OceanFields {
+    /// Pipelines and maps for these cascades, which must have the same resolution.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when there are no cascades, their resolutions differ, or a resolution is no power of two in
+    /// [`RESOLUTIONS`]; memory that is short; a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
+        let fault = |fault: String| Err(GpuError::Usage { name: "ocean".to_owned(), fault });
+        let Some(resolution) = cascades.first().map(|c| c.resolution) else {
+            return fault("a sea needs at least one cascade".to_owned());
+        };
+        if !resolution.is_power_of_two() || !RESOLUTIONS.contains(&resolution) {
+            return fault(format!("a resolution of {resolution} is no power of two from 16 to 1024"));
+        }
+        let samples = resolution as usize * resolution as usize;
+        if cascades.iter().any(|c| c.resolution != resolution || c.waves.len() != samples) {
+            return fault("cascades differ in resolution".to_owned());
+        }
+        let count = cascades.len() as u32;
+        let spec = [
+            ("N", SpecValue::U32(resolution)),
+            ("LOG_N", SpecValue::U32(resolution.ilog2())),
+            ("LINES", SpecValue::U32(2)),
+        ];
+        let twiddles: Vec<[f32; 2]> = (0..resolution)
+            .map(|j| {
+                let (sin, cos) = (TAU * f64::from(j) / f64::from(resolution)).sin_cos();
+                [cos as f32, sin as f32]
+            })
+            .collect();
+        let waves: Vec<[f32; 4]> = cascades.iter().flat_map(|c| c.waves.iter().copied()).collect();
+        let blocks: Vec<CascadeGpu> = cascades
+            .iter()
+            .map(|c| CascadeGpu {
+                turn: [c.rotation.cos() as f32, c.rotation.sin() as f32],
+                wave_step: (TAU / c.size) as f32,
+                size: c.size as f32,
+            })
+            .collect();
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage();
+        let desc = if content == Content::Moments { desc.full_mips() } else { desc };
+        let image = |name: &str| Image::new(gpu, name, desc);
+        let (displacement, slopes, joint) =
+            (image("ocean displacement")?, image("ocean slopes")?, image("ocean joint")?);
+        let levels = (0..desc.mips)
+            .map(|mip| Ok([displacement.mip_array(mip)?, slopes.mip_array(mip)?, joint.mip_array(mip)?]))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self {
+            rows: ComputePipeline::new(gpu, "passes/ocean/rows.comp", &spec, &[Moment::LAYOUT, CascadeGpu::LAYOUT])?,
+            columns: ComputePipeline::new(
+                gpu,
+                "passes/ocean/columns.comp",
+                &[spec[0], spec[1], spec[2], ("DERIVATIVES", SpecValue::Bool(content == Content::Derivatives))],
+                &[Choppiness::LAYOUT, CascadeGpu::LAYOUT],
+            )?,
+            mips: ComputePipeline::new(gpu, "passes/ocean/mips.comp", &[], &[])?,
+            twiddles: Buffer::from_slice(gpu, "twiddles", &twiddles)?,
+            waves: Buffer::from_slice(gpu, "waves", &waves)?,
+            cascades: Buffer::from_slice(gpu, "cascades", &blocks)?,
+            lines: Buffer::new(gpu, "ocean lines", (2 * 16 * samples) as u64 * u64::from(count), Memory::Device)?,
+            displacement,
+            slopes,
+            joint,
+            levels,
+            resolution,
+            count,
+        })
+    }
+
+    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]; records the three passes one after the other.
+    pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
+        self.record_rows(cmd, time);
+        self.record_columns(cmd, choppiness);
+        self.record_mips(cmd);
+    }
+
+    /// Animates the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
+    pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
+        // The column pass of an earlier frame may still be reading.
+        cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
+        cmd.bind(
+            &self.rows,
+            &[
+                ("Twiddles", Descriptor::Storage(&self.twiddles)),
+                ("Waves", Descriptor::Storage(&self.waves)),
+                ("Cascades", Descriptor::Storage(&self.cascades)),
+                ("Lines", Descriptor::Storage(&self.lines)),
+            ],
+        );
+        let moment = time.rem_euclid(PERIOD) / PERIOD;
+        let coarse = (moment * 2048.0).floor() / 2048.0;
+        cmd.push_constants(&Moment { moment: [coarse as f32, (moment - coarse) as f32] });
+        cmd.dispatch([self.resolution, self.count, 1]);
+        cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+    }
+
+    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 as in
+    /// water, 0 for waves that move vertically only.
+    pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
+        for image in self.maps() {
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+        }
+        let [displacement, slopes, joint] = &self.levels[0];
+        cmd.bind(
+            &self.columns,
+            &[
+                ("Twiddles", Descriptor::Storage(&self.twiddles)),
+                ("Lines", Descriptor::Storage(&self.lines)),
+                ("displacement", Descriptor::StorageImage(displacement)),
+                ("slopes", Descriptor::StorageImage(slopes)),
+                ("joint", Descriptor::StorageImage(joint)),
+                ("Cascades", Descriptor::Storage(&self.cascades)),
+            ],
+        );
+        cmd.push_constants(&Choppiness { choppiness });
+        cmd.dispatch([self.resolution, self.count, 1]);
+    }
+
+    /// Makes the coarser levels from the finest, and leaves all levels in [`Use::Sampled`].
+    pub fn record_mips(&self, cmd: &mut Commands) {
+        for image in self.maps() {
+            cmd.transition(image, Use::ComputeReadWrite);
+        }
+        for pair in self.levels.windows(2) {
+            let [width, height] = pair[1][0].extent();
+            let names =
+                ["fine_displacement", "fine_slopes", "fine_joint", "displacement", "slopes", "joint"].into_iter();
+            let images: Vec<_> = names.zip(pair.iter().flatten().map(Descriptor::StorageImage)).collect();
+            cmd.bind(&self.mips, &images);
+            cmd.dispatch_invocations(&self.mips, [width, height, self.count]);
+            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+        }
+        for image in self.maps() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    fn maps(&self) -> [&Image; 3] {
+        [&self.displacement, &self.slopes, &self.joint]
+    }
+
+    /// Number of samples along a tile's edge.
+    #[must_use]
+    pub fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    /// Number of cascades.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+}

@@ -1,0 +1,129 @@
+//! The filter for the sea's pixels: finds the slope moments of the waves under each pixel.
+
+use std::sync::Arc;
+
+use glam::Vec2;
+
+use super::fields::{CascadeGpu, OceanFields};
+use crate::passes::filter::FilterInto;
+use crate::passes::shade::{LightSamplers, ShadeInputs};
+use crate::passes::targets::VisibleSurface;
+use crate::settings::Needs;
+use crate::surfaces::material::Bases;
+use crate::surfaces::ocean::Ocean;
+use crate::surfaces::ocean::mesh::EARTH;
+use crate::surfaces::ocean::shore::ShoreGpu;
+use leadr_gpu::{
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
+    SharedStruct, SpecValue, shared_struct,
+};
+
+/// Beckmann roughness of the water surface itself, without any waves.
+const WATER_ROUGHNESS: f32 = 0.01;
+/// Reflectance of water at normal incidence.
+const WATER_F0: f32 = 0.02;
+
+shared_struct! {
+    /// The water as the shaders read it (`passes/ocean/water.glsl`).
+    pub struct WaterGpu for "Water" {
+        centre: [f32; 4],
+        tail: [f32; 4],
+        color: [f32; 4],
+        foam: [f32; 4],
+    }
+}
+
+impl WaterGpu {
+    /// The water of a sea for a viewer above `centre`.
+    pub fn new(ocean: &Ocean, centre: Vec2) -> Self {
+        let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
+        Self {
+            centre: [centre.x, centre.y, 1.0 / EARTH, 0.0],
+            tail: ocean.tail.extend(WATER_ROUGHNESS).to_array(),
+            color: ocean.color.extend(WATER_F0).to_array(),
+            foam: ocean.foam.extend(threshold).to_array(),
+        }
+    }
+}
+
+/// The filter's inputs from the sea. The last two are the blocks of [`WaterGpu`] and
+/// [`ShoreGpu`](crate::surfaces::ocean::shore::ShoreGpu).
+#[derive(Clone, Copy)]
+pub struct SeaInputs<'a> {
+    /// The waves.
+    pub fields: &'a OceanFields,
+    /// The water.
+    pub water: &'a Buffer,
+    /// The shore.
+    pub shore: &'a Buffer,
+}
+
+/// The pipeline of the filter for the inputs that a technique needs.
+#[derive(Clone)]
+pub struct OceanFilterPass {
+    pipeline: GraphicsPipeline,
+    trilinear: Sampler,
+    nearest: Sampler,
+    light: LightSamplers,
+}
+
+impl OceanFilterPass {
+    /// The pass, with or without a shore.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, needs: Needs, into: FilterInto, shore: bool) -> Result<Self> {
+        let own = vec![("HAS_BEACH", SpecValue::Bool(shore))];
+        Ok(Self {
+            pipeline: GraphicsPipeline::new(
+                gpu,
+                into.choose("ocean filter", "ocean filter and shade"),
+                &GraphicsDesc {
+                    vertex: into.choose("passes/ocean/filter.vert", "passes/ocean/object.vert"),
+                    topology: into.topology(),
+                    fragment: Some(into.choose("passes/ocean/filter.frag", "passes/ocean/filter_shade.frag")),
+                    colors: into.formats(),
+                    depth: into.depth(),
+                    spec: &[into.spec(needs, Bases::default(), false), own].concat(),
+                    structs: &[&[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT], into.structs()].concat(),
+                    ..Default::default()
+                },
+            )?,
+            trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, AddressMode::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
+            light: LightSamplers::new(gpu)?,
+        })
+    }
+
+    /// Filters the waves under the sea's pixels into the begun targets. `light`: what the pass shades with, if it does.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        visible: &VisibleSurface,
+        sea: SeaInputs<'_>,
+        light: Option<ShadeInputs<'_>>,
+    ) {
+        let SeaInputs { fields, water, shore } = sea;
+        let mut bindings = vec![
+            ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
+            ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+            ("slopes", Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
+            ("joint", Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
+            ("Cascades", Descriptor::Storage(&fields.cascades)),
+            ("water", Descriptor::Uniform(water)),
+            ("Beach", Descriptor::Uniform(shore)),
+        ];
+        match light {
+            None => bindings.push(("TileRecords", Descriptor::Storage(&visible.tiles.records))),
+            Some(light) => {
+                bindings.push(("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)));
+                bindings.extend(light.bindings(&self.light));
+            }
+        }
+        cmd.bind(&self.pipeline, &bindings);
+        match light {
+            None => visible.tiles.draw(cmd),
+            Some(_) => cmd.draw(0..3, 0..1),
+        }
+    }
+}

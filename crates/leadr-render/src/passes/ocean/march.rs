@@ -1,0 +1,159 @@
+//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. No tessellation
+//! could follow every wave to the horizon, and the reference must resolve which waves hide each other.
+
+use std::sync::Arc;
+
+use glam::Mat3;
+
+use super::fields::{CascadeGpu, Content, OceanFields, RESOLUTIONS};
+use super::filter::WaterGpu;
+use crate::passes::targets::{GBuffer, GeometryTargets, VisibleSurface};
+use crate::surfaces::object_view::Viewpoint;
+use crate::surfaces::ocean::mesh::EARTH;
+use crate::surfaces::ocean::waves::Cascade;
+use leadr_gpu::{
+    AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
+    SharedStruct, Topology, shared_struct,
+};
+
+/// Bound on the height of the waves in standard deviations: one sample in 10⁸ lies beyond it.
+const HEIGHT_BOUND: f64 = 5.7;
+/// Samples along a side for each sample of the drawn sea, limited by the largest transform. With linear interpolation,
+/// waves only three samples long would lose half of their slope.
+const OVERSAMPLING: u32 = 2;
+/// Bound on the slope, in standard deviations, that rays assume when they choose a step. They still hit steeper waves as
+/// long as these are not narrower than a step.
+const SLOPE_BOUND: f64 = 3.5;
+
+shared_struct! {
+    /// The rays from a viewpoint.
+    pub struct RaysGpu for "View" {
+        rays: [[f32; 4]; 3],
+        eye: [f32; 4],
+        centre: [f32; 4],
+    }
+}
+
+/// For each cascade: a bound on the heights of all later cascades, and on the slopes of this one and all earlier ones.
+fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
+    let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
+    (1..=deviations.len())
+        .map(|i| {
+            let rest = HEIGHT_BOUND * square(&deviations[i..], 0);
+            [rest as f32, (SLOPE_BOUND * square(&deviations[..i], 1)) as f32]
+        })
+        .collect()
+}
+
+/// The passes of the reference, and the waves that they read. Clones share them.
+#[derive(Clone)]
+pub struct OceanMarch {
+    fields: OceanFields,
+    march: GraphicsPipeline,
+    exact: GraphicsPipeline,
+    limits: Buffer,
+    bound: f32,
+    repeat: Sampler,
+    nearest: Sampler,
+}
+
+impl OceanMarch {
+    /// The passes for these waves.
+    ///
+    /// # Errors
+    /// As [`OceanFields::new`].
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
+        let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
+        let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
+        let finer: Vec<_> = cascades.iter().map(|c| c.oversampled(factor(c))).collect();
+        let march = GraphicsDesc {
+            vertex: "passes/fullscreen.vert",
+            fragment: Some("passes/ocean/march.frag"),
+            colors: &GeometryTargets::FORMATS,
+            depth: Some(Depth::default()),
+            structs: &[RaysGpu::LAYOUT, CascadeGpu::LAYOUT],
+            ..Default::default()
+        };
+        let exact = GraphicsDesc {
+            vertex: "passes/ocean/filter.vert",
+            fragment: Some("passes/ocean/exact.frag"),
+            colors: &GBuffer::FORMATS,
+            topology: Topology::Points,
+            structs: &[WaterGpu::LAYOUT, CascadeGpu::LAYOUT],
+            ..Default::default()
+        };
+        Ok(Self {
+            fields: OceanFields::new(gpu, &finer, Content::Derivatives)?,
+            march: GraphicsPipeline::new(gpu, "ocean march", &march)?,
+            exact: GraphicsPipeline::new(gpu, "ocean exact", &exact)?,
+            limits: Buffer::from_slice(gpu, "ocean limits", &limits(&deviations))?,
+            bound: (HEIGHT_BOUND * deviations.iter().map(|d| d[0] * d[0]).sum::<f64>().sqrt()) as f32,
+            repeat: Sampler::new(gpu, "ocean", Filter::Trilinear, AddressMode::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// The rays from a viewpoint; `level`: height of the water at rest.
+    #[must_use]
+    pub fn rays(&self, from: &Viewpoint, level: f32) -> RaysGpu {
+        let (clip_from_world, lens, eye) = (from.clip_from_world, from.lens, from.lens.eye);
+        // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
+        let rows = clip_from_world.transpose();
+        let linear = Mat3::from_cols(rows.x_axis.truncate(), rows.y_axis.truncate(), rows.w_axis.truncate());
+        let rays = linear.transpose().inverse();
+        RaysGpu {
+            rays: [rays.x_axis, rays.y_axis, rays.z_axis].map(|v| v.extend(0.0).to_array()),
+            eye: [eye.z - level, 0.5 / EARTH, lens.near, self.bound],
+            centre: [eye.x, eye.y, 0.0, 0.0],
+        }
+    }
+
+    /// The waves.
+    #[must_use]
+    pub fn fields(&self) -> &OceanFields {
+        &self.fields
+    }
+
+    /// Draws into the begun targets of the geometry pass; `rays`: a [`RaysGpu`].
+    pub fn draw_geometry(&self, cmd: &mut Commands, rays: &Buffer) {
+        cmd.bind(
+            &self.march,
+            &[
+                ("view", Descriptor::Uniform(rays)),
+                ("Cascades", Descriptor::Storage(&self.fields.cascades)),
+                ("Limits", Descriptor::Storage(&self.limits)),
+                ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+    }
+
+    /// Draws into the begun G-buffer; `water`: the block of `passes/ocean/water.glsl`.
+    pub fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, water: &Buffer) {
+        cmd.bind(
+            &self.exact,
+            &[
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
+                ("slopes", Descriptor::Sampled(self.fields.slopes.whole(), &self.repeat)),
+                ("Cascades", Descriptor::Storage(&self.fields.cascades)),
+                ("water", Descriptor::Uniform(water)),
+                ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
+            ],
+        );
+        visible.tiles.draw(cmd);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_shrink_with_the_waves() {
+        let limits = limits(&[[3.0, 0.3], [4.0, 0.4]]);
+        let near = |a: f32, b: f64| (f64::from(a) - b).abs() < 1e-5;
+        assert!(near(limits[0][0], HEIGHT_BOUND * 4.0) && near(limits[0][1], SLOPE_BOUND * 0.3));
+        assert!(limits[1][0] == 0.0 && near(limits[1][1], SLOPE_BOUND * 0.5));
+    }
+}

@@ -1,0 +1,432 @@
+//! The reference with relief shadows: supersampled displacement that blocks its own lights.
+//!
+//! Every sample lights the facets it sees by the sun, the point lights, the lights of the panorama, and a few directions of the
+//! rest of the environment: some drawn for the whole picture ([`environment_lights`](super::environment_lights)), others for each pixel
+//! from its own mirrors and hemisphere. The mean over the samples is the environment with true visibility.
+//!
+//! What the relief hides is found in one of two ways. Casters that are all displaced in one direction are a height field: its
+//! depth map, seen along that direction, is searched from each pixel in any direction. Other casters are drawn into a depth map for
+//! each light of the sample ([`relief_shadow`](super::relief_shadow)); then what the environment would give if nothing were hidden comes
+//! from all draws, and what is hidden from those that have maps.
+//!
+//! Blocked directions are black: light is reflected only once. With a map for each light, base materials smoother than
+//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the viewer's rays: lights with
+//! maps would almost never fall into such a narrow lobe.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use super::environment_lights::{EnvironmentLights, light_point};
+use super::geometry::CasterKinds;
+use super::relief_shadow::{Caster, ReliefMaps, ReliefShadowPass, map_size, relief_view};
+use super::shadow::ShadowView;
+use super::targets::{RADIANCE_FORMAT, SampleTargets};
+use crate::constants::{ENVIRONMENT_DRAWS, LIGHT_DRAWN, LIGHT_OF_ENVIRONMENT, LIGHT_OF_SCENE, MAX_RELIEF_LIGHTS};
+use crate::light::environment::Environment;
+use crate::light::panorama::EnvironmentLight;
+use crate::scene::{FrameState, MAX_POINT_LIGHTS, PointLight};
+use crate::settings::{RenderSettings, Terms};
+use crate::surfaces::material::Bases;
+use crate::surfaces::patch_mesh::PosedVertices;
+use crate::surfaces::posed::PosedObject;
+use crate::surfaces::sphere::Sphere;
+use crate::view::View;
+use leadr_gpu::{
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
+    SharedStruct, SpecValue, shared_struct,
+};
+
+const MAX_LIGHTS: usize = MAX_RELIEF_LIGHTS as usize;
+
+shared_struct! {
+    /// A light as the shader reads it (`Light` in `passes/shade/visibility.glsl`).
+    #[derive(Default)]
+    pub struct ReliefLightGpu for "Light" {
+        /// World to texture coordinates and depth in the map.
+        pub texture_from_world: [[f32; 4]; 4],
+        /// Its inverse.
+        pub world_from_texture: [[f32; 4]; 4],
+        /// Direction towards it, or its position; w 1 for a point light.
+        pub place: [f32; 4],
+        /// Irradiance or intensity; w one of the `LIGHT_` constants.
+        pub power: [f32; 4],
+        /// [`PointLight::falloff`](crate::scene::PointLight).
+        pub falloff: [f32; 4],
+        /// One over the square of its range, or 0.
+        pub range: [f32; 4],
+        /// Layer, world size of a texel, density of the draw by solid angle, 1 if it has a map.
+        pub map: [f32; 4],
+    }
+}
+
+shared_struct! {
+    /// The light block (`Lighting`).
+    #[derive(Default)]
+    pub struct ReliefLightingGpu for "Lighting" {
+        /// World to the map of a height field.
+        pub field_from_world: [[f32; 4]; 4],
+        /// Rays through the image; the last w is the near plane.
+        pub rays: [[f32; 4]; 3],
+        /// Position of the viewer, and the radiance of an emission of 1.
+        pub camera_position: [f32; 4],
+        /// Width and height of the image, face size of the environment.
+        pub viewport: [f32; 4],
+        /// Of a height field: world size of a texel of its map, depth of its highest point, its size in texels.
+        pub field: [f32; 4],
+        /// Numbers of lights and of those drawn, face size of the environment's texels, index of the sample.
+        pub counts: [i32; 4],
+        /// Seed of the draws.
+        pub seed: [u32; 4],
+        /// The lights.
+        pub lights: [ReliefLightGpu; MAX_LIGHTS],
+    }
+}
+
+/// What the reference shades.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ReferenceKind {
+    /// Terms of the light.
+    pub terms: Terms,
+    /// Whether the base is rough in the frame of the facets, instead of that of the macrosurface.
+    pub facet_frame: bool,
+    /// Bases of the surfaces.
+    pub bases: Bases,
+    /// What there is among the casters.
+    pub casters: CasterKinds,
+    /// Whether heights move the surface.
+    pub displaced: bool,
+    /// Whether the casters are a height field.
+    pub height_field: bool,
+    /// Whether directions of the environment are drawn.
+    pub drawn: bool,
+}
+
+/// The pipelines of the reference: its shading, and the shadow maps that it reads.
+#[derive(Clone)]
+pub struct ReferencePass {
+    pipeline: GraphicsPipeline,
+    shadows: ReliefShadowPass,
+    nearest: Sampler,
+    trilinear: Sampler,
+}
+
+impl ReferencePass {
+    /// The pass for such pictures.
+    ///
+    /// # Errors
+    /// Memory that is short, or a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<Self> {
+        let desc = GraphicsDesc {
+            vertex: "passes/fullscreen.vert",
+            fragment: Some("passes/shade/reference.frag"),
+            colors: &[RADIANCE_FORMAT],
+            spec: &[
+                &[
+                    ("TERMS", SpecValue::I32(kind.terms.bits())),
+                    ("FACET_FRAME", SpecValue::Bool(kind.facet_frame)),
+                    ("DISPLACED", SpecValue::Bool(kind.displaced)),
+                    ("HEIGHT_FIELD", SpecValue::Bool(kind.height_field)),
+                    ("DRAWN", SpecValue::Bool(kind.drawn)),
+                ][..],
+                &kind.bases.spec(),
+            ]
+            .concat(),
+            structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
+            ..Default::default()
+        };
+        Ok(Self {
+            pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
+            shadows: ReliefShadowPass::new(gpu, kind.casters)?,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// Draws the shadow maps of the sample for which `lights` were last pointed.
+    pub fn record_maps(&self, cmd: &mut Commands, lights: &ReliefLights, casters: &[&PosedObject]) {
+        self.shadows.record(cmd, &lights.maps, casters);
+    }
+
+    /// Shades every pixel of the sample's G-buffer into its begun radiance. `irradiance`: what measured materials follow in.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        sample: &SampleTargets,
+        lights: &ReliefLights,
+        environment: &Environment,
+        irradiance: &Buffer,
+    ) {
+        let SampleTargets { visible, gbuffer, .. } = sample;
+        cmd.bind(
+            &self.pipeline,
+            &[
+                ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+                ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), &self.nearest)),
+                ("gbuffer_emission", Descriptor::Sampled(gbuffer.emission.whole(), &self.nearest)),
+                ("gbuffer_relief_color", Descriptor::Sampled(gbuffer.relief_color.whole(), &self.nearest)),
+                ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                ("lighting", Descriptor::Uniform(&lights.block)),
+                ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),
+                ("depth_maps", Descriptor::Sampled(lights.maps.array(), &self.nearest)),
+                ("EnvironmentTexels", Descriptor::Storage(&lights.texels)),
+                ("Irradiance", Descriptor::Storage(irradiance)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+    }
+}
+
+/// The lights of a frame, with maps of the parts that the relief hides from them.
+pub struct ReliefLights {
+    block: Buffer,
+    /// Radiance of the environment and density of its draws, texel by texel.
+    texels: Buffer,
+    maps: ReliefMaps,
+    environment: Option<EnvironmentLights>,
+    panorama: Vec<EnvironmentLight>,
+    face_size: u32,
+    /// Bounding sphere of the casters, if there are any.
+    bounds: Option<Sphere>,
+    /// The casters as a height field, if they are one.
+    field: Option<HeightFieldAxis>,
+    /// Size of a map in texels along a side.
+    size: u32,
+}
+
+/// The direction in which all casters are displaced, and how far they reach in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct HeightFieldAxis {
+    axis: Vec3,
+    top: f32,
+}
+
+impl HeightFieldAxis {
+    /// `None` if casters are displaced in several directions, or there are none.
+    fn of(casters: &[&PosedObject]) -> Option<Self> {
+        let axis = casters.first()?.vertices.displaced_along().first()?.normalize_or_zero();
+        let mut top = f32::NEG_INFINITY;
+        for posed in casters {
+            let PosedVertices { positions, .. } = &posed.vertices;
+            if posed.vertices.displaced_along().iter().any(|n| n.dot(axis) < 1.0 - 1e-5) {
+                return None;
+            }
+            let highest = positions.iter().map(|p| p.dot(axis)).fold(f32::NEG_INFINITY, f32::max);
+            top = top.max(highest + posed.highest_bump());
+        }
+        Some(Self { axis, top })
+    }
+}
+
+impl ReliefLights {
+    /// The lights of a frame on its casters. The device must be idle, and the environment must show the frame's sky.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        state: &FrameState,
+        environment: &Environment,
+        casters: &[&PosedObject],
+    ) -> Result<Self> {
+        let bounds = Sphere::enclosing(&casters.iter().map(|posed| posed.bounds()).collect::<Vec<_>>());
+        let size = bounds.map_or(1, |bounds| {
+            let texel = casters.iter().map(|posed| posed.texel_length()).fold(f32::INFINITY, f32::min);
+            map_size(bounds.radius, texel)
+        });
+        let field = HeightFieldAxis::of(casters);
+        let panorama: Vec<EnvironmentLight> = environment.lights().to_vec();
+        let seen = seen_normals(state.camera.position, casters);
+        let receiving = |d: Vec3| {
+            let cosines = seen.iter().map(|n| f64::from(n.dot(d).max(0.0))).sum::<f64>();
+            LEAST_RECEIVED + cosines / seen.len().max(1) as f64
+        };
+        let (face_size, environment) = (environment.face_size(), EnvironmentLights::read(environment, receiving)?);
+        let points = state.point_lights.len().min(MAX_POINT_LIGHTS);
+        let draws = if environment.is_some() { ENVIRONMENT_DRAWS as usize } else { 0 };
+        let lights = usize::from(state.sun.is_some()) + panorama.len() + draws + points;
+        let maps = match (bounds, field) {
+            (None, _) => 0,
+            (Some(_), Some(_)) => 1,
+            (Some(_), None) => lights.min(MAX_LIGHTS),
+        };
+        let table = environment.as_ref().map_or(vec![[0.0; 4]], EnvironmentLights::table);
+        let texels = Buffer::new(gpu, "reference environment", size_of_val(&table[..]) as u64, Memory::Upload)?;
+        texels.write(0, &table)?;
+        Ok(Self {
+            block: Buffer::new(gpu, "reference lighting", size_of::<ReliefLightingGpu>() as u64, Memory::Upload)?,
+            texels,
+            maps: ReliefMaps::new(gpu, casters, size, maps)?,
+            environment,
+            panorama,
+            face_size,
+            bounds,
+            field,
+            size,
+        })
+    }
+
+    /// Whether the casters are a height field.
+    #[must_use]
+    pub const fn is_height_field(&self) -> bool {
+        self.field.is_some()
+    }
+
+    /// Whether directions of the environment are drawn.
+    #[must_use]
+    pub const fn are_drawn(&self) -> bool {
+        self.environment.is_some()
+    }
+
+    /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` for which the lights
+    /// were made. The device must be idle.
+    ///
+    /// # Errors
+    /// A failed write.
+    pub fn point(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        view: &View,
+        casters: &[&PosedObject],
+        index: u32,
+    ) -> Result<()> {
+        let [x, y, z] = view.rays();
+        let (width, height) = view.size();
+        let lights = self.lights_of_sample(state, settings, index);
+        let drawn = lights.iter().filter(|light| light.kind == LIGHT_DRAWN).count();
+        let mut block = ReliefLightingGpu {
+            rays: [x.extend(0.0), y.extend(0.0), z.extend(view.camera.near)].map(|v| v.to_array()),
+            camera_position: view.camera.position.extend(state.emission_scale).to_array(),
+            viewport: [width as f32, height as f32, self.face_size as f32, 0.0],
+            counts: [
+                lights.len() as i32,
+                drawn as i32,
+                self.environment.as_ref().map_or(1, EnvironmentLights::size) as i32,
+                index as i32,
+            ],
+            seed: [(settings.seed ^ settings.seed >> 32) as u32, 0, 0, 0],
+            ..Default::default()
+        };
+        // Maps are moved independently of the sample's position in the pixel.
+        let [u, v] = light_point(index, !settings.seed);
+        let shift = Vec2::new(u as f32, v as f32) - 0.5;
+        let mut views: Vec<ShadowView> = Vec::new();
+        if let (Some(bounds), Some(HeightFieldAxis { axis, top })) = (self.bounds, self.field) {
+            let view = relief_view(Caster::Directional(axis), bounds, self.size, shift);
+            let highest =
+                view.texture_from_world.transform_point3(bounds.centre + axis * (top - bounds.centre.dot(axis)));
+            block.field_from_world = view.texture_from_world.to_cols_array_2d();
+            block.field = [view.texel, highest.z, self.size as f32, 0.0];
+            views.push(view);
+        }
+        for (light, slot) in lights.iter().zip(&mut block.lights) {
+            let (place, point) = match light.caster {
+                Caster::Directional(direction) => (direction, 0.0),
+                Caster::Point(position) => (position, 1.0),
+            };
+            slot.place = place.extend(point).to_array();
+            slot.power = light.power.extend(light.kind as f32).to_array();
+            slot.falloff = light.falloff;
+            slot.range = [light.inverse_square_range, 0.0, 0.0, 0.0];
+            slot.map = [0.0, 0.0, light.density, 0.0];
+            if let (Some(bounds), None) = (self.bounds, self.field) {
+                let view = relief_view(light.caster, bounds, self.size, shift);
+                slot.texture_from_world = view.texture_from_world.to_cols_array_2d();
+                slot.world_from_texture = view.texture_from_world.inverse().to_cols_array_2d();
+                slot.map = [views.len() as f32, view.texel, light.density, 1.0];
+                views.push(view);
+            }
+        }
+        self.maps.point(casters, &views, view.lens(), &settings.tessellation)?;
+        self.block.write(0, &[block])
+    }
+
+    fn lights_of_sample(&self, state: &FrameState, settings: &RenderSettings, index: u32) -> Vec<SampleLight> {
+        let everywhere = PointLight::new(Vec3::ZERO, Vec3::ZERO);
+        let shaped = |caster, power, kind, of: &PointLight| SampleLight {
+            caster,
+            power,
+            kind,
+            density: 0.0,
+            falloff: of.falloff(),
+            inverse_square_range: of.inverse_square_range(),
+        };
+        let light = |caster, power, kind| shaped(caster, power, kind, &everywhere);
+        let mut lights = Vec::new();
+        if let Some(sun) = state.sun {
+            let direction = sun.direction.normalize_or(Vec3::Z);
+            lights.push(light(Caster::Directional(direction), sun.irradiance, LIGHT_OF_SCENE));
+        }
+        // Each sample sees a panorama's light from another place of its disk.
+        for (number, taken) in self.panorama.iter().enumerate() {
+            let [u, v] = light_point(index, settings.seed ^ (number as u64 + 1) << 32);
+            let direction = taken.direction_within([u as f32, v as f32]);
+            lights.push(light(Caster::Directional(direction), taken.irradiance, LIGHT_OF_ENVIRONMENT));
+        }
+        if let Some(environment) = &self.environment {
+            let draws = ENVIRONMENT_DRAWS as u32;
+            for draw in 0..draws {
+                let drawn = environment.draw(light_point(index * draws + draw, settings.seed));
+                let caster = Caster::Directional(drawn.direction);
+                lights.push(SampleLight { density: drawn.density, ..light(caster, drawn.irradiance, LIGHT_DRAWN) });
+            }
+        }
+        let points = state.point_lights.iter().take(MAX_POINT_LIGHTS);
+        lights.extend(points.map(|l| shaped(Caster::Point(l.position), l.intensity, LIGHT_OF_SCENE, l)));
+        lights.truncate(MAX_LIGHTS);
+        lights
+    }
+}
+
+struct SampleLight {
+    caster: Caster,
+    power: Vec3,
+    /// One of the `LIGHT_` constants.
+    kind: i32,
+    /// Density by solid angle of a light that was drawn.
+    density: f32,
+    falloff: [f32; 4],
+    inverse_square_range: f32,
+}
+
+/// What a direction that lights no smooth surface in view is worth, relative to one that lights all of them: bumps may face it.
+const LEAST_RECEIVED: f64 = 0.15;
+/// Most normals that [`seen_normals`] returns.
+const SEEN_NORMALS: usize = 64;
+
+/// Normals of vertices that face the viewer, some of them.
+fn seen_normals(eye: Vec3, casters: &[&PosedObject]) -> Vec<Vec3> {
+    let vertices = casters.iter().flat_map(|posed| posed.vertices.positions.iter().zip(&posed.vertices.normals));
+    let seen: Vec<Vec3> = vertices.filter(|&(&p, n)| n.dot(eye - p) > 0.0).map(|(_, &n)| n).collect();
+    let stride = seen.len().div_ceil(SEEN_NORMALS).max(1);
+    seen.into_iter().step_by(stride).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::panorama::EnvironmentLight;
+
+    #[test]
+    fn directions_of_a_panoramas_light_have_its_spread() {
+        let light = EnvironmentLight {
+            direction: Vec3::new(0.3, -0.4, 0.8).normalize(),
+            irradiance: Vec3::ONE,
+            variance: 4e-4,
+        };
+        let (mut sum, mut square, n) = (Vec3::ZERO, 0.0, 1024);
+        for index in 0..n {
+            let [u, v] = light_point(index, 5);
+            let d = light.direction_within([u as f32, v as f32]);
+            assert!((d.length() - 1.0).abs() < 1e-5);
+            sum += d / n as f32;
+            square += f64::from(d.reject_from(light.direction).length_squared()) / f64::from(n);
+        }
+        assert!(sum.normalize().angle_between(light.direction) < 2e-4, "{sum}");
+        // Two axes, each of the variance.
+        assert!((square / 8e-4 - 1.0).abs() < 0.01, "{square}");
+    }
+}

@@ -1,0 +1,202 @@
+//! Shadows as fine as the relief, for the reference. Each light has a depth map of geometry with a vertex for every texel
+//! of the displacement. The map moves by a part of a texel from sample to sample, so that its resolution errors average
+//! out.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use leadr_gpu::vk;
+
+use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
+use super::shadow::ShadowView;
+use crate::surfaces::divided::{DividedObject, DivisionBuffers};
+use crate::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers};
+use crate::surfaces::posed::PosedObject;
+use crate::surfaces::sphere::Sphere;
+use crate::surfaces::tessellation::{Lens, TessellationSettings};
+use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
+
+/// Texels of a map for each texel of the relief, along a side.
+const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
+/// Smallest and largest size of a map.
+const MAP_SIZES: [u32; 2] = [256, 4096];
+
+/// The light from which a relief map is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Caster {
+    /// Far away in this unit direction.
+    Directional(Vec3),
+    /// At this place.
+    Point(Vec3),
+}
+
+/// The view for a map of `size` texels that covers a sphere, moved by `offset` texels. For a point light,
+/// [`ShadowView::texel`] is the size at distance 1. A point light inside the sphere sees a wide cone about the sphere's
+/// centre.
+#[must_use]
+pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
+    match caster {
+        Caster::Directional(toward) => {
+            let Sphere { centre, radius } = sphere;
+            let (x, y) = toward.any_orthonormal_pair();
+            let texel = 2.0 * radius / size as f32;
+            // Leave one texel of room for the offset.
+            let wider = radius + texel;
+            let moved = centre + (x * offset.x + y * offset.y) * texel;
+            ShadowView::parallel(toward, Sphere { centre: moved, radius: wider }, size)
+        }
+        Caster::Point(eye) => ShadowView::from_point(eye, sphere, size).moved(offset),
+    }
+}
+
+/// Size of a map, in texels along a side, that resolves relief texels of `texel` metres on casters within `radius`; an
+/// infinite texel means smooth casters.
+#[must_use]
+pub fn map_size(radius: f32, texel: f32) -> u32 {
+    // Smooth casters only have silhouettes to resolve.
+    let texel = if texel.is_finite() { texel } else { radius / 512.0 };
+    let wanted = (TEXELS_PER_RELIEF_TEXEL * 2.0 * radius / texel.max(1e-9)).min(1e6) as u32;
+    wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
+}
+
+/// The pipeline that draws the maps.
+#[derive(Clone)]
+pub struct ReliefShadowPass {
+    pipelines: PatchPipelines,
+}
+
+impl ReliefShadowPass {
+    /// The pass, for such casters.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
+        let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
+        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, kinds.iter())? })
+    }
+
+    /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those for which the maps were
+    /// made.
+    pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
+        cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
+        for (layer, views) in maps.layers.iter().zip(&maps.views) {
+            cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
+            guard_band(cmd, &maps.image);
+            for ((posed, divided), view) in casters.iter().zip(&maps.divided).zip(views) {
+                self.pipelines.draw(cmd, DrawnObject { posed, divided, view }, PatchMode::Caster);
+            }
+            cmd.end_rendering();
+        }
+        cmd.transition(&maps.image, Use::Sampled);
+    }
+}
+
+/// The maps of a frame's lights.
+pub struct ReliefMaps {
+    image: Image,
+    array: ImageView,
+    layers: Vec<ImageView>,
+    /// Each object, divided as for the camera.
+    divided: Vec<DividedObject>,
+    /// For each light, the views of each object.
+    views: Vec<Vec<ObjectView>>,
+}
+
+impl ReliefMaps {
+    /// Maps of `size`² texels for this many lights of these casters.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, casters: &[&PosedObject], size: u32, lights: usize) -> Result<Self> {
+        let layers = lights.max(1) as u32;
+        let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
+        let image = Image::new(gpu, "relief maps", desc)?;
+        let divided = |posed: &&PosedObject| {
+            DivisionBuffers::new(gpu, &posed.object).map(|buffers| DividedObject::new(Arc::new(buffers)))
+        };
+        let view = |posed: &&PosedObject| {
+            ViewBuffers::new(gpu, &posed.object).map(|buffers| ObjectView::new(Arc::new(buffers)))
+        };
+        let views = |_| casters.iter().map(view).collect::<Result<_>>();
+        Ok(Self {
+            array: image.array()?,
+            layers: (0..layers).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?,
+            divided: casters.iter().map(divided).collect::<Result<_>>()?,
+            views: (0..lights).map(views).collect::<Result<_>>()?,
+            image,
+        })
+    }
+
+    /// Points the maps at the casters for which they were made, with a view for each light. The device must be idle.
+    ///
+    /// # Errors
+    /// A failed write.
+    pub fn point(
+        &mut self,
+        casters: &[&PosedObject],
+        views: &[ShadowView],
+        lens: Lens,
+        tessellation: &TessellationSettings,
+    ) -> Result<()> {
+        let settings = TessellationSettings { cull: false, ..*tessellation };
+        for (divided, posed) in self.divided.iter_mut().zip(casters) {
+            divided.divide(posed, lens, &settings)?;
+        }
+        for (from, views) in views.iter().zip(&mut self.views) {
+            for ((view, divided), posed) in views.iter_mut().zip(&self.divided).zip(casters) {
+                view.look(posed, divided, &from.viewpoint(lens), &settings)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The maps, one layer for each light.
+    #[must_use]
+    pub fn array(&self) -> &ImageView {
+        &self.array
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_see_the_sphere_and_offsets_move_them_by_texels() {
+        let (centre, radius, size) = (Vec3::new(1.0, 2.0, 3.0), 2.0, 512);
+        for caster in [
+            Caster::Directional(Vec3::new(0.3, -0.4, 0.8).normalize()),
+            Caster::Point(Vec3::new(7.0, 1.0, 6.0)),
+            Caster::Point(centre + Vec3::X * 20.0),
+        ] {
+            let view = |offset| relief_view(caster, Sphere { centre, radius }, size, offset);
+            let still = view(Vec2::ZERO);
+            for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
+                let s = still.texture_from_world.project_point3(centre + axis * radius * 0.999);
+                assert!(s.min_element() >= 0.0 && s.max_element() <= 1.0, "{caster:?} {axis}: {s}");
+            }
+            let toward = match caster {
+                Caster::Directional(d) => d,
+                Caster::Point(p) => (p - centre).normalize(),
+            };
+            let depth = |v: &ShadowView, p: Vec3| v.texture_from_world.project_point3(p).z;
+            assert!(depth(&still, centre + toward) > depth(&still, centre - toward), "nearer is larger");
+            let at = |offset| view(offset).texture_from_world.project_point3(centre).truncate() * size as f32;
+            let moved = at(Vec2::new(0.5, 0.25)) - at(Vec2::ZERO);
+            assert!((moved.abs() - Vec2::new(0.5, 0.25)).abs().max_element() < 0.01, "{caster:?}: {moved}");
+            // Measure the size of a texel.
+            let distance = if let Caster::Point(p) = caster { p.distance(centre) } else { 1.0 };
+            let side = toward.any_orthonormal_vector() * still.texel * distance;
+            let step = still.texture_from_world.project_point3(centre + side)
+                - still.texture_from_world.project_point3(centre);
+            assert!((step.truncate().length() * size as f32 - 1.0).abs() < 0.02, "{caster:?}");
+        }
+    }
+
+    #[test]
+    fn maps_resolve_the_relief_within_bounds() {
+        assert_eq!(map_size(1.0, 0.006), 1024);
+        assert_eq!(map_size(1.0, 1.0), 256);
+        assert_eq!(map_size(1000.0, 1e-3), 4096);
+    }
+}

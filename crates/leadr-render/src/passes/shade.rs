@@ -1,0 +1,355 @@
+//! Shading: what a fragment stage needs for it, the pass that shades each pixel of the G-buffer, and the sky behind surfaces.
+
+use std::sync::Arc;
+
+use super::object_depth::{ANY_OBJECT_TEST, OBJECT_TEST};
+use super::shadow::ShadowView;
+use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets, VisibleSurface};
+use crate::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SHADOW_MAPS, MAX_SUNS};
+use crate::light::environment::Environment;
+use crate::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
+use crate::scene::{FrameState, MAX_POINT_LIGHTS};
+use crate::settings::Shading;
+use crate::surfaces::material::Bases;
+use crate::view::View;
+use glam::{Mat4, Vec3};
+use leadr_gpu::{
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView, Result, Sampler,
+    SharedStruct, SpecValue, Topology, shared_struct,
+};
+
+const SUNS: usize = MAX_SUNS as usize;
+const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
+
+/// Angular radius of the frame's own sun, radians: 0.2665°, seen from the mean distance of the earth.
+pub const SUN_RADIUS: f32 = 4.651e-3;
+
+shared_struct! {
+    /// The light block (`Lighting` in `passes/shade/shade.frag`).
+    pub struct LightingGpu for "Lighting" {
+        /// Rays through the image, see [`Camera::rays`](crate::camera::Camera::rays); w of the last: the near
+        /// plane.
+        pub rays: [[f32; 4]; 3],
+        /// World to shadow texture space, for each light: the frame's own sun, those of the panorama, point lights.
+        pub shadow_from_world: [[[f32; 4]; 4]; SHADOW_MAPS],
+        /// Position of the viewer, and the radiance of an emission of 1.
+        pub camera_position: [f32; 4],
+        /// Directions toward the suns, and the variance of the directions that their light comes from.
+        pub sun_direction: [[f32; 4]; SUNS],
+        /// Their irradiance on a plane facing them, and the tangents of their angular radii.
+        pub sun_irradiance: [[f32; 4]; SUNS],
+        /// Positions of the point lights, and one over the squares of their ranges.
+        pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// Their intensities.
+        pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// [`PointLight::falloff`](crate::scene::PointLight).
+        pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// Texels of penumbra in their maps per unit of depth, and texels at distance 1.
+        pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// Width and height of the image, and its samples along a side of a pixel.
+        pub viewport: [f32; 4],
+        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the
+        /// cube is looked up for the background.
+        pub environment: [f32; 4],
+        /// Index of the sample, and the seed of what is drawn at random in it.
+        pub draws: [u32; 4],
+    }
+}
+
+impl LightingGpu {
+    /// The block for an image of the scene under an environment. `shadows`: the views of the lights in
+    /// their order, if they throw shadows.
+    #[must_use]
+    pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
+        let four = |v: Vec3, w: f32| v.extend(w).to_array();
+        let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
+        let mut sun_irradiance = [[0.0; 4]; SUNS];
+        let suns = suns_of(state, environment).count();
+        for (i, light) in suns_of(state, environment).enumerate().take(SUNS) {
+            sun_direction[i] = four(light.direction, light.variance);
+            sun_irradiance[i] = four(
+                light.irradiance,
+                if i == 0 && state.sun.is_some() { SUN_RADIUS.tan() } else { light.radius().tan() },
+            );
+        }
+        let mut shadow_from_world = [Mat4::IDENTITY.to_cols_array_2d(); SHADOW_MAPS];
+        for (matrix, view) in shadow_from_world.iter_mut().zip(shadows) {
+            *matrix = view.texture_from_world.to_cols_array_2d();
+        }
+        let ([x, y, z], size) = (view.rays(), view.size());
+        let mut block = Self {
+            rays: [four(x, 0.0), four(y, 0.0), four(z, view.camera.near)],
+            shadow_from_world,
+            camera_position: four(view.camera.position, state.emission_scale),
+            sun_direction,
+            sun_irradiance,
+            point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_falloff: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_shadow: [[0.0; 4]; MAX_POINT_LIGHTS],
+            viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
+            // The maps of all suns show the same sphere, and stand before those of point lights.
+            environment: [environment.face_size() as f32, 1.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
+            draws: [0; 4],
+        };
+        for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
+            block.point_position[i] = four(light.position, light.inverse_square_range());
+            block.point_falloff[i] = light.falloff();
+            block.point_intensity[i] = four(light.intensity, 0.0);
+            if let Some(view) = shadows.get(suns + i) {
+                block.point_shadow[i] = [light.radius.max(0.0) / (view.texel * view.near), view.texel, 0.0, 0.0];
+            }
+        }
+        block
+    }
+
+    /// What the reference draws at random, it draws anew for every sample.
+    #[must_use]
+    pub fn with_draws(mut self, sample: u32, seed: u64) -> Self {
+        self.draws = [sample, (seed ^ seed >> 32) as u32, 0, 0];
+        self
+    }
+
+    /// Continues the sky's lowest texels below eye level, down to the horizon of a sea, which sinks as the viewer rises.
+    #[must_use]
+    pub fn with_sea_horizon(mut self) -> Self {
+        // Elevation of the middle of the lowest texels above eye level.
+        self.environment[3] = 1.0 / self.environment[0];
+        self
+    }
+}
+
+/// The lights of a frame. Pipelines are made for each set, so that absent lights cost nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LightSet {
+    /// A sun of the frame's own.
+    pub sun: bool,
+    /// Lights taken out of the panorama.
+    pub panorama: u32,
+    /// Point lights.
+    pub points: u32,
+    /// Shadow maps of all these.
+    pub shadows: bool,
+}
+
+impl LightSet {
+    /// The lights of a frame under an environment, with their shadow maps or without.
+    #[must_use]
+    pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
+        let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
+        let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
+        Self { sun: state.sun.is_some(), panorama, shadows, points }
+    }
+
+    /// Directional lights that throw shadows.
+    #[must_use]
+    pub fn sun_maps(&self) -> u32 {
+        if self.shadows { u32::from(self.sun) + self.panorama } else { 0 }
+    }
+
+    /// Lights that throw shadows.
+    #[must_use]
+    pub fn shadow_maps(&self) -> u32 {
+        if self.shadows { self.sun_maps() + self.points } else { 0 }
+    }
+}
+
+/// The directional lights of a frame in the order of the shaders: its own sun, without a size, then those of the panorama.
+pub fn suns_of<'a>(
+    state: &FrameState,
+    environment: &'a Environment,
+) -> impl Iterator<Item = EnvironmentLight> + use<'a> {
+    let own = state.sun.map(|sun| EnvironmentLight {
+        direction: sun.direction.normalize_or(Vec3::Z),
+        irradiance: sun.irradiance,
+        variance: 0.0,
+    });
+    own.into_iter().chain(environment.lights().iter().copied().take(MAX_ENVIRONMENT_LIGHTS as usize))
+}
+
+/// How the shading pass treats edge samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Edges {
+    /// The frame has no edge samples.
+    None = EDGES_ARE_ABSENT as isize,
+    /// It shades edge samples, except those that [`EdgePass`](super::edges::EdgePass) marked.
+    Shaded = EDGES_ARE_SHADED as isize,
+    /// It shades pixels whose edge samples were joined.
+    Joined = EDGES_ARE_JOINED as isize,
+}
+
+/// The inputs of the shading pass.
+#[derive(Clone, Copy)]
+pub struct ShadeInputs<'a> {
+    /// The [`LightingGpu`] block.
+    pub lighting: &'a Buffer,
+    /// The environment cube, with mips.
+    pub cube: &'a ImageView,
+    /// The cube that is seen behind all surfaces.
+    pub background: &'a ImageView,
+    /// The environment, with levels blurred for few lookups.
+    pub lobes: &'a ImageView,
+    /// What order 2 leaves out of its irradiance.
+    pub irradiance_rest: &'a ImageView,
+    /// Its nine SH coefficients of radiance, `vec4` each.
+    pub radiance_sh: &'a Buffer,
+    /// The shadow maps, a layer per light.
+    pub shadow_maps: &'a ImageView,
+    /// The joined sums of each pixel's edge samples, if there are any.
+    pub joined: Option<&'a JoinedEdges>,
+}
+
+/// The options that decide the pipelines of the shading pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ShadeKind {
+    /// How surfaces are shaded; [plain](Shading::plain), since no other setting affects the pipelines.
+    pub shading: Shading,
+    /// The lights of the frame.
+    pub lights: LightSet,
+    /// With or without edge samples.
+    pub edges: Edges,
+    /// Bases of the surfaces.
+    pub bases: Bases,
+    /// Whether it tells which shares of the light arrive, in place of radiance.
+    pub tells_light: bool,
+}
+
+impl ShadeKind {
+    /// The specialization constants of `passes/shade/settings.glsl`.
+    #[must_use]
+    pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
+        let Self { shading, lights, edges, bases, tells_light } = self;
+        let lit = [
+            ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
+            ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
+            ("MAPPED_SHADOWS", SpecValue::Bool(lights.shadows)),
+            ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
+            ("EDGES", SpecValue::I32(*edges as i32)),
+            ("TELLS_LIGHT", SpecValue::Bool(*tells_light)),
+        ];
+        [shading.spec(), lit.to_vec(), bases.spec().to_vec()].concat()
+    }
+}
+
+/// The samplers that light is read with.
+#[derive(Clone)]
+pub struct LightSamplers {
+    nearest: Sampler,
+    trilinear: Sampler,
+}
+
+impl LightSamplers {
+    /// The samplers.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+        })
+    }
+}
+
+impl<'a> ShadeInputs<'a> {
+    /// What a fragment stage that includes `passes/shade/shaded.glsl` reads about the light.
+    #[must_use]
+    pub fn bindings(&self, samplers: &'a LightSamplers) -> [(&'static str, Descriptor<'a>); 7] {
+        let LightSamplers { nearest, trilinear } = samplers;
+        [
+            ("lighting", Descriptor::Uniform(self.lighting)),
+            ("background_cube", Descriptor::Sampled(self.background, trilinear)),
+            ("environment_cube", Descriptor::Sampled(self.cube, trilinear)),
+            ("environment_lobes", Descriptor::Sampled(self.lobes, trilinear)),
+            ("irradiance_rest", Descriptor::Sampled(self.irradiance_rest, trilinear)),
+            ("Irradiance", Descriptor::Storage(self.radiance_sh)),
+            ("shadow_maps", Descriptor::Sampled(self.shadow_maps, nearest)),
+        ]
+    }
+}
+
+/// The pipeline that shades the pixels of the G-buffer.
+#[derive(Clone)]
+pub struct ShadePass {
+    pipeline: GraphicsPipeline,
+    samplers: LightSamplers,
+}
+
+impl ShadePass {
+    /// The pass of one kind.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
+        let desc = GraphicsDesc {
+            vertex: "passes/shade/shade.vert",
+            fragment: Some("passes/shade/shade.frag"),
+            colors: &[RADIANCE_FORMAT],
+            depth: (kind.edges != Edges::Shaded).then_some(ANY_OBJECT_TEST),
+            topology: Topology::Points,
+            spec: &kind.spec(),
+            structs: &[LightingGpu::LAYOUT],
+            ..Default::default()
+        };
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, samplers: LightSamplers::new(gpu)? })
+    }
+
+    /// Shades the pixels of a filtered sample that show a surface into its begun radiance; of edge samples all that need it.
+    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, inputs: ShadeInputs<'_>) {
+        let SampleTargets { visible, gbuffer, .. } = sample;
+        let nearest = &self.samplers.nearest;
+        // Pipelines without joined edge samples still need some float image bound in their place.
+        let shares = inputs.joined.map_or(&visible.depth, |joined| &joined.shares);
+        let more_suns = inputs.joined.map_or(&visible.depth, |joined| &joined.more_suns);
+        let filtered = [
+            ("visible_surface", Descriptor::Sampled(visible.surface.whole(), nearest)),
+            ("visible_depth", Descriptor::Sampled(visible.depth.whole(), nearest)),
+            ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), nearest)),
+            ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), nearest)),
+            ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), nearest)),
+            ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), nearest)),
+            ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), nearest)),
+            ("gbuffer_emission", Descriptor::Sampled(gbuffer.emission.whole(), nearest)),
+            ("gbuffer_relief_color", Descriptor::Sampled(gbuffer.relief_color.whole(), nearest)),
+            ("shares", Descriptor::Sampled(shares.whole(), nearest)),
+            ("more_suns", Descriptor::Sampled(more_suns.whole(), nearest)),
+            ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
+        ];
+        cmd.bind(&self.pipeline, &[&inputs.bindings(&self.samplers)[..], &filtered].concat());
+        visible.tiles.draw(cmd);
+    }
+}
+
+/// The pipeline that draws the sky behind surfaces, which needs little of what shading needs.
+#[derive(Clone)]
+pub struct SkyBehindPass {
+    pipeline: GraphicsPipeline,
+    samplers: LightSamplers,
+}
+
+impl SkyBehindPass {
+    /// The pass, for the slots of multisampled pixels too or not.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, multisampled: bool) -> Result<Self> {
+        let desc = GraphicsDesc {
+            vertex: "passes/shade/sky.vert",
+            fragment: Some("passes/shade/sky.frag"),
+            colors: &[RADIANCE_FORMAT],
+            depth: Some(OBJECT_TEST),
+            spec: &[("MULTISAMPLED", SpecValue::Bool(multisampled))],
+            structs: &[LightingGpu::LAYOUT],
+            ..Default::default()
+        };
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade sky", &desc)?, samplers: LightSamplers::new(gpu)? })
+    }
+
+    /// Draws the pixels that show no object into the begun radiance of a sample whose objects are known.
+    pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, inputs: ShadeInputs<'_>) {
+        let background = ("background_cube", Descriptor::Sampled(inputs.background, &self.samplers.trilinear));
+        let surface = ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.samplers.nearest));
+        cmd.bind(&self.pipeline, &[("lighting", Descriptor::Uniform(inputs.lighting)), background, surface]);
+        cmd.draw(0..3, 0..1);
+    }
+}

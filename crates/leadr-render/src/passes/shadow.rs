@@ -1,0 +1,255 @@
+//! Shadow pass: the depth of the displaced scene seen from each light.
+
+use std::sync::Arc;
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use leadr_gpu::vk;
+
+use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
+use crate::surfaces::object_view::{DrawnObject, Viewpoint};
+use crate::surfaces::sphere::Sphere;
+use crate::surfaces::tessellation::{Lens, Viewer};
+use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
+
+/// Widest half angle of the view from a point, radians, used when the point is among the casters. What lies outside is lit.
+const WIDEST: f32 = 1.3;
+
+/// Clip space to texture coordinates.
+const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
+    Vec4::new(0.5, 0.0, 0.0, 0.0),
+    Vec4::new(0.0, 0.5, 0.0, 0.0),
+    Vec4::new(0.0, 0.0, 1.0, 0.0),
+    Vec4::new(0.5, 0.5, 0.0, 1.0),
+);
+
+/// The view from which the shadow map is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowView {
+    /// World to clip space, depth 1 nearest the light: a parallel projection from suns, in perspective from points.
+    pub clip_from_world: Mat4,
+    /// World to texture coordinates (xy) and depth (z).
+    pub texture_from_world: Mat4,
+    /// Texels along a side of the map.
+    pub size: u32,
+    /// World size of a texel; from a point at distance 1.
+    pub texel: f32,
+    /// World size of a texel about the middle of what the map shows.
+    pub texel_there: f32,
+    /// Distance of depth 1 from a point; of parallel views 0.
+    pub near: f32,
+    /// Where the light is.
+    pub viewer: Viewer,
+}
+
+impl ShadowView {
+    /// A view from the sun, whose unit direction is `sun`, of a sphere in a map of `size` texels. The sphere's centre is
+    /// snapped to the texel grid, so that the cast shadows of a moving object do not crawl.
+    #[must_use]
+    pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
+        let Sphere { centre, radius } = sphere;
+        let (x, y) = sun.any_orthonormal_pair();
+        let texel = 2.0 * radius / size as f32;
+        let off_grid = |v: f32| (v / texel).round() * texel - v;
+        let snapped = centre + x * off_grid(centre.dot(x)) + y * off_grid(centre.dot(y));
+        Self::parallel(sun, Sphere { centre: snapped, radius }, size)
+    }
+
+    /// The same without snapping.
+    #[must_use]
+    pub fn parallel(sun: Vec3, sphere: Sphere, size: u32) -> Self {
+        let Sphere { centre, radius } = sphere;
+        let (x, y) = sun.any_orthonormal_pair();
+        let texel = 2.0 * radius / size as f32;
+        let (cx, cy, cz) = (centre.dot(x), centre.dot(y), centre.dot(sun));
+        // Depth runs from 0 (far from the sun) to 1.
+        let row = |axis: Vec3, scale: f32, offset: f32| (axis * scale).extend(offset);
+        let clip_from_world = Mat4::from_cols(
+            row(x, 1.0 / radius, -cx / radius),
+            row(y, 1.0 / radius, -cy / radius),
+            row(sun, 0.5 / radius, 0.5 - 0.5 * cz / radius),
+            Vec4::W,
+        )
+        .transpose();
+        Self {
+            clip_from_world,
+            texture_from_world: TEXTURE_FROM_CLIP * clip_from_world,
+            size,
+            texel,
+            texel_there: texel,
+            near: 0.0,
+            viewer: Viewer::Toward(sun),
+        }
+    }
+
+    /// A view from a point of a sphere. From outside it holds all of the sphere, so nothing beyond its edges is in shadow; from inside
+    /// a wide cone about the sphere's middle, and the rest counts as lit.
+    #[must_use]
+    pub fn from_point(eye: Vec3, sphere: Sphere, size: u32) -> Self {
+        let Sphere { centre, radius } = sphere;
+        let distance = eye.distance(centre);
+        let half = if distance > radius { (radius / distance).asin().min(WIDEST) } else { WIDEST };
+        let half = (half + 2.0 / size as f32).min(WIDEST);
+        let near = (0.9 * (distance - radius)).max(1e-3 * radius);
+        let forward = (centre - eye).normalize_or(Vec3::NEG_Z);
+        let clip_from_world = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(2.0 * half, 1.0, near)
+            * glam::camera::rh::view::look_to_mat4(eye, forward, forward.any_orthonormal_vector());
+        let texel = 2.0 * half.tan() / size as f32;
+        Self {
+            clip_from_world,
+            texture_from_world: TEXTURE_FROM_CLIP * clip_from_world,
+            size,
+            texel,
+            texel_there: texel * distance.max(0.5 * radius),
+            near,
+            viewer: Viewer::At(eye),
+        }
+    }
+
+    /// The same view with its map moved by so many texels.
+    #[must_use]
+    pub fn moved(self, texels: Vec2) -> Self {
+        let clip_from_world =
+            Mat4::from_translation((texels * (2.0 / self.size as f32)).extend(0.0)) * self.clip_from_world;
+        Self { clip_from_world, texture_from_world: TEXTURE_FROM_CLIP * clip_from_world, ..self }
+    }
+
+    /// The viewpoint for casters that are tessellated for the camera's `lens`.
+    #[must_use]
+    pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
+        Viewpoint {
+            clip_from_world: self.clip_from_world,
+            viewer: self.viewer,
+            lens,
+            grid: 1,
+            size: (self.size, self.size),
+            draw: 0.0,
+        }
+    }
+}
+
+/// Texels along a side of the maps for a picture of so many pixels: twice its longer side, from 1024 to 2048. A picture of a few
+/// hundred pixels does not show more, and a smaller map is drawn and looked up faster.
+#[must_use]
+pub fn map_size((width, height): (u32, u32)) -> u32 {
+    width.max(height).saturating_mul(2).clamp(1024, 2048).next_power_of_two()
+}
+
+/// The pipelines of the pass, and the maps made so far.
+pub struct ShadowPass {
+    pipelines: PatchPipelines,
+    maps: Vec<ShadowMaps>,
+}
+
+/// Depth from each light, larger is nearer. Clones share the images.
+#[derive(Clone)]
+pub struct ShadowMaps {
+    image: Image,
+    array: ImageView,
+    layers: Vec<ImageView>,
+}
+
+impl ShadowMaps {
+    fn new(gpu: &Arc<Gpu>, size: u32, count: u32) -> Result<Self> {
+        let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(count);
+        let image = Image::new(gpu, "shadow maps", desc)?;
+        let layers = (0..count).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?;
+        Ok(Self { array: image.array()?, layers, image })
+    }
+
+    /// An array with a layer per light.
+    #[must_use]
+    pub fn array(&self) -> &ImageView {
+        &self.array
+    }
+}
+
+impl ShadowPass {
+    /// The pass, for such casters.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
+        let desc =
+            GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
+        let pipelines = PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, kinds.iter())?;
+        Ok(Self { pipelines, maps: Vec::new() })
+    }
+
+    /// Maps of `size`² texels for so many lights, which frames share; without any a single texel that nothing reads.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, lights: u32) -> Result<ShadowMaps> {
+        let (size, layers) = if lights == 0 { (1, 1) } else { (size, lights) };
+        let kept = |maps: &&ShadowMaps| maps.image.desc().width == size && maps.image.desc().layers >= layers;
+        if let Some(maps) = self.maps.iter().find(kept) {
+            return Ok(maps.clone());
+        }
+        self.maps.retain(|maps| maps.image.desc().width != size);
+        let maps = ShadowMaps::new(gpu, size, layers)?;
+        self.maps.push(maps.clone());
+        Ok(maps)
+    }
+
+    /// Draws the casters of each light and leaves the maps readable.
+    pub fn record<'a, C: Iterator<Item = DrawnObject<'a>>>(
+        &self,
+        cmd: &mut Commands,
+        maps: &ShadowMaps,
+        lights: impl Iterator<Item = C>,
+    ) {
+        let ShadowMaps { image, layers, .. } = maps;
+        cmd.image_barrier(image, Use::Undefined, Use::DepthTarget);
+        for (layer, casters) in layers.iter().zip(lights) {
+            cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
+            guard_band(cmd, image);
+            for caster in casters {
+                self.pipelines.draw(cmd, caster, PatchMode::Caster);
+            }
+            cmd.end_rendering();
+        }
+        cmd.transition(image, Use::Sampled);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_suit_the_picture() {
+        let sizes = [(1, 1), (480, 270), (512, 512), (270, 640), (4096, 2160), (u32::MAX, 1)];
+        assert_eq!(sizes.map(map_size), [1024, 1024, 1024, 2048, 2048, 2048]);
+    }
+
+    #[test]
+    fn a_point_sees_the_sphere_and_depths_tell_distances() {
+        let sphere = Sphere { centre: Vec3::new(1.0, 2.0, 3.0), radius: 2.0 };
+        let eye = Vec3::new(5.0, -1.0, 7.0);
+        let view = ShadowView::from_point(eye, sphere, 512);
+        let forward = (sphere.centre - eye).normalize();
+        for away in [-1.9, 0.0, 1.9] {
+            let p = sphere.centre + forward * away;
+            let s = view.texture_from_world.project_point3(p);
+            assert!((s.truncate() - 0.5).length() < 1e-4);
+            assert!((view.near / s.z - p.distance(eye)).abs() < 1e-3, "{s}");
+        }
+        // From inside, too, what lies ahead is seen.
+        let inside = ShadowView::from_point(sphere.centre + Vec3::Z, sphere, 512);
+        let s = inside.texture_from_world.project_point3(sphere.centre - Vec3::Z + Vec3::X);
+        assert!(s.min_element() > 0.0 && s.max_element() < 1.0, "{s}");
+    }
+
+    #[test]
+    fn the_sphere_fills_the_map_and_the_sunward_side_is_nearest() {
+        let sun = Vec3::new(0.3, -0.5, 0.8).normalize();
+        let centre = Vec3::new(3.0, 1.0, 2.0);
+        let view = ShadowView::around(sun, Sphere { centre, radius: 5.0 }, 1000);
+        let at = |p: Vec3| view.texture_from_world.project_point3(p);
+        assert!((at(centre) - Vec3::splat(0.5)).length() < 2e-3);
+        assert!((at(centre + sun * 5.0).z - 1.0).abs() < 1e-5);
+        assert!(at(centre - sun * 5.0).z.abs() < 1e-5);
+        let side = sun.any_orthonormal_vector();
+        assert!((at(centre + side * 4.9) - at(centre)).truncate().length() < 0.5);
+    }
+}

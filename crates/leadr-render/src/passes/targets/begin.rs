@@ -1,0 +1,38 @@
+//! How a kind of surface begins to draw into targets that several kinds share.
+
+use leadr_gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
+
+/// Content of the targets when a kind of surface begins to draw into them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// Zeros, for the first kind: some software drivers look up environments of four neighbouring pixels at the level of detail of
+    /// one of them, so that pixels which nothing covers must not hold the content of an earlier frame.
+    Clear,
+    /// The pixels of earlier kinds.
+    Continue,
+}
+
+impl Begin {
+    /// Makes an integer image a colour target.
+    pub(super) fn color<'a>(self, cmd: &mut Commands, image: &'a Image) -> ColorTarget<'a> {
+        let load = match self {
+            Self::Clear => Load::ClearUint([0; 4]),
+            Self::Continue => Load::Keep,
+        };
+        self.transition(cmd, image, Use::ColorTarget);
+        ColorTarget { view: image.whole(), load }
+    }
+
+    /// Makes an image a depth target; for the first kind everything is infinitely far away.
+    pub(super) fn depth<'a>(self, cmd: &mut Commands, image: &'a Image) -> DepthTarget<'a> {
+        self.transition(cmd, image, Use::DepthTarget);
+        DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }
+    }
+
+    pub(super) fn transition(self, cmd: &mut Commands, image: &Image, to: Use) {
+        match self {
+            Self::Clear => cmd.image_barrier(image, Use::Undefined, to),
+            Self::Continue => cmd.transition(image, to),
+        }
+    }
+}

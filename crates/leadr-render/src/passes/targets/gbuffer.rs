@@ -1,0 +1,130 @@
+//! The output of the filter passes for each pixel.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use half::f16;
+use leadr_gpu::vk;
+
+use super::begin::Begin;
+use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
+use leadr_reflectance::frame::octahedral_decode;
+
+/// The LEADR G-buffer: all data that shading a pixel needs, 88 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// [`VisibleSurface`](super::VisibleSurface).
+#[derive(Clone)]
+pub struct GBuffer {
+    /// Octahedral displacement direction, mean slope in its frame, covariance `sxy`; RGBA32UI.
+    pub slopes: Image,
+    /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
+    pub material: Image,
+    /// Accessibility and level of detail; how edge samples are joined; RG32UI.
+    pub surface: Image,
+    /// Horizon of the relief, packed; RG32UI.
+    pub horizon: Image,
+    /// Reflectance at normal incidence, and two roughnesses that share the surface; RGBA32UI.
+    pub reflection: Image,
+    /// Emission; RG32UI.
+    pub emission: Image,
+    /// How the albedo follows the relief, packed; RGBA32UI.
+    pub relief_color: Image,
+}
+
+/// The fields of a [`GBuffer`] pixel that pictures of single layers show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilteredPixel {
+    /// World displacement direction, unit.
+    pub normal: DVec3,
+    /// Mean slope in the frame about it.
+    pub mean_slope: Vec2,
+    /// Slope covariance `sxx, syy, sxy`.
+    pub slope_covariance: Vec3,
+    /// Linear albedo.
+    pub albedo: Vec3,
+    /// Beckmann roughness of the base material.
+    pub roughness: f32,
+    /// Level of detail of the maps.
+    pub lod: f32,
+}
+
+impl GBuffer {
+    /// Formats of its images, in the order of their attachments.
+    pub const FORMATS: [vk::Format; 7] = [
+        vk::Format::R32G32B32A32_UINT,
+        vk::Format::R32G32B32A32_UINT,
+        vk::Format::R32G32_UINT,
+        vk::Format::R32G32_UINT,
+        vk::Format::R32G32B32A32_UINT,
+        vk::Format::R32G32_UINT,
+        vk::Format::R32G32B32A32_UINT,
+    ];
+
+    /// A G-buffer of `size` pixels.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
+        let [slopes, material, surface, horizon, reflection, emission, relief_color] = Self::FORMATS.map(color);
+        // The join pass writes to the first two.
+        Ok(Self {
+            slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
+            material: Image::new(gpu, "g-buffer material", material.storage())?,
+            surface: Image::new(gpu, "g-buffer surface", surface)?,
+            horizon: Image::new(gpu, "g-buffer horizon", horizon)?,
+            reflection: Image::new(gpu, "g-buffer reflection", reflection)?,
+            emission: Image::new(gpu, "g-buffer emission", emission)?,
+            relief_color: Image::new(gpu, "g-buffer relief colour", relief_color)?,
+        })
+    }
+
+    /// Its images, in the order of their attachments.
+    #[must_use]
+    pub fn colors(&self) -> [&Image; 7] {
+        let Self { slopes, material, surface, horizon, reflection, emission, relief_color } = self;
+        [slopes, material, surface, horizon, reflection, emission, relief_color]
+    }
+
+    /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width,
+    /// height), and leaves the G-buffer readable.
+    pub fn draw(&self, cmd: &mut Commands, begin: Begin, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
+        let colors = self.colors().map(|image| begin.color(cmd, image));
+        cmd.begin_rendering(&colors, None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
+        draw(cmd);
+        cmd.end_rendering();
+        for image in self.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    /// Reads it back, row by row.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn read(&self) -> Result<Vec<FilteredPixel>> {
+        let slopes: Vec<[u32; 4]> = self.slopes.read(0, 0)?;
+        let material: Vec<[u32; 4]> = self.material.read(0, 0)?;
+        let surface: Vec<[u32; 2]> = self.surface.read(0, 0)?;
+        let pixels = slopes.iter().zip(&material).zip(&surface);
+        Ok(pixels.map(|((&slopes, &material), &surface)| FilteredPixel::unpack(slopes, material, surface)).collect())
+    }
+}
+
+impl FilteredPixel {
+    fn unpack(slopes: [u32; 4], material: [u32; 4], surface: [u32; 2]) -> Self {
+        let snorm = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
+        let half = |bits: u32| f16::from_bits(bits as u16).to_f32();
+        let color = [material[0], material[0] >> 16, material[1], material[1] >> 16].map(half);
+        Self {
+            normal: octahedral_decode(DVec2::new(snorm(slopes[0]), snorm(slopes[0] >> 16))),
+            mean_slope: Vec2::from([slopes[1], slopes[2]].map(f32::from_bits)),
+            slope_covariance: Vec3::from([material[2], material[3], slopes[3]].map(f32::from_bits)),
+            albedo: Vec3::new(color[0], color[1], color[2]),
+            roughness: color[3],
+            lod: half(surface[0] >> 16),
+        }
+    }
+}

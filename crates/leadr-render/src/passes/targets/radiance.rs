@@ -1,0 +1,44 @@
+//! The radiance of samples, and the joined sums of edge samples.
+
+use std::sync::Arc;
+
+use leadr_gpu::vk;
+
+use leadr_gpu::{Gpu, Image, ImageDesc, Result};
+
+/// Format of the images that hold radiance and coverage.
+pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+/// The joined sums of each pixel's edge samples.
+#[derive(Clone)]
+pub struct JoinedEdges {
+    /// Sum of the radiance and coverage of the edge samples that see other surfaces than the pixel; RGBA32F.
+    pub others: Image,
+    /// Number of edge samples that see the pixel's surface; area and number of those that were joined, and how many of them the
+    /// first sun reaches; RGBA32F.
+    pub shares: Image,
+    /// How many of them each further sun reaches; RGBA32F, a single texel where there is one sun at most.
+    pub more_suns: Image,
+}
+
+impl JoinedEdges {
+    /// Images for a picture of `size` pixels with so many shadow maps.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), shadow_maps: u32) -> Result<Self> {
+        let image =
+            |name, size: (u32, u32)| Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage());
+        Ok(Self {
+            others: image("other surfaces", size)?,
+            shares: image("shares of edge samples", size)?,
+            more_suns: image("suns of edge samples", if shadow_maps > 1 { size } else { (1, 1) })?,
+        })
+    }
+
+    /// Whether they serve a picture of that size with so many shadow maps.
+    #[must_use]
+    pub fn suit(&self, size: (u32, u32), shadow_maps: u32) -> bool {
+        shadow_maps < 2 || self.more_suns.mip_extent(0) == [size.0, size.1]
+    }
+}

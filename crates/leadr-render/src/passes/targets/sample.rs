@@ -1,0 +1,71 @@
+//! The targets for one sample of every pixel.
+
+use std::sync::Arc;
+
+use super::begin::Begin;
+use super::gbuffer::GBuffer;
+use super::radiance::RADIANCE_FORMAT;
+use super::visible_surface::VisibleSurface;
+use crate::constants::OTHERS_BLOCK;
+use leadr_gpu::{ColorTarget, Commands, DepthTarget, Gpu, Image, ImageDesc, Load, Result, Use};
+
+/// The surfaces that the samples of an image see, and their radiance. Clones share the images.
+#[derive(Clone)]
+pub struct SampleTargets {
+    /// The output of the geometry stages.
+    pub visible: VisibleSurface,
+    /// The output of the filter passes.
+    pub gbuffer: GBuffer,
+    /// Radiance and coverage.
+    pub radiance: Image,
+}
+
+impl SampleTargets {
+    /// Targets for an image of `size` samples; the G-buffer is a single texel unless `with_gbuffer`.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), with_gbuffer: bool) -> Result<Self> {
+        Self::with(gpu, size, VisibleSurface::new(gpu, size)?, with_gbuffer)
+    }
+
+    /// Targets for the pixels of a picture of `size`, whose geometry is multisampled, and the slots of their other surfaces.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn with_slots(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let whole = |pixels: u32| pixels.next_multiple_of(OTHERS_BLOCK as u32);
+        let size = (whole(size.0), 2 * whole(size.1));
+        Self::with(gpu, size, VisibleSurface::stored(gpu, size)?, false)
+    }
+
+    fn with(gpu: &Arc<Gpu>, size: (u32, u32), visible: VisibleSurface, with_gbuffer: bool) -> Result<Self> {
+        let radiance = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target();
+        Ok(Self {
+            visible,
+            gbuffer: GBuffer::new(gpu, if with_gbuffer { size } else { (1, 1) })?,
+            radiance: Image::new(gpu, "sample", radiance)?,
+        })
+    }
+
+    /// Runs `draw`, which gives every sample within the scissor (x, y, width, height) its radiance.
+    pub fn draw_radiance(&self, cmd: &mut Commands, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
+        cmd.image_barrier(&self.radiance, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: self.radiance.whole(), load: Load::Discard }], None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
+        draw(cmd);
+        cmd.end_rendering();
+    }
+
+    /// Runs `draw`, which gives the pixels of some objects their radiance: its pipelines test the image of objects.
+    pub fn draw_radiance_of_objects(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
+        begin.transition(cmd, &self.radiance, Use::ColorTarget);
+        let load = if begin == Begin::Clear { Load::Discard } else { Load::Keep };
+        let objects = DepthTarget { view: self.visible.objects.whole(), clear: None };
+        cmd.begin_rendering(&[ColorTarget { view: self.radiance.whole(), load }], Some(objects));
+        draw(cmd);
+        cmd.end_rendering();
+    }
+}

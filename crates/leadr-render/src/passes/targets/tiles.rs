@@ -1,0 +1,45 @@
+//! Tiles of the screen. Each has a record of its content, so that a pass over the pixels of one object, or over those that
+//! need shading, draws only the tiles that contain such pixels.
+
+use std::sync::Arc;
+
+use crate::constants::TILE_SIZE;
+use leadr_gpu::{Buffer, Commands, Gpu, Memory, Result};
+
+/// Side of a tile in pixels.
+const SIZE: u32 = TILE_SIZE as u32;
+
+/// The tiles of an image.
+#[derive(Clone)]
+pub struct Tiles {
+    /// One `uvec4` per tile, row by row: a bit for each object from 1 to 63 (xy), flags (z).
+    pub records: Buffer,
+    columns: u32,
+    rows: u32,
+}
+
+impl Tiles {
+    /// The tiles of an image of `size` pixels.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let (columns, rows) = (size.0.div_ceil(SIZE), size.1.div_ceil(SIZE));
+        let bytes = u64::from(columns) * u64::from(rows) * 16;
+        Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
+    }
+
+    /// Number of tiles across and down.
+    #[must_use]
+    pub fn extent(&self) -> [u32; 2] {
+        [self.columns, self.rows]
+    }
+
+    /// Draws the tiles within the scissor as points. The bound pipeline's vertex shader chooses among them by their
+    /// records.
+    pub fn draw(&self, cmd: &mut Commands) {
+        // Tiles at the right and the bottom extend beyond the image.
+        cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
+        cmd.draw(0..self.columns * self.rows, 0..1);
+    }
+}

@@ -1,0 +1,130 @@
+//! The output of the geometry stages for each pixel, and the targets that they draw into.
+
+use std::sync::Arc;
+
+use leadr_gpu::vk;
+
+use super::begin::Begin;
+use super::tiles::Tiles;
+use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
+
+/// Format of the image of objects.
+pub const OBJECT_FORMAT: vk::Format = vk::Format::D16_UNORM;
+
+const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+
+/// What the geometry stages draw into. Clones share the images.
+#[derive(Clone)]
+pub struct GeometryTargets {
+    /// See [`VisibleSurface::surface`].
+    pub surface: Image,
+    /// See [`VisibleSurface::footprint`].
+    pub footprint: Image,
+    /// Reversed depth, 0 where there is no surface; D32F.
+    pub depth: Image,
+}
+
+impl GeometryTargets {
+    /// Formats of the colour targets.
+    pub const FORMATS: [vk::Format; 2] = [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
+
+    /// Targets of `size` pixels with so many samples in each.
+    ///
+    /// # Errors
+    /// Memory that is short, or a number of samples that the device does not have.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), samples: u32) -> Result<Self> {
+        let image = |format| ImageDesc::new(format, size.0, size.1).samples(samples);
+        let [surface, footprint] = Self::FORMATS.map(|format| image(format).color_target());
+        // The edge pass writes its marks here.
+        let surface = if samples == 1 { surface.storage() } else { surface };
+        let depth = image(DEPTH_FORMAT).depth_target();
+        Ok(Self {
+            surface: Image::new(gpu, "visible surface", surface)?,
+            footprint: Image::new(gpu, "visible footprint", footprint)?,
+            depth: Image::new(gpu, "depth", depth)?,
+        })
+    }
+
+    /// The numbers of samples, all powers of two, that the device has for targets, added up.
+    #[must_use]
+    pub fn possible_samples(gpu: &Gpu) -> u32 {
+        let colors = Self::FORMATS.map(|format| ImageDesc::new(format, 1, 1).color_target());
+        let all = colors.into_iter().chain([ImageDesc::new(DEPTH_FORMAT, 1, 1).depth_target()]);
+        all.map(|desc| gpu.image_samples(desc.format, desc.usage)).fold(u32::MAX, |all, some| all & some)
+    }
+
+    /// Runs `draw`, which draws one kind of surface into the targets, and leaves them readable.
+    pub fn draw(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
+        let colors = [&self.surface, &self.footprint].map(|image| begin.color(cmd, image));
+        let depth = begin.depth(cmd, &self.depth);
+        cmd.begin_rendering(&colors, Some(depth));
+        draw(cmd);
+        cmd.end_rendering();
+        for image in [&self.surface, &self.footprint, &self.depth] {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+}
+
+/// The object, from 1, or 0 where nothing is, and its patch, of the first word of [`VisibleSurface::surface`] (`passes/visible.glsl`).
+#[must_use]
+pub fn visible_patch(word: u32) -> [u32; 2] {
+    [word >> 24 & 0x3f, word & 0x00ff_ffff]
+}
+
+/// The output of the geometry stages for each pixel: 30 bytes. Small triangles write many pixels more than once, so they write
+/// little; the filter pass works out the rest.
+#[derive(Clone)]
+pub struct VisibleSurface {
+    /// Object and patch (0 where there is no surface); place on them, two words; the pixel, or the displacement direction of an edge
+    /// sample, or the depth in the middle of the pixel where the geometry is multisampled. RGBA32UI.
+    pub surface: Image,
+    /// How far the place moves from pixel to pixel, for the sea and for edge samples; displacement direction of other surfaces where
+    /// the geometry is multisampled. RG32UI.
+    pub footprint: Image,
+    /// Reversed depth, 0 where there is no surface.
+    pub depth: Image,
+    /// Which object each pixel shows, as a depth (`passes/object_depth.glsl`), once
+    /// [`ObjectDepthPass`](crate::passes::object_depth::ObjectDepthPass) has run; D16.
+    pub objects: Image,
+    /// The content of its tiles, once [`TilePass`](crate::passes::tiles::TilePass) has run.
+    pub tiles: Tiles,
+}
+
+impl VisibleSurface {
+    /// Surfaces of `size` pixels, drawn by the geometry stages.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        Self::with(gpu, size, GeometryTargets::new(gpu, size, 1)?)
+    }
+
+    /// Surfaces of `size` pixels, written by the [`MsaaPass`](crate::passes::msaa::MsaaPass).
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn stored(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let image = |name, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).storage());
+        let [surface, footprint] = GeometryTargets::FORMATS;
+        let stored = GeometryTargets {
+            surface: image("visible surface", surface)?,
+            footprint: image("visible footprint", footprint)?,
+            depth: image("depth", vk::Format::R32_SFLOAT)?,
+        };
+        Self::with(gpu, size, stored)
+    }
+
+    fn with(gpu: &Arc<Gpu>, size: (u32, u32), geometry: GeometryTargets) -> Result<Self> {
+        let GeometryTargets { surface, footprint, depth } = geometry;
+        let objects = Image::new(gpu, "objects", ImageDesc::new(OBJECT_FORMAT, size.0, size.1).depth_target())?;
+        Ok(Self { surface, footprint, depth, objects, tiles: Tiles::new(gpu, size)? })
+    }
+
+    /// What the geometry stages draw into.
+    #[must_use]
+    pub fn geometry(&self) -> GeometryTargets {
+        let Self { surface, footprint, depth, .. } = self;
+        GeometryTargets { surface: surface.clone(), footprint: footprint.clone(), depth: depth.clone() }
+    }
+}

@@ -1,0 +1,41 @@
+//! Tile pass: records the content of each tile of the screen.
+
+use std::sync::Arc;
+
+use super::targets::VisibleSurface;
+use leadr_gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, Use};
+
+/// The pass that writes the records.
+pub struct TilePass {
+    pipeline: ComputePipeline,
+    nearest: Sampler,
+}
+
+impl TilePass {
+    /// The pass.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[], &[])?,
+            nearest: Sampler::new(gpu, "tiles", Filter::Nearest, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// Records the content of the tiles of a finished geometry pass.
+    pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface) {
+        let tiles = &visible.tiles;
+        cmd.memory_barrier(Use::GraphicsRead, Use::ComputeWrite);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("Tiles", Descriptor::Storage(&tiles.records)),
+            ],
+        );
+        let [columns, rows] = tiles.extent();
+        cmd.dispatch([columns, rows, 1]);
+        cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead);
+    }
+}

@@ -1,0 +1,358 @@
+//! The table of techniques: the one place where a technique is declared.
+//!
+//! A new technique needs a row here and a line in `docs/guide/techniques.md`. If no [`Family`] shades it yet, it also needs
+//! a constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys,
+//! report and bench read the table. Shaders are told what a technique needs ([`Needs`]), never which one it is.
+
+use leadr_gpu::SpecValue;
+use leadr_shaders::families;
+
+/// The table's entry for one technique.
+struct Row {
+    /// Its name on the command line and in JSON.
+    name: &'static str,
+    /// Its line in `--help`.
+    help: &'static str,
+    /// Its key in the window.
+    key: char,
+    family: Family,
+    slopes: Slopes,
+    /// Whether the base material is GGX, not Beckmann.
+    ggx: bool,
+    /// Whether it has the setting `pixel_kernel`.
+    pixel_kernel: bool,
+}
+
+/// The function that shades a technique's pixels: a `FAMILY_` constant of `passes/shade/families.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// The albedo, without light.
+    Unlit = families::UNLIT,
+    /// A Blinn-Phong lobe about the mean normal.
+    BlinnPhong = families::BLINN_PHONG,
+    /// A Blinn-Phong lobe that is rougher the shorter the filtered normal is.
+    Toksvig = families::TOKSVIG,
+    /// A Beckmann lobe of the slopes, without projected areas.
+    Lean = families::LEAN,
+    /// Integrals over the visible slopes.
+    Leadr = families::LEADR,
+    /// A GGX lobe about the mean normal, as rough as normals that roughness has shortened are short.
+    Gloss = families::GLOSS,
+}
+
+/// Which slope statistics of a pixel a technique receives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Slopes {
+    /// Nothing: surfaces are smooth.
+    None,
+    /// Their mean.
+    Mean,
+    /// Their mean and covariance.
+    Covariance,
+    /// Their mean and one variance for all directions.
+    Isotropic,
+    /// Those of the finest level of the maps at every distance; filtering is left to the samples per pixel.
+    Finest,
+}
+
+macro_rules! techniques {
+    ($($(#[$doc:meta])* $technique:ident = $row:expr;)*) => {
+        /// How surfaces are filtered and shaded.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Technique {
+            $($(#[$doc])* $technique,)*
+        }
+
+        impl Technique {
+            /// Every technique, the simplest first.
+            pub const ALL: [Self; Self::COUNT] = [$(Self::$technique),*];
+            const COUNT: usize = [$(Self::$technique),*].len();
+
+            const fn row(self) -> Row {
+                match self {
+                    $(Self::$technique => $row,)*
+                }
+            }
+        }
+    };
+}
+
+techniques! {
+    /// Albedo alone, without light: shows the cost of geometry and of filtering the colour.
+    Constant = Row {
+        name: "constant",
+        help: "Albedo without light",
+        key: '9',
+        family: Family::Unlit,
+        slopes: Slopes::None,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals under a normalised Blinn-Phong lobe.
+    BlinnPhong = Row {
+        name: "blinn-phong",
+        help: "Mipmapped normals, Blinn-Phong",
+        key: '7',
+        family: Family::BlinnPhong,
+        slopes: Slopes::Mean,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals with LEADR's BRDF, using the mean slope alone.
+    NormalMip = Row {
+        name: "normal-mip",
+        help: "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics",
+        key: '2',
+        family: Family::Leadr,
+        slopes: Slopes::Mean,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals whose length gives the roughness (Toksvig 2005).
+    Toksvig = Row {
+        name: "toksvig",
+        help: "Mipmapped normals, roughness from their length",
+        key: '6',
+        family: Family::Toksvig,
+        slopes: Slopes::Covariance,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals that are shorter the rougher they are, under a GGX lobe of the roughness that their length stands for (Chan 2018).
+    Gloss = Row {
+        name: "gloss",
+        help: "Normals shortened by roughness, a GGX lobe by their length (Call of Duty: WWII)",
+        key: 'y',
+        family: Family::Gloss,
+        slopes: Slopes::Covariance,
+        ggx: true,
+        pixel_kernel: false,
+    };
+    /// One slope variance for all directions (CLEAN mapping, Baker 2011).
+    Clean = Row {
+        name: "clean",
+        help: "One slope variance for all directions (CLEAN mapping)",
+        key: '5',
+        family: Family::Lean,
+        slopes: Slopes::Isotropic,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
+    Lean = Row {
+        name: "lean",
+        help: "Slope covariance without projected areas (LEAN mapping)",
+        key: '4',
+        family: Family::Lean,
+        slopes: Slopes::Covariance,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// LEADR mapping: mean slope and slope covariance of each pixel.
+    Leadr = Row {
+        name: "leadr",
+        help: "Slope covariance and projected areas (LEADR mapping)",
+        key: '1',
+        family: Family::Leadr,
+        slopes: Slopes::Covariance,
+        ggx: false,
+        pixel_kernel: true,
+    };
+    /// LEADR mapping of a GGX base, with two lobes.
+    LeadrGgx = Row {
+        name: "leadr-ggx",
+        help: "LEADR mapping of a GGX base",
+        key: '8',
+        family: Family::Leadr,
+        slopes: Slopes::Covariance,
+        ggx: true,
+        pixel_kernel: true,
+    };
+    /// The finest level of the maps without slope statistics: correct with enough samples per pixel.
+    Reference = Row {
+        name: "reference",
+        help: "The finest maps at every distance: correct with enough samples per pixel",
+        key: '3',
+        family: Family::Leadr,
+        slopes: Slopes::Finest,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// The reference of a GGX base: what [`LeadrGgx`](Self::LeadrGgx) is to be compared with.
+    ReferenceGgx = Row {
+        name: "reference-ggx",
+        help: "The reference of a GGX base: what leadr-ggx is compared with",
+        key: '0',
+        family: Family::Leadr,
+        slopes: Slopes::Finest,
+        ggx: true,
+        pixel_kernel: false,
+    };
+}
+
+impl Technique {
+    /// The name on the command line and in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// A one-line description.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        self.row().help
+    }
+
+    /// Its key in the window.
+    #[must_use]
+    pub const fn key(self) -> char {
+        self.row().key
+    }
+
+    /// The technique of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|technique| technique.name() == name)
+    }
+
+    /// Whether light reaches its surfaces at all.
+    #[must_use]
+    pub fn is_lit(self) -> bool {
+        self.row().family != Family::Unlit
+    }
+
+    /// Whether it integrates over the visible slopes ([`Integral`](super::Integral)).
+    #[must_use]
+    pub fn integrates(self) -> bool {
+        self.row().family == Family::Leadr
+    }
+
+    /// Whether it has the setting [`base_frame`](super::ShadingOptions::base_frame).
+    #[must_use]
+    pub fn has_base_frame(self) -> bool {
+        self.integrates() && !self.row().ggx
+    }
+
+    /// Whether it has the setting [`multiscattering`](super::ShadingOptions::multiscattering).
+    #[must_use]
+    pub fn has_multiscattering(self) -> bool {
+        // The lobes of LEADR's GGX base reflect more of an environment at grazing angles than GGX, whose losses the tables know.
+        self.has_base_frame() || self.row().family == Family::Gloss
+    }
+
+    /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).
+    #[must_use]
+    pub const fn has_pixel_kernel(self) -> bool {
+        self.row().pixel_kernel
+    }
+
+    /// Whether it takes the finest level of the maps and leaves filtering to the samples per pixel.
+    #[must_use]
+    pub fn is_reference(self) -> bool {
+        self.row().slopes == Slopes::Finest
+    }
+
+    /// Whether it has the setting [`relief_shadows`](super::ShadingOptions::relief_shadows).
+    #[must_use]
+    pub fn has_relief_shadows(self) -> bool {
+        self.is_reference() && !self.has_ggx_base()
+    }
+
+    /// Whether its base material is GGX, not Beckmann.
+    #[must_use]
+    pub fn has_ggx_base(self) -> bool {
+        self.row().ggx
+    }
+
+    /// The reference of its base material.
+    #[must_use]
+    pub fn reference(self) -> Self {
+        if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
+    }
+
+    /// Whether it has the setting [`relief_color`](super::ShadingOptions::relief_color).
+    #[must_use]
+    pub fn has_relief_color(self) -> bool {
+        self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
+    }
+
+    /// Its needs, with or without the pixel kernel, the relief's occlusion and its colours, where it has them.
+    pub(super) fn needs(self, pixel_kernel: bool, relief_occlusion: bool, relief_color: bool) -> Needs {
+        let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
+        Needs {
+            family,
+            slopes,
+            ggx,
+            kernel: has_kernel && pixel_kernel,
+            tilt: family == Family::Leadr && (pixel_kernel || !has_kernel),
+            horizon: family == Family::Leadr && relief_occlusion,
+            relief_color: self.has_relief_color() && relief_color,
+        }
+    }
+}
+
+/// The inputs that a technique needs from the passes between filtering and shading. Pipelines that depend on nothing else
+/// can be cached under this key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Needs {
+    family: Family,
+    slopes: Slopes,
+    ggx: bool,
+    kernel: bool,
+    tilt: bool,
+    horizon: bool,
+    relief_color: bool,
+}
+
+impl Needs {
+    /// The specialization constants of `passes/technique.glsl`.
+    #[must_use]
+    pub fn spec(self) -> Vec<(&'static str, SpecValue)> {
+        let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
+        vec![
+            ("FAMILY", SpecValue::I32(self.family as i32)),
+            ("USES_SLOPES", SpecValue::Bool(self.slopes != Slopes::None)),
+            ("USES_COVARIANCE", SpecValue::Bool(covariance)),
+            ("ISOTROPIC_COVARIANCE", SpecValue::Bool(self.slopes == Slopes::Isotropic)),
+            ("FINEST_LEVEL", SpecValue::Bool(self.is_finest())),
+            ("GGX_BASE", SpecValue::Bool(self.ggx)),
+            ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
+            ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
+            ("USES_HORIZON", SpecValue::Bool(self.horizon)),
+            ("USES_RELIEF_COLOR", SpecValue::Bool(self.relief_color)),
+        ]
+    }
+
+    /// Whether it reads the finest level of the maps at every distance.
+    #[must_use]
+    pub fn is_finest(self) -> bool {
+        self.slopes == Slopes::Finest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_keys_are_distinct() {
+        for (i, a) in Technique::ALL.iter().enumerate() {
+            assert_eq!(Technique::named(a.name()), Some(*a));
+            for b in &Technique::ALL[..i] {
+                assert!(a.name() != b.name() && a.key() != b.key(), "{a:?} and {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn settings_change_only_the_techniques_that_have_them() {
+        for technique in Technique::ALL {
+            let differs = technique.needs(true, true, true) != technique.needs(false, true, true);
+            assert_eq!(differs, technique.has_pixel_kernel(), "{technique:?}");
+            let differs = technique.needs(true, true, true) != technique.needs(true, false, true);
+            assert_eq!(differs, technique.integrates(), "{technique:?}");
+            let differs = technique.needs(true, true, true) != technique.needs(true, true, false);
+            assert_eq!(differs, technique.has_relief_color(), "{technique:?}");
+        }
+    }
+}

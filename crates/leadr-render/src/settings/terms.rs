@@ -1,0 +1,66 @@
+//! Which light a picture contains.
+
+use crate::constants;
+
+/// The parts of the light transport that a picture contains: a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Terms(i32);
+
+impl Terms {
+    /// Specular reflection of sun and point lights.
+    pub const SPECULAR_LIGHTS: Self = Self(constants::TERM_SPECULAR_LIGHTS);
+    /// Diffuse reflection of sun and point lights.
+    pub const DIFFUSE_LIGHTS: Self = Self(constants::TERM_DIFFUSE_LIGHTS);
+    /// Specular reflection of the environment.
+    pub const SPECULAR_ENVIRONMENT: Self = Self(constants::TERM_SPECULAR_ENVIRONMENT);
+    /// Diffuse reflection of the environment.
+    pub const DIFFUSE_ENVIRONMENT: Self = Self(constants::TERM_DIFFUSE_ENVIRONMENT);
+    /// All light.
+    pub const ALL: Self = Self(
+        constants::TERM_SPECULAR_LIGHTS
+            | constants::TERM_DIFFUSE_LIGHTS
+            | constants::TERM_SPECULAR_ENVIRONMENT
+            | constants::TERM_DIFFUSE_ENVIRONMENT,
+    );
+    /// No light: the picture is black.
+    pub const NONE: Self = Self(0);
+
+    /// Each term with its name on the command line.
+    pub const NAMES: [(Self, &str); 4] = [
+        (Self::SPECULAR_LIGHTS, "specular-lights"),
+        (Self::DIFFUSE_LIGHTS, "diffuse-lights"),
+        (Self::SPECULAR_ENVIRONMENT, "specular-environment"),
+        (Self::DIFFUSE_ENVIRONMENT, "diffuse-environment"),
+    ];
+
+    /// Whether it contains all of `other`.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The set without `other`.
+    #[must_use]
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// The `TERM_` bits of the shading pass.
+    #[must_use]
+    pub fn bits(self) -> i32 {
+        self.0
+    }
+
+    /// The names of its members.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES.into_iter().filter(move |(term, _)| self.contains(*term)).map(|(_, name)| name)
+    }
+}
+
+impl std::ops::BitOr for Terms {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}

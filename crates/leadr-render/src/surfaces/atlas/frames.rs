@@ -1,0 +1,193 @@
+//! Gradients of heights from patch to patch.
+//!
+//! A tile holds derivatives by its own texture coordinates. They describe the gradient on the surface, a vector in its
+//! tangent plane. Where patches meet, each patch can express that vector in its own coordinates. All of this refers to the
+//! surface at rest: a deformation moves the tangents of all patches alike, so the conversion between two patches'
+//! derivatives stays valid.
+
+use glam::{Vec2, Vec3};
+
+use crate::surfaces::patch::Patch;
+use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
+
+/// Tangents by texture coordinates, and their dual basis.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TextureFrame {
+    /// `∂X/∂s, ∂X/∂t`, metres per unit.
+    pub tangents: [Vec3; 2],
+    /// Gradients of `s` and `t` on the surface: `tangents[i] · duals[j] = δij`.
+    pub duals: [Vec3; 2],
+}
+
+impl TextureFrame {
+    /// The frame of two tangents. Where these nearly coincide or vanish, the duals are bounded.
+    #[must_use]
+    pub fn new(s: Vec3, t: Vec3) -> Self {
+        let (ss, tt, st) = (s.length_squared(), t.length_squared(), s.dot(t));
+        let determinant = (ss * tt - st * st).max(1e-4 * ss * tt);
+        let inverse = if determinant > 0.0 { 1.0 / determinant } else { 0.0 };
+        Self { tangents: [s, t], duals: [(s * tt - t * st) * inverse, (t * ss - s * st) * inverse] }
+    }
+}
+
+/// Columns of the matrix that converts derivatives by the coordinates of `from` to those by the coordinates of `to`.
+#[must_use]
+pub fn turn(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
+    let [s, t] = from.duals;
+    [to.tangents[0].dot(s), to.tangents[1].dot(s), to.tangents[0].dot(t), to.tangents[1].dot(t)]
+}
+
+/// The frames of the patches of an atlas at rest.
+pub struct AtlasFrames {
+    patches: Vec<Patch>,
+    corners: Vec<[TextureFrame; 4]>,
+    /// Patch coordinates per unit of texture coordinate.
+    per_texture: Vec2,
+}
+
+impl AtlasFrames {
+    /// The frames of all patches of a mesh.
+    #[must_use]
+    pub fn new(mesh: &PatchMesh, layout: TileLayout) -> Self {
+        let (width, height) = layout.size();
+        let per_texture = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
+        let patches: Vec<Patch> = (mesh.patches.iter())
+            .map(|p| Patch::new(p.map(|v| mesh.positions[v as usize]), p.map(|v| mesh.normals[v as usize])))
+            .collect();
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+        let corners = patches.iter().map(|patch| corners.map(|uv| frame(patch, per_texture, uv))).collect();
+        Self { patches, corners, per_texture }
+    }
+
+    /// The frame at a corner of a patch.
+    #[must_use]
+    pub fn corner(&self, patch: usize, corner: usize) -> TextureFrame {
+        self.corners[patch][corner]
+    }
+
+    /// The frame at `uv` of a patch.
+    #[must_use]
+    pub fn at(&self, patch: usize, uv: Vec2) -> TextureFrame {
+        frame(&self.patches[patch], self.per_texture, uv)
+    }
+}
+
+fn frame(patch: &Patch, per_texture: Vec2, uv: Vec2) -> TextureFrame {
+    let point = patch.at(uv);
+    TextureFrame::new(point.du * per_texture.x, point.dv * per_texture.y)
+}
+
+/// Values that tiles hold and patches share. They are carried across borders in a form that belongs to no patch.
+pub trait Carried: Linear {
+    /// The form that belongs to no patch.
+    type Common: Linear;
+    /// Converts from a patch's coordinates.
+    fn lift(&self, frame: &TextureFrame) -> Self::Common;
+    /// Converts to a patch's coordinates.
+    fn land(common: &Self::Common, frame: &TextureFrame) -> Self;
+}
+
+/// Values that can be averaged.
+pub trait Linear: Copy + Default + Send + Sync {
+    /// Adds `other · weight`.
+    fn add(&mut self, other: &Self, weight: f32);
+}
+
+impl<const N: usize> Linear for [f32; N]
+where
+    [f32; N]: Default,
+{
+    fn add(&mut self, other: &Self, weight: f32) {
+        for (sum, value) in self.iter_mut().zip(other) {
+            *sum += value * weight;
+        }
+    }
+}
+
+/// Moments of the derivatives of heights: `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The form that belongs to no patch: the
+/// mean gradient, and `xx, yy, zz, yz, zx, xy` of its second moments.
+impl Carried for [f32; 5] {
+    type Common = [f32; 9];
+
+    fn lift(&self, frame: &TextureFrame) -> [f32; 9] {
+        let [s, t] = frame.duals;
+        let [hs, ht, ss, tt, st] = *self;
+        let mean = s * hs + t * ht;
+        // Rows of the matrix of second moments.
+        let (of_s, of_t) = (s * ss + t * st, s * st + t * tt);
+        let row = |k: usize| of_s * s[k] + of_t * t[k];
+        let (x, y, z) = (row(0), row(1), row(2));
+        [mean.x, mean.y, mean.z, x.x, y.y, z.z, y.z, z.x, x.y]
+    }
+
+    fn land(common: &[f32; 9], frame: &TextureFrame) -> Self {
+        let [s, t] = frame.tangents;
+        let [gx, gy, gz, xx, yy, zz, yz, zx, xy] = *common;
+        let mean = Vec3::new(gx, gy, gz);
+        let second = |v: Vec3| {
+            Vec3::new(xx * v.x + xy * v.y + zx * v.z, xy * v.x + yy * v.y + yz * v.z, zx * v.x + yz * v.y + zz * v.z)
+        };
+        let (of_s, of_t) = (second(s), second(t));
+        [s.dot(mean), t.dot(mean), s.dot(of_s), t.dot(of_t), s.dot(of_t)]
+    }
+}
+
+/// Colours are the same in every patch.
+impl Carried for [f32; 4] {
+    type Common = [f32; 4];
+
+    fn lift(&self, _: &TextureFrame) -> [f32; 4] {
+        *self
+    }
+
+    fn land(common: &[f32; 4], _: &TextureFrame) -> Self {
+        *common
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn skewed() -> TextureFrame {
+        TextureFrame::new(Vec3::new(2.0, 0.3, 0.1), Vec3::new(-0.4, 1.5, 0.2))
+    }
+
+    /// A frame in the same plane.
+    fn other() -> TextureFrame {
+        let [s, t] = skewed().tangents;
+        TextureFrame::new(s * 0.2 - t * 1.1, s * 0.9 + t * 0.3)
+    }
+
+    fn moments(slopes: &[[f32; 2]]) -> [f32; 5] {
+        let mut sum = [0.0; 5];
+        for [s, t] in slopes {
+            sum.add(&[*s, *t, s * s, t * t, s * t], 1.0 / slopes.len() as f32);
+        }
+        sum
+    }
+
+    #[test]
+    fn moments_come_back_and_turn_as_their_slopes_do() {
+        let slopes = [[0.3, -0.2], [1.4, 0.9], [-0.8, 0.1]];
+        let own = moments(&slopes);
+        let lifted = own.lift(&skewed());
+        let back = <[f32; 5]>::land(&lifted, &skewed());
+        let [a, b, c, d] = turn(&skewed(), &other());
+        let turned = moments(&slopes.map(|[s, t]| [a * s + c * t, b * s + d * t]));
+        let landed = <[f32; 5]>::land(&lifted, &other());
+        for i in 0..5 {
+            assert!((back[i] - own[i]).abs() < 1e-5, "{back:?} {own:?}");
+            assert!((landed[i] - turned[i]).abs() < 1e-5, "{landed:?} {turned:?}");
+        }
+    }
+
+    #[test]
+    fn degenerate_frames_stay_finite() {
+        for (s, t) in [(Vec3::ZERO, Vec3::X), (Vec3::X, Vec3::X), (Vec3::ZERO, Vec3::ZERO)] {
+            let frame = TextureFrame::new(s, t);
+            assert!(frame.duals.iter().all(|d| d.is_finite()));
+            assert!([1.0f32, 2.0, 3.0, 4.0, 5.0].lift(&frame).iter().all(|v| v.is_finite()));
+        }
+    }
+}

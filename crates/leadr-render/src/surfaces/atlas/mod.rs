@@ -1,0 +1,233 @@
+//! Seamless filtering of an atlas with one tile per patch.
+//!
+//! The mips of a tile cover its own patch only, so a pixel that sees several patches, or the border of one, would show a
+//! jump from one patch's statistics to the next. Two things let it see the whole surface:
+//!
+//! * [links](frames) tell the filter pass which patch continues beyond each side of a patch, and how gradients turn there,
+//!   so that texture taps can cross from tile to tile;
+//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on the patches'
+//!   borders and corners that all patches around them share.
+//!
+//! `shaders-glsl/passes/filter/atlas.glsl` reads both.
+
+pub mod frames;
+pub mod levels;
+pub mod tiles;
+
+use std::sync::Arc;
+
+use half::f16;
+use rayon::prelude::*;
+
+use self::frames::{AtlasFrames, turn};
+use self::levels::{CoarseShape, Star, coarse_levels};
+use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, halves, none_weighted};
+use super::moments::LeadrMapGpu;
+use super::patch_mesh::{PatchMesh, TileLayout};
+use super::topology::Topology;
+use crate::constants::{NO_NEIGHBOR, SOURCE_LEVEL};
+use leadr_gpu::vk::Format;
+use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
+
+shared_struct! {
+    /// The head of the links' buffer.
+    pub struct AtlasHeadGpu for "Atlas" {
+        /// [`TileLayout::tile`].
+        tile_size: u32,
+        tile_gutter: u32,
+        tile_columns: u32,
+        /// [`CoarseShape::finest`].
+        finest_coarse: u32,
+    }
+}
+
+shared_struct! {
+    /// The neighbours beyond the sides of a patch, in the order of [`Topology::patch_edges`].
+    pub struct PatchLinkGpu for "PatchLink" {
+        /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
+        neighbors: [u32; 4],
+        /// Per side, at its first and its second corner: columns of the matrix that converts the neighbour's gradients to
+        /// the patch's.
+        turns: [[[f32; 4]; 2]; 4],
+    }
+}
+
+/// Links and coarse levels on the device; placeholders for objects without an atlas.
+pub struct AtlasGpu {
+    /// Whether there is an atlas.
+    pub tiled: bool,
+    /// `AtlasHeadGpu`, then a `PatchLinkGpu` for every patch.
+    pub links: Buffer,
+    /// Coarse levels of the moments in [`LeadrMapGpu::slopes`].
+    pub slopes: Image,
+    /// Coarse levels of the moments in [`LeadrMapGpu::joint`].
+    pub joint: Image,
+    /// Coarse levels of the colours, linear, with the root of the roughness.
+    pub color: Image,
+    /// Of the reflectance at normal incidence, linear.
+    pub f0: Image,
+    /// Of two roughnesses.
+    pub mixed: Image,
+    /// Of emission, with the accessibility as a.
+    pub light: Image,
+    /// And of [`ReliefColorImages::weighted`].
+    pub weighted: Image,
+}
+
+impl AtlasGpu {
+    /// Placeholders for an object whose maps are not an atlas; they are never read.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
+        let image = |what: &str, format| {
+            let image = Image::new(gpu, &format!("{name} no coarse {what}"), ImageDesc::new(format, 1, 1))?;
+            image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
+            Ok::<_, GpuError>(image)
+        };
+        Ok(Self {
+            tiled: false,
+            links: Buffer::from_slice(gpu, &format!("{name} no links"), &[0u32; 40])?,
+            slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
+            joint: image("joint", Format::R32_SFLOAT)?,
+            color: image("colour", MIXED_FORMAT)?,
+            f0: image("reflectance", MIXED_FORMAT)?,
+            mixed: image("roughness", MIXED_FORMAT)?,
+            light: image("light", MIXED_FORMAT)?,
+            weighted: none_weighted(gpu, &format!("{name} coarse weighted colours"))?,
+        })
+    }
+
+    /// Links and levels of `mesh`, whose patches have the tiles of `layout` in `maps` and in the material, if the object has
+    /// one (which has the size of the maps).
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] where the sizes differ; a failed read, or memory that is short.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        mesh: &PatchMesh,
+        topology: &Topology,
+        layout: TileLayout,
+        maps: &LeadrMapGpu,
+        material: Option<(&MaterialImages, &ReliefColorImages)>,
+    ) -> Result<Self> {
+        let size = maps.slopes().mip_extent(0);
+        if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
+            let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
+            let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
+            return Err(GpuError::Usage { name: format!("atlas of {name}"), fault });
+        }
+        let frames = AtlasFrames::new(mesh, layout);
+        let neighbors = topology.neighbors();
+        let star = Star::new(mesh, neighbors);
+        let shape = CoarseShape::new(layout);
+
+        let (slopes, joint) = (maps.read_slopes(SOURCE_LEVEL)?, maps.read_joint(SOURCE_LEVEL)?);
+        let moments: Vec<[f32; 5]> = slopes.iter().zip(&joint).map(|(a, &b)| [a[0], a[1], a[2], a[3], b]).collect();
+        let moments = coarse_levels(&star, &frames, shape, &moments);
+        let [width, height] = shape.size();
+        let image = |what: &str, format| {
+            Image::new(gpu, &format!("{name} coarse {what}"), ImageDesc::new(format, width, height))
+        };
+        let coarse_slopes = image("slopes", Format::R32G32B32A32_SFLOAT)?;
+        coarse_slopes.write(0, 0, &moments.iter().map(|m| [m[0], m[1], m[2], m[3]]).collect::<Vec<_>>())?;
+        let coarse_joint = image("joint", Format::R32_SFLOAT)?;
+        coarse_joint.write(0, 0, &moments.iter().map(|m| m[4]).collect::<Vec<_>>())?;
+
+        let coarse = |what: &str, texels: Vec<[f32; 4]>, stored: fn([f32; 4]) -> [f32; 4]| {
+            let levels = coarse_levels(&star, &frames, shape, &texels);
+            let halves: Vec<_> = levels.into_iter().map(|texel| stored(texel).map(f16::from_f32)).collect();
+            let image = image(what, MIXED_FORMAT)?;
+            image.write(0, 0, &halves)?;
+            Ok::<_, GpuError>(image)
+        };
+        let AtlasGpu { mut color, mut f0, mut mixed, mut light, mut weighted, .. } = Self::none(gpu, name)?;
+        let floats = |image: &Image, level: u32, layer: u32| {
+            let texels: Vec<[f16; 4]> = image.read(level, layer)?;
+            Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect())
+        };
+        if let Some((images, relief_color)) = material {
+            if relief_color.follows.heights {
+                let layers = relief_color.weighted.desc().layers;
+                let desc = ImageDesc::new(MIXED_FORMAT, width, height).layers(layers);
+                weighted = Image::new(gpu, &format!("{name} coarse weighted colours"), desc)?;
+                for layer in 0..layers {
+                    let texels = floats(&relief_color.weighted, SOURCE_LEVEL - relief_color.skipped, layer)?;
+                    weighted.write(0, layer, &halves(&coarse_levels(&star, &frames, shape, &texels)))?;
+                }
+            }
+            let codes = Codes::new();
+            let decoded = |image: &Image| {
+                let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
+                Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| codes.linear(texel)).collect())
+            };
+            // The shader finds the root of the roughness in both kinds of levels.
+            color = coarse("colour", decoded(&images.color)?, |[r, g, b, variance]| [r, g, b, variance.sqrt().sqrt()])?;
+            if images.has.f0 {
+                f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
+            }
+            if images.has.bases.mixed {
+                mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
+            }
+            if images.has.emission || images.has.occlusion {
+                light = coarse("light", light_texels(images)?, |texel| texel)?;
+            }
+        }
+
+        let links: Vec<PatchLinkGpu> = (0..mesh.patches.len())
+            .into_par_iter()
+            .map(|patch| {
+                let mut link = PatchLinkGpu { neighbors: [NO_NEIGHBOR; 4], turns: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
+                for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
+                    let &Some((other, beside)) = neighbor else { continue };
+                    link.neighbors[side] = other << 2 | u32::from(beside);
+                    // The neighbour runs along the edge in the opposite direction.
+                    for end in 0..2 {
+                        let here = frames.corner(patch, (side + end) & 3);
+                        let there = frames.corner(other as usize, (usize::from(beside) + 1 - end) & 3);
+                        link.turns[side][end] = turn(&there, &here);
+                    }
+                }
+                link
+            })
+            .collect();
+        let head = AtlasHeadGpu {
+            tile_size: layout.tile,
+            tile_gutter: layout.gutter,
+            tile_columns: layout.columns,
+            finest_coarse: shape.finest,
+        };
+        let mut bytes = bytemuck::bytes_of(&head).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(&links));
+        Ok(Self {
+            tiled: true,
+            links: Buffer::from_slice(gpu, &format!("{name} links"), &bytes)?,
+            slopes: coarse_slopes,
+            joint: coarse_joint,
+            color,
+            f0,
+            mixed,
+            light,
+            weighted,
+        })
+    }
+}
+
+/// Emission and accessibility of the level from which coarse levels are made.
+fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
+    let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
+    let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];
+    if images.has.emission {
+        let emission: Vec<[f16; 4]> = images.emission.read(SOURCE_LEVEL, 0)?;
+        for (texel, emission) in texels.iter_mut().zip(emission) {
+            let [r, g, b, _] = emission.map(f16::to_f32);
+            *texel = [r, g, b, 1.0];
+        }
+    }
+    if images.has.occlusion {
+        let shares: Vec<u8> = images.occlusion.read(SOURCE_LEVEL, 0)?;
+        texels.iter_mut().zip(shares).for_each(|(texel, share)| texel[3] = f32::from(share) / 255.0);
+    }
+    Ok(texels)
+}

@@ -1,0 +1,166 @@
+//! How much device memory the maps of objects need, asked before any of it is taken: drivers report late, or not at all, that there is
+//! too little.
+
+use super::atlas::levels::CoarseShape;
+use super::displacement::Border;
+use super::moments::MomentFormat;
+use super::object::with_same_maps;
+use super::relief_color::{ReliefColors, skipped_levels};
+use crate::scene::Object;
+use leadr_gpu::{Gpu, MemoryRoom, Result};
+
+/// What the targets of a frame, the environment and staging need beside the maps.
+const RESERVE: u64 = 192 << 20;
+
+/// Bytes of a texel of the horizons, and most texels of their finest level.
+const HORIZON: u64 = 10;
+const MOST_HORIZON_TEXELS: u64 = super::horizon::MOST_TEXELS as u64;
+
+/// With all levels of detail.
+fn with_mips(bytes: u64) -> u64 {
+    bytes / 3 * 4
+}
+
+/// Bytes of the maps of an object on the device.
+#[must_use]
+pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
+    let relief = object.heights.as_ref().map_or(0, |field| {
+        let texels = u64::from(field.width) * u64::from(field.height);
+        let mut horizon = texels;
+        while horizon > MOST_HORIZON_TEXELS {
+            horizon /= 4;
+        }
+        let coarse = match field.border {
+            Border::Tiles(layout) => {
+                let texels: u64 = CoarseShape::new(layout).size().map(u64::from).iter().product();
+                // Moments in 32 bits, and halves of whatever the material has.
+                let material = object.material.as_ref().map_or(0, |map| {
+                    let light = map.emission.is_some() || map.occlusion.is_some();
+                    8 * (1 + [map.f0.is_some(), map.two_lobes.is_some(), light].map(u64::from).iter().sum::<u64>())
+                });
+                texels * (MomentFormat::Float32.texel_bytes() - 4 + material)
+            }
+            Border::Wrap | Border::Clamp => 0,
+        };
+        with_mips(texels * format.texel_bytes()) + with_mips(horizon * HORIZON) + coarse
+    });
+    let material = object.material.as_ref().map_or(0, |map| {
+        let bytes = 4 + 4 * u64::from(map.f0.is_some()) + 8 * u64::from(map.two_lobes.is_some());
+        with_mips(u64::from(map.width) * u64::from(map.height) * bytes)
+    });
+    let weighted = object.material.as_ref().zip(object.heights.as_ref()).map_or(0, |(map, field)| {
+        let layers = ReliefColors::of(object).map_or(0, |colors| colors.follows.layers());
+        let skipped = skipped_levels(map, field.border);
+        with_mips(u64::from(map.width >> skipped) * u64::from(map.height >> skipped) * 8 * u64::from(layers))
+    });
+    relief + material + weighted
+}
+
+/// Bytes of the largest image of an object's maps: the means and squares of its slopes, or its colours.
+fn largest_image(object: &Object, format: MomentFormat) -> u64 {
+    let slopes = object.heights.as_ref().map_or(0, |field| {
+        let texels = u64::from(field.width) * u64::from(field.height);
+        with_mips(texels * (format.texel_bytes() / 5 * 4))
+    });
+    let colors = object.material.as_ref().map_or(0, |map| with_mips(u64::from(map.width) * u64::from(map.height) * 4));
+    slopes.max(colors)
+}
+
+/// Bytes that a scene of these objects needs; none without maps.
+fn needed(objects: &[Object], format: MomentFormat) -> u64 {
+    let own = objects.iter().zip(with_same_maps(objects)).filter(|(_, earlier)| earlier.is_none());
+    let maps: u64 = own.map(|(object, _)| map_bytes(object, format)).sum();
+    if maps == 0 { 0 } else { maps + RESERVE }
+}
+
+/// The memory of a device that is left for maps.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// How slopes are kept.
+    format: MomentFormat,
+    /// What the device has left.
+    device: MemoryRoom,
+}
+
+impl Room {
+    /// What is left now, for maps whose slopes are kept in this format.
+    #[must_use]
+    pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
+        Self { format, device: gpu.memory_room() }
+    }
+
+    /// Refuses objects whose maps do not fit; only the sizes of the maps matter, so they may be empty still.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`](leadr_gpu::GpuError::TooLarge) or [`GpuError::InOnePiece`](leadr_gpu::GpuError::InOnePiece), which
+    /// name the object with the largest maps.
+    pub fn check(&self, objects: &[Object]) -> Result<()> {
+        let Self { format, device } = *self;
+        let piece = |format| objects.iter().map(|object| largest_image(object, format)).max().unwrap_or(0);
+        let fits = |format| needed(objects, format) <= device.left && piece(format) <= device.piece;
+        if fits(format) {
+            return Ok(());
+        }
+        let largest = objects.iter().max_by_key(|object| map_bytes(object, format));
+        let heights = largest.and_then(|object| object.heights.as_ref());
+        let what = largest.map_or_else(String::new, |object| {
+            let size = heights.map_or_else(String::new, |map| format!(" of {} x {} texels", map.width, map.height));
+            format!("a scene with the maps of {}{size} in {}", object.name, format.name())
+        });
+        let smaller = match heights.map(|map| map.border) {
+            Some(Border::Tiles(_)) => "a smaller --atlas-tile",
+            _ => "smaller maps",
+        };
+        let remedy = match format {
+            MomentFormat::Float32 if fits(MomentFormat::Float16) => format!("--map-precision f16 or {smaller}"),
+            _ => smaller.to_owned(),
+        };
+        device.check(needed(objects, format), piece(format), &what, &remedy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surfaces::displacement::HeightField;
+    use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
+
+    #[test]
+    fn an_atlas_needs_its_texels_and_a_little_more() {
+        let layout = TileLayout::new(5920, 128);
+        let (width, height) = layout.size();
+        let field = HeightField { width, height, texels: Vec::new(), border: Border::Tiles(layout) };
+        let bytes =
+            map_bytes(&Object::new("animal", PatchMesh::default()).with_heights(field, 1.0), MomentFormat::Float16);
+        // Its levels of detail, and 17 x 44 texels of 20 bytes for every tile of 128 x 128 of 14 bytes.
+        let per_texel = bytes as f64 / (f64::from(width) * f64::from(height));
+        assert!((14.0 * 4.0 / 3.0..14.0 * 4.0 / 3.0 + 2.0).contains(&per_texel), "{per_texel}");
+    }
+
+    #[test]
+    fn eight_thousand_texels_a_side_fit_in_16_bits() {
+        let field = HeightField { width: 8192, height: 8192, texels: Vec::new(), border: Border::Wrap };
+        let plane = [Object::new("plane", PatchMesh::default()).with_heights(field, 1.0)];
+        let room = |format, used: u64| {
+            let device = MemoryRoom { size: 2 << 30, left: (2 << 30) - used, piece: 1 << 30 };
+            Room { format, device }
+        };
+        let check = |format, used| room(format, used).check(&plane);
+        assert!(check(MomentFormat::Float16, 100 << 20).is_ok());
+        let refused = check(MomentFormat::Float32, 0).unwrap_err().to_string();
+        assert!(
+            refused.contains("plane of 8192 x 8192 texels in f32 needs 2.") && refused.contains("of 2.00 GiB"),
+            "{refused}"
+        );
+        assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
+        let refused = check(MomentFormat::Float16, 1 << 30).expect_err("what is in use counts").to_string();
+        assert!(refused.ends_with("take smaller maps"), "{refused}");
+        // Twice the memory, but not in one piece.
+        let device = MemoryRoom { size: 4 << 30, left: 4 << 30, piece: 1 << 30 };
+        let refused = Room { format: MomentFormat::Float32, device }.check(&plane).unwrap_err().to_string();
+        assert!(refused.contains("1.33 GiB of device memory in one piece, and the device gives 1.00 GiB"), "{refused}");
+        assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
+        let smooth = [Object::new("smooth", PatchMesh::default())];
+        assert!(room(MomentFormat::Float32, (2 << 30) - 1).check(&smooth).is_ok());
+    }
+}

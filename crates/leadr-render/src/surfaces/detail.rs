@@ -1,0 +1,186 @@
+//! A finer relief that repeats over a surface, on the device: its LEADR maps, its colours, its mask, and how it lies.
+//! `shaders-glsl/passes/filter/detail.glsl` filters it.
+
+use std::sync::Arc;
+
+use glam::Affine2;
+
+use super::displacement::Border;
+use super::material::{Codes, MIXED_FORMAT, MaterialImages, halve, halves, write_mips};
+use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
+use super::patch_mesh::PatchMesh;
+use crate::constants::{
+    DETAIL_BY_TEXCOORD, DETAIL_COLORLESS, DETAIL_COVERS, DETAIL_NONE, DETAIL_TRIPLANAR, DETAIL_VARIES,
+};
+use crate::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
+use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, shared_struct};
+
+shared_struct! {
+    /// How a detail lies on its surface; a `RestVertexGpu` for each vertex follows.
+    pub struct DetailHeadGpu for "Detail" {
+        /// Columns: from the surface's coordinates to the detail's.
+        detail_linear: [f32; 4],
+        /// And to its mask's.
+        mask_linear: [f32; 4],
+        detail_offsets: [f32; 4],
+        /// Factor of its colours; reflectance at normal incidence.
+        detail_color: [f32; 4],
+    }
+}
+
+shared_struct! {
+    /// A vertex at rest, in units of the coordinates that a detail follows along the axes.
+    pub struct RestVertexGpu for "RestVertex" {
+        position: [f32; 4],
+        normal: [f32; 4],
+    }
+}
+
+/// What the filter pass has to fetch of a detail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct DetailKind {
+    /// A `DETAIL_` constant: what coordinates it follows, if there is one.
+    pub mapping: u32,
+    /// Another: what its colours do.
+    pub colors: u32,
+    /// Whether it has a mask.
+    pub masked: bool,
+}
+
+impl DetailKind {
+    /// Whether there is a detail.
+    #[must_use]
+    pub const fn is_some(self) -> bool {
+        self.mapping != DETAIL_NONE
+    }
+
+    /// That of a detail.
+    #[must_use]
+    pub fn of(detail: Option<&Detail>) -> Self {
+        let Some(detail) = detail else {
+            return Self { mapping: DETAIL_NONE, colors: DETAIL_COLORLESS, masked: false };
+        };
+        Self {
+            mapping: match detail.mapping {
+                DetailMapping::Texcoords => DETAIL_BY_TEXCOORD,
+                DetailMapping::Triplanar(_) => DETAIL_TRIPLANAR,
+            },
+            colors: match detail.material {
+                None => DETAIL_COLORLESS,
+                Some((_, DetailColors::Vary)) => DETAIL_VARIES,
+                Some((_, DetailColors::Cover(_))) => DETAIL_COVERS,
+            },
+            masked: detail.mask.is_some(),
+        }
+    }
+}
+
+/// A detail on the device; placeholders for objects without one, which are never read.
+pub struct DetailImages {
+    /// `DetailHeadGpu`, then a `RestVertexGpu` for every vertex where it is seen along the axes.
+    pub layout: Buffer,
+    /// Its moments.
+    pub maps: LeadrMapGpu,
+    /// Its colours and roughness.
+    pub material: MaterialImages,
+    /// `m` and `m²`, halves.
+    pub mask: Image,
+    /// Of all its maps.
+    pub sampler: Sampler,
+}
+
+impl DetailImages {
+    /// Uploads a detail of a surface with this mesh and these borders.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] where it follows texture coordinates that end with a tile, or its maps do not fill their size; memory that is
+    /// short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, detail: Option<Detail>, mesh: &PatchMesh, border: Border) -> Result<Self> {
+        let name = format!("{name} detail");
+        let sampler = Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, AddressMode::Repeat)?;
+        let Some(detail) = detail else {
+            let mask = Image::new(gpu, &format!("{name} no mask"), ImageDesc::new(MIXED_FORMAT, 1, 1))?;
+            mask.write(0, 0, &[u8::MAX; 8])?;
+            return Ok(Self {
+                layout: Buffer::from_slice(
+                    gpu,
+                    &name,
+                    &bytes(head(Affine2::IDENTITY, Affine2::IDENTITY, [1.0; 4]), &[]),
+                )?,
+                maps: field_maps(gpu, None, None, None, None, MomentFormat::Float32)?,
+                material: MaterialImages::new(gpu, &name, None, Border::Wrap)?,
+                mask,
+                sampler,
+            });
+        };
+        let Detail { heights, slopes, material, mapping, transform, mask } = detail;
+        if mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
+            let fault = "a detail cannot follow texture coordinates that end with a tile; see it along the axes".into();
+            return Err(GpuError::Usage { name, fault });
+        }
+        let colors = match &material {
+            None => [1.0, 1.0, 1.0, 0.04],
+            Some((map, DetailColors::Vary)) => per_mean(map),
+            Some((_, DetailColors::Cover(f0))) => [1.0, 1.0, 1.0, *f0],
+        };
+        let onto_mask = mask.as_ref().map_or(Affine2::IDENTITY, |mask| mask.transform);
+        let rest = match mapping {
+            DetailMapping::Texcoords => Vec::new(),
+            DetailMapping::Triplanar(metres) => rest_vertices(mesh, metres),
+        };
+        Ok(Self {
+            layout: Buffer::from_slice(gpu, &name, &bytes(head(transform, onto_mask, colors), &rest))?,
+            maps: field_maps(gpu, Some(&heights), slopes, None, None, MomentFormat::Float32)?,
+            material: MaterialImages::new(gpu, &name, material.map(|(map, _)| map), Border::Wrap)?,
+            mask: mask_image(gpu, &name, mask)?,
+            sampler,
+        })
+    }
+}
+
+fn head(detail: Affine2, mask: Affine2, detail_color: [f32; 4]) -> DetailHeadGpu {
+    let [d, m] = [detail.translation, mask.translation];
+    DetailHeadGpu {
+        detail_linear: detail.matrix2.to_cols_array(),
+        mask_linear: mask.matrix2.to_cols_array(),
+        detail_offsets: [d.x, d.y, m.x, m.y],
+        detail_color,
+    }
+}
+
+fn bytes(head: DetailHeadGpu, rest: &[RestVertexGpu]) -> Vec<u8> {
+    [bytemuck::bytes_of(&head), bytemuck::cast_slice(rest)].concat()
+}
+
+fn rest_vertices(mesh: &PatchMesh, metres: f32) -> Vec<RestVertexGpu> {
+    let vertex = |(position, normal): (&glam::Vec3, &glam::Vec3)| RestVertexGpu {
+        position: (*position / metres).extend(0.0).to_array(),
+        normal: normal.extend(0.0).to_array(),
+    };
+    mesh.positions.iter().zip(&mesh.normals).map(vertex).collect()
+}
+
+/// The inverse of a map's mean colour, at most 100, as a factor of its colours.
+fn per_mean(map: &MaterialMap) -> [f32; 4] {
+    let codes = Codes::new();
+    let sum = map.colors.iter().fold([0.0f64; 3], |sum, &texel| {
+        let [r, g, b, _] = codes.linear(texel).map(f64::from);
+        [sum[0] + r, sum[1] + g, sum[2] + b]
+    });
+    let [r, g, b] = sum.map(|channel| (map.colors.len() as f64 / channel.max(1e-9)).min(100.0) as f32);
+    [r, g, b, 0.04]
+}
+
+fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<DetailMask>) -> Result<Image> {
+    let none = DetailMask { width: 1, height: 1, texels: vec![1.0], transform: Affine2::IDENTITY };
+    let DetailMask { width, height, texels, .. } = mask.unwrap_or(none);
+    if u64::from(width) * u64::from(height) != texels.len() as u64 {
+        let fault = format!("{} texels of its mask do not fill {width}x{height}", texels.len());
+        return Err(GpuError::Usage { name: name.to_owned(), fault });
+    }
+    let desc = ImageDesc::new(MIXED_FORMAT, width, height).full_mips();
+    let image = Image::new(gpu, &format!("{name} mask"), desc)?;
+    let squares = texels.iter().map(|&m| [m, m * m, 0.0, 0.0]).collect();
+    write_mips(&image, [width, height], squares, halves, halve)?;
+    Ok(image)
+}

@@ -1,0 +1,478 @@
+//! Heights where patches meet.
+//!
+//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge, two patches must agree to the last
+//! bit although they reach it through different texture coordinates (a UV seam, two atlas tiles). The heights along every
+//! edge and at every vertex are therefore baked once: the mean over the patches that share it, at [`EDGE_LEVELS`]
+//! resolutions, each filtered to its own spacing. On rims, where another object goes on, they are 0.
+
+use std::collections::HashSet;
+
+use super::patch_mesh::{PatchMesh, TileLayout};
+use super::topology::Topology;
+use super::triplanar::{self, MOST_BLENDED};
+use crate::constants;
+use glam::Vec2;
+use leadr_maps::HeightMap;
+use rayon::prelude::*;
+
+/// Resolutions of the heights along an edge: 64, 32, … 1 segments.
+pub const EDGE_LEVELS: usize = constants::EDGE_LEVELS as usize;
+/// Samples of one edge over all levels.
+pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
+
+/// A height map and its border rule.
+#[derive(Clone, Debug)]
+pub struct HeightField {
+    /// Texels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Heights, row by row, in the mesh's unit.
+    pub texels: Vec<f32>,
+    /// What lies beyond the borders.
+    pub border: Border,
+}
+
+/// Border rule of a [`HeightField`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Border {
+    /// The map repeats.
+    Wrap,
+    /// The last texel continues.
+    Clamp,
+    /// One tile per patch; taps stay inside their own tile.
+    Tiles(TileLayout),
+}
+
+impl HeightField {
+    /// A map that repeats.
+    #[must_use]
+    pub fn repeating(map: HeightMap) -> Self {
+        Self { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
+    }
+
+    /// The texel that stands for number `i` along an axis of `n` texels.
+    fn within(&self, i: i64, n: u32) -> usize {
+        match self.border {
+            Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
+            Border::Clamp | Border::Tiles(_) => i.clamp(0, i64::from(n) - 1) as usize,
+        }
+    }
+
+    fn texel(&self, x: i64, y: i64) -> f32 {
+        self.texels[self.within(y, self.height) * self.width as usize + self.within(x, self.width)]
+    }
+
+    /// The texels beside a place along an axis of `n` texels, and how far it is on its way from the first to the second.
+    fn beside(&self, place: f32, n: u32) -> ([usize; 2], f32) {
+        // Many millions of these: `floor` is a call on processors that are only known to have SSE2.
+        let toward_zero = place as i32;
+        let cell = i64::from(toward_zero) - i64::from(place < toward_zero as f32);
+        let inside = cell >= 0 && cell + 1 < i64::from(n);
+        let texels = [cell, cell + 1].map(|i| if inside { i as usize } else { self.within(i, n) });
+        (texels, place - cell as f32)
+    }
+
+    /// Bilinear sample at a texture coordinate.
+    #[must_use]
+    pub fn bilinear(&self, texcoord: Vec2) -> f32 {
+        let (columns, fx) = self.beside(texcoord.x * self.width as f32 - 0.5, self.width);
+        let (rows, fy) = self.beside(texcoord.y * self.height as f32 - 0.5, self.height);
+        let along = |row: usize| {
+            let [a, b] = columns.map(|column| self.texels[row * self.width as usize + column]);
+            a * (1.0 - fx) + b * fx
+        };
+        along(rows[0]) * (1.0 - fy) + along(rows[1]) * fy
+    }
+
+    /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
+    #[must_use]
+    pub fn bicubic(&self, texcoord: Vec2) -> f32 {
+        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let weights = |t: f32| {
+            let (t2, t3) = (t * t, t * t * t);
+            [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * (t3 - t2)]
+        };
+        let (wx, wy) = (weights(x - x0), weights(y - y0));
+        (0..4)
+            .map(|j| {
+                let row = y0 as i64 + j - 1;
+                let sum: f32 = (0..4).map(|i| wx[i] * self.texel(x0 as i64 + i as i64 - 1, row)).sum();
+                wy[j as usize] * sum
+            })
+            .sum()
+    }
+}
+
+/// Box-filtered mip chain of heights on the CPU, sampled as the device samples the LEADR map.
+struct HeightPyramid<'a> {
+    field: &'a HeightField,
+    levels: Vec<HeightField>,
+}
+
+impl<'a> HeightPyramid<'a> {
+    fn new(field: &'a HeightField) -> Self {
+        let mut levels: Vec<HeightField> = Vec::new();
+        loop {
+            let source = levels.last().unwrap_or(field);
+            if source.width == 1 && source.height == 1 {
+                break;
+            }
+            let (width, height) = ((source.width / 2).max(1), (source.height / 2).max(1));
+            let mut texels = vec![0.0; width as usize * height as usize];
+            texels.par_chunks_mut(width as usize).zip(0..height).for_each(|(row, y)| {
+                for (texel, x) in row.iter_mut().zip(0..) {
+                    *texel = box_filter(source, width, height, x, y);
+                }
+            });
+            levels.push(HeightField { width, height, texels, border: field.border });
+        }
+        Self { field, levels }
+    }
+
+    fn bilinear(&self, level: usize, texcoord: Vec2) -> f32 {
+        if level == 0 { self.field.bilinear(texcoord) } else { self.levels[level - 1].bilinear(texcoord) }
+    }
+
+    /// Trilinear samples at a level of detail; with tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
+    fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
+        let mut lod = lod.clamp(0.0, self.levels.len() as f32);
+        let mut inside = None;
+        if let Border::Tiles(layout) = self.field.border {
+            lod = lod.min((layout.tile as f32).log2());
+            let size = Vec2::new(self.field.width as f32, self.field.height as f32);
+            let (x, y) = layout.origin(patch as u32);
+            let low = Vec2::new(x as f32, y as f32);
+            let inset = Vec2::splat((lod.ceil().exp2() * 0.5).min(layout.tile as f32 * 0.5));
+            inside = Some([size, low + inset, low + Vec2::splat(layout.tile as f32) - inset]);
+        }
+        let level = lod as usize;
+        Lookup { pyramid: self, level, fraction: lod - level as f32, inside }
+    }
+}
+
+/// Samples of a pyramid at one level of detail.
+struct Lookup<'a> {
+    pyramid: &'a HeightPyramid<'a>,
+    level: usize,
+    fraction: f32,
+    /// Texels of the map, and the first and the last that the samples' places may have.
+    inside: Option<[Vec2; 3]>,
+}
+
+impl Lookup<'_> {
+    fn at(&self, texcoord: Vec2) -> f32 {
+        let texcoord = self.inside.map_or(texcoord, |[size, low, high]| (texcoord * size).clamp(low, high) / size);
+        let &Self { pyramid, level, fraction, .. } = self;
+        let fine = pyramid.bilinear(level, texcoord);
+        if fraction == 0.0 { fine } else { fine * (1.0 - fraction) + pyramid.bilinear(level + 1, texcoord) * fraction }
+    }
+}
+
+/// Where the corners of a mesh and the lines between them look their heights up.
+struct Mapped<'a> {
+    mesh: &'a PatchMesh,
+    pyramid: HeightPyramid<'a>,
+}
+
+impl Mapped<'_> {
+    fn mean(&self) -> f32 {
+        self.pyramid.levels.last().unwrap_or(self.pyramid.field).texels[0]
+    }
+
+    /// From one corner of a patch to another in texels; along the axes no farther than on the surface.
+    fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
+        let size = Vec2::new(self.pyramid.field.width as f32, self.pyramid.field.height as f32);
+        if let Some(repeat) = self.mesh.triplanar {
+            let [a, b] = [from, to].map(|corner| self.mesh.positions[self.mesh.patches[patch][corner] as usize]);
+            return Vec2::new(a.distance(b) / repeat * size.max_element(), 0.0);
+        }
+        let t = &self.mesh.texcoords[patch];
+        (t[to] - t[from]) * size
+    }
+
+    /// The height between two corners of a patch. `lookup`: of that patch.
+    fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
+        if let Some(repeat) = self.mesh.triplanar {
+            let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
+            let position = self.mesh.positions[a].lerp(self.mesh.positions[b], part);
+            let normal = self.mesh.normals[a].lerp(self.mesh.normals[b], part).normalize_or_zero();
+            return triplanar::blend(position, normal, repeat, self.mean(), |texcoord| lookup.at(texcoord));
+        }
+        let t = &self.mesh.texcoords[patch];
+        lookup.at(t[from].lerp(t[to], part))
+    }
+}
+
+/// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
+fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
+    if (source.width, source.height) == (2 * w, 2 * h) {
+        let rows = [2 * y, 2 * y + 1].map(|y| &source.texels[(y * source.width + 2 * x) as usize..][..2]);
+        return (rows.into_iter().flatten().map(|&t| f64::from(t)).sum::<f64>() / 4.0) as f32;
+    }
+    let span = |i: u32, from: u32, to: u32| {
+        let (low, high) = (f64::from(i * from) / f64::from(to), f64::from((i + 1) * from) / f64::from(to));
+        (low.floor() as u32..(high.ceil() as u32).min(from)).map(move |k| {
+            let weight = (f64::from(k) + 1.0).min(high) - f64::from(k).max(low);
+            (k, weight)
+        })
+    };
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (j, wy) in span(y, source.height, h) {
+        for (i, wx) in span(x, source.width, w) {
+            sum += f64::from(source.texels[(j * source.width + i) as usize]) * wx * wy;
+            total += wx * wy;
+        }
+    }
+    (sum / total) as f32
+}
+
+/// Baked heights of edges and vertices, and the range of heights over each patch, before the height scale.
+#[derive(Clone, Debug)]
+pub struct BoundaryHeights {
+    /// [`EDGE_STRIDE`] samples for each edge of the topology.
+    pub edges: Vec<f32>,
+    /// [`EDGE_LEVELS`] samples for each vertex.
+    pub vertices: Vec<f32>,
+    /// Lowest and highest height over each patch (its tile, or the whole map where maps repeat).
+    pub patch_range: Vec<[f32; 2]>,
+    /// Texels of the map along each edge, in the finest patch beside it.
+    pub edge_texels: Vec<f32>,
+    /// Highest minus lowest height over the patches beside each edge; 0 on a rim.
+    pub edge_relief: Vec<f32>,
+}
+
+impl BoundaryHeights {
+    /// Those of a smooth mesh: placeholders that are never read.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            edges: vec![0.0],
+            vertices: vec![0.0; EDGE_LEVELS],
+            patch_range: Vec::new(),
+            edge_texels: Vec::new(),
+            edge_relief: Vec::new(),
+        }
+    }
+
+    /// Those of a map that is shown by example, whose heights the device looks up, since all patches have the same texture coordinates
+    /// where they meet: `vertices` are the levels of detail in which it does.
+    #[must_use]
+    pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid { field, levels: Vec::new() } };
+        let mut extents = vec![(0.0, 0); mesh.positions.len()];
+        let mut edge_texels = vec![1.0f32; topology.edges.len()];
+        for (patch, edges) in topology.patch_edges.iter().enumerate() {
+            for side in topology.sides(patch) {
+                let extent = mapped.extent(patch, side, (side + 1) & 3);
+                let texels = &mut edge_texels[(edges[side] >> 1) as usize];
+                *texels = texels.max(extent.length());
+                for corner in [side, (side + 1) & 3] {
+                    let (sum, count) = &mut extents[mesh.patches[patch][corner] as usize];
+                    *sum += extent.length();
+                    *count += 1;
+                }
+            }
+        }
+        let lods = |&(sum, count): &(f32, u32)| {
+            let extent = Vec2::X * (sum / count.max(1) as f32);
+            (0..EDGE_LEVELS).map(move |level| level_lod(extent, level))
+        };
+        let ranges = patch_ranges(mesh, field);
+        let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
+        let wider = |range: [f32; 2]| {
+            // About a mean that lies somewhere between the two.
+            let [low, high] = range;
+            [high - MOST_BLENDED * (high - low), low + MOST_BLENDED * (high - low)]
+        };
+        Self {
+            edges: vec![0.0],
+            vertices: extents.iter().flat_map(lods).collect(),
+            patch_range: ranges.into_iter().map(wider).collect(),
+            edge_texels,
+            edge_relief: vec![relief; topology.edges.len()],
+        }
+    }
+
+    /// Bakes the heights of all edges and vertices of `mesh`.
+    #[must_use]
+    pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
+        // The patch sides that meet in each edge, and the patch corners that meet in each place.
+        let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
+        let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
+        for (patch, edges) in topology.patch_edges.iter().enumerate() {
+            for side in topology.sides(patch) {
+                sides[(edges[side] >> 1) as usize].push((patch, side, edges[side] & 1 == 1));
+                corners[mesh.place_of(mesh.patches[patch][side]) as usize].push((patch, side));
+            }
+        }
+        let rims: HashSet<[u32; 2]> = mesh.rims.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        let on_rim: HashSet<u32> = rims.iter().flatten().copied().collect();
+        let at_places: Vec<[f32; EDGE_LEVELS]> = corners
+            .par_iter()
+            .enumerate()
+            .map(|(place, corners)| {
+                if on_rim.contains(&(place as u32)) {
+                    return [0.0; EDGE_LEVELS];
+                }
+                std::array::from_fn(|level| {
+                    mean(corners.iter().map(|&(patch, corner)| {
+                        // The third corner of a triangle is its last as well.
+                        let before = if mesh.triangles && corner == 3 { 1 } else { (corner + 3) & 3 };
+                        let along = [(corner + 1) & 3, before].map(|other| mapped.extent(patch, corner, other).abs());
+                        let lod = level_lod((along[0] + along[1]) * 0.5, level);
+                        mapped.height(patch, corner, corner, 0.0, &mapped.pyramid.lookup(lod, patch))
+                    }))
+                })
+            })
+            .collect();
+        let vertices: Vec<f32> =
+            (0..mesh.positions.len() as u32).flat_map(|vertex| at_places[mesh.place_of(vertex) as usize]).collect();
+        let mut edges = vec![0.0; topology.edges.len() * EDGE_STRIDE];
+        edges.par_chunks_mut(EDGE_STRIDE).enumerate().for_each(|(edge, mut samples)| {
+            if rims.contains(&topology.edges[edge]) {
+                return;
+            }
+            let [from, to] = topology.edges[edge].map(|v| v as usize * EDGE_LEVELS);
+            for level in 0..EDGE_LEVELS {
+                let segments = 64usize >> level;
+                let (along, rest) = samples.split_at_mut(segments + 1);
+                samples = rest;
+                let lines: Vec<_> = sides[edge]
+                    .iter()
+                    .map(|&(patch, side, flipped)| {
+                        let (a, b) = (side, (side + 1) & 3);
+                        let lookup = mapped.pyramid.lookup(level_lod(mapped.extent(patch, a, b), level), patch);
+                        let (from, to) = if flipped { (b, a) } else { (a, b) };
+                        (patch, from, to, lookup)
+                    })
+                    .collect();
+                for (i, sample) in along.iter_mut().enumerate() {
+                    let t = i as f32 / segments as f32;
+                    *sample = mean(
+                        lines.iter().map(|(patch, from, to, lookup)| mapped.height(*patch, *from, *to, t, lookup)),
+                    );
+                }
+                along[0] = vertices[from + level];
+                along[segments] = vertices[to + level];
+            }
+        });
+        let texels = |&(patch, side, _): &(usize, usize, bool)| mapped.extent(patch, side, (side + 1) & 3).length();
+        let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
+        let mut patch_range = patch_ranges(mesh, field);
+        if mesh.triplanar.is_some() {
+            let mean = mapped.mean();
+            let wider = |height: f32| mean + MOST_BLENDED * (height - mean);
+            patch_range.iter_mut().for_each(|range| *range = range.map(wider));
+        }
+        let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
+        let on_edge = |(edge, sides): (&[u32; 2], &Vec<(usize, usize, bool)>)| {
+            if rims.contains(edge) { 0.0 } else { sides.iter().map(relief).fold(0.0, f32::max) }
+        };
+        let edge_relief = topology.edges.iter().zip(&sides).map(on_edge).collect();
+        Self { edges, vertices, patch_range, edge_texels, edge_relief }
+    }
+}
+
+/// LOD of the map at which texels are as long as the segments of an edge of `extent` texels at `level`.
+fn level_lod(extent: Vec2, level: usize) -> f32 {
+    (extent.length() / (64 >> level) as f32).max(1.0).log2()
+}
+
+fn mean(values: impl Iterator<Item = f32>) -> f32 {
+    let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
+    if count == 0 { 0.0 } else { (sum / f64::from(count)) as f32 }
+}
+
+fn patch_ranges(mesh: &PatchMesh, field: &HeightField) -> Vec<[f32; 2]> {
+    let range = |texels: &mut dyn Iterator<Item = f32>| {
+        texels.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
+    };
+    match field.border {
+        Border::Tiles(layout) => (0..mesh.patches.len())
+            .into_par_iter()
+            .map(|patch| {
+                let (x, y) = layout.origin(patch as u32);
+                let (x, tile, width) = (x as usize, layout.tile as usize, field.width as usize);
+                range(&mut (0..tile).flat_map(|row| {
+                    let start = (y as usize + row) * width + x;
+                    field.texels[start..start + tile].iter().copied()
+                }))
+            })
+            .collect(),
+        _ => vec![range(&mut field.texels.iter().copied()); mesh.patches.len()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn strip() -> PatchMesh {
+        // Two patches side by side. The second looks its heights up with u and v exchanged, which makes a seam.
+        PatchMesh {
+            positions: vec![
+                Vec3::ZERO,
+                Vec3::X,
+                Vec3::new(1.0, 1.0, 0.0),
+                Vec3::Y,
+                Vec3::X * 2.0,
+                Vec3::new(2.0, 1.0, 0.0),
+            ],
+            normals: vec![Vec3::Z; 6],
+            patches: vec![[0, 1, 2, 3], [1, 4, 5, 2]],
+            texcoords: vec![
+                [Vec2::ZERO, Vec2::new(0.5, 0.0), Vec2::new(0.5, 0.5), Vec2::new(0.0, 0.5)],
+                [Vec2::new(0.0, 0.5), Vec2::new(0.0, 1.0), Vec2::new(0.5, 1.0), Vec2::new(0.5, 0.5)],
+            ],
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn shared_edges_take_the_mean_of_both_sides() {
+        let mesh = strip();
+        let topology = Topology::new(&mesh.patches);
+        let texels = (0..32 * 32).map(|i| (i % 32) as f32).collect();
+        let field = HeightField { width: 32, height: 32, texels, border: Border::Clamp };
+        let baked = BoundaryHeights::bake(&mesh, &topology, &field);
+        let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
+        let middle = baked.edges[shared * EDGE_STRIDE + 32];
+        // Half way: the first patch reads column 15.5, the second column 0.25 · 32 − 0.5.
+        assert!((middle - (15.5 + 7.5) / 2.0).abs() < 1e-4, "{middle}");
+        assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
+        assert_eq!(baked.patch_range[0], [0.0, 31.0]);
+        assert_eq!(baked.edge_texels[shared], 16.0);
+    }
+
+    #[test]
+    fn samples_lie_between_four_texels_wherever_they_are() {
+        let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
+        for border in [Border::Wrap, Border::Clamp] {
+            let field = HeightField { width: 7, height: 5, texels: texels.clone(), border };
+            for i in 0..4000 {
+                let place = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
+                let at = Vec2::new(place(0.754_877_666_2), place(0.569_840_290_9));
+                let (x, y) = (at.x * 7.0 - 0.5, at.y * 5.0 - 0.5);
+                let texel = |i: i64, j: i64| field.texel(x.floor() as i64 + i, y.floor() as i64 + j);
+                let (fx, fy) = (x - x.floor(), y - y.floor());
+                let along = |j: i64| texel(0, j) * (1.0 - fx) + texel(1, j) * fx;
+                assert_eq!(field.bilinear(at), along(0) * (1.0 - fy) + along(1) * fy, "{border:?} {at}");
+            }
+        }
+    }
+
+    #[test]
+    fn pyramid_keeps_the_mean_of_odd_sizes() {
+        let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
+        let mean = texels.iter().sum::<f32>() / 35.0;
+        let field = HeightField { width: 7, height: 5, texels, border: Border::Wrap };
+        let pyramid = HeightPyramid::new(&field);
+        let last = pyramid.levels.last().unwrap();
+        assert_eq!((last.width, last.height), (1, 1));
+        assert!((last.texels[0] - mean).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,272 @@
+//! The horizon maps of an object: what its relief hides from itself, at every texel of every level of its heights
+//! ([`leadr_reflectance::visible::horizon`]). Two images:
+//!
+//! * leans, RGBA: `lean` (xy) and the deviations of `spread` (zw), per unit of texture coordinate, in the heights' unit
+//! * correlations, R: the correlation of `spread`
+//!
+//! Each level is that of *its own* filtered heights: what is smaller than a texel of a level belongs to the slope
+//! moments. At the coarsest level nothing is left that could hide anything. The images of large maps begin at a coarser
+//! level than the maps.
+
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::atlas::tiles::Tiles;
+use super::displacement::Border;
+use super::moments::LeadrMapGpu;
+use super::patch_mesh::{PatchMesh, TileLayout};
+use super::topology::Topology;
+use crate::constants::SOURCE_LEVEL;
+use leadr_gpu::vk::Format;
+use leadr_gpu::{Gpu, GpuError, Image, ImageDesc, Result};
+use leadr_maps::Wrap;
+use leadr_maps::cache::{MapCache, put};
+use leadr_maps::checksum::checksum;
+use leadr_maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
+
+/// Most texels of a horizon map. Larger maps have their first horizons at a coarser level, whose texels all pixels that
+/// are closer share.
+pub const MOST_TEXELS: u32 = 8 << 20;
+
+/// Pairs of opposite rays: on a map, and on the tiles of an atlas, which have many more texels.
+const AXES: usize = 8;
+const TILE_AXES: usize = 4;
+
+/// Longest ray on an atlas, in texels of a level and in those of level 0.
+const TILE_REACH: [u32; 2] = [12, 24];
+
+/// The horizons of fewer texels are found as fast as a file is read.
+const LEAST_CACHED: usize = 1 << 18;
+
+/// The source text of whatever decides what is found: part of what a cache file is known by.
+const SOURCES: [&str; 4] = [
+    include_str!("horizon.rs"),
+    include_str!("atlas/tiles.rs"),
+    include_str!("moments.rs"),
+    leadr_maps::horizon::SOURCE,
+];
+
+/// What the horizons of a map follow from besides its heights.
+pub struct Relief<'a> {
+    /// The surface that carries it.
+    pub mesh: &'a PatchMesh,
+    /// Edges of the mesh.
+    pub topology: &'a Topology,
+    /// What lies beyond the borders of the map.
+    pub border: Border,
+    /// Matters by its sign.
+    pub height_scale: f32,
+}
+
+impl Relief<'_> {
+    fn sign(&self) -> f32 {
+        if self.height_scale < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// Identifies the horizons of such a relief with these heights.
+    fn key(&self, size: [u32; 2], heights: u64) -> u64 {
+        let mut words = vec![u64::from(size[0]) << 32 | u64::from(size[1]), heights, u64::from(self.sign() > 0.0)];
+        match self.border {
+            Border::Wrap => words.push(0),
+            Border::Clamp => words.push(1),
+            Border::Tiles(layout) => {
+                words.extend([2, layout.tile, layout.gutter, layout.columns].map(u64::from));
+                words.push(checksum(bytemuck::cast_slice(&self.mesh.patches)));
+                let positions: Vec<[f32; 3]> = self.mesh.positions.iter().map(|p| p.to_array()).collect();
+                words.push(checksum(bytemuck::cast_slice(&positions)));
+            }
+        }
+        words.extend(SOURCES.map(|source| checksum(source.as_bytes())));
+        checksum(bytemuck::cast_slice(&words))
+    }
+}
+
+/// Bytes of a texel: its lean and deviations, its correlation, as halves.
+const TEXEL_BYTES: [usize; 2] = [8, 2];
+
+/// The horizon maps of an object.
+pub struct HorizonMaps {
+    leans: Image,
+    correlations: Image,
+}
+
+/// A level of the LEADR maps on the CPU.
+struct Level {
+    size: [u32; 2],
+    heights: Vec<f32>,
+    /// Mean slopes, heights per texel.
+    slopes: Vec<[f32; 2]>,
+}
+
+impl Level {
+    /// Reads a level back. `sign`: -1 for heights that point inwards.
+    fn read(maps: &LeadrMapGpu, level: u32, sign: f32) -> Result<Self> {
+        let size = maps.heights().mip_extent(level);
+        let [w, h] = size.map(|n| sign / n as f32);
+        let heights: Vec<f32> = maps.heights().read(level, 0)?;
+        let slopes = maps.read_slopes(level)?;
+        Ok(Self {
+            size,
+            heights: heights.iter().map(|v| v * sign).collect(),
+            slopes: slopes.iter().map(|m| [m[0] * w, m[1] * h]).collect(),
+        })
+    }
+
+    /// Its horizons where the map is one surface.
+    fn of_map(&self, wrap: Wrap) -> Vec<HorizonTexel> {
+        let [width, height] = self.size.map(|n| n as usize);
+        let heights = Heights::new(width, height, &self.heights, wrap);
+        let rays = Rays { axes: AXES, reach: width.max(height) / 2 };
+        horizons(&heights, Window { x: 0, y: 0, width, height }, &self.slopes, rays)
+    }
+
+    /// Its horizons where every patch has a tile: rays go on in the tiles of the patches next to it.
+    fn of_tiles(&self, level: u32, atlas: &Tiles) -> Vec<HorizonTexel> {
+        let layout = atlas.layout();
+        let [width, height] = self.size.map(|n| n as usize);
+        let side = (layout.tile >> level) as usize;
+        let reach = TILE_REACH[0].min(TILE_REACH[1] >> level).min(layout.inner() >> level) as usize;
+        let margin = reach + 2;
+        let tiles: Vec<Vec<HorizonTexel>> = (0..atlas.patches())
+            .into_par_iter()
+            .map(|patch| {
+                let texels = atlas.around(&self.heights, width, level, patch, margin);
+                let around = side + 2 * margin;
+                let heights = Heights::new(around, around, &texels, Wrap::Clamp);
+                let start = self.start(level, layout, patch);
+                let rows = (0..side).flat_map(|y| &self.slopes[start + y * width..][..side]);
+                let slopes: Vec<[f32; 2]> = rows.copied().collect();
+                let window = Window { x: margin, y: margin, width: side, height: side };
+                horizons(&heights, window, &slopes, Rays { axes: TILE_AXES, reach })
+            })
+            .collect();
+        let mut texels = vec![HorizonTexel::default(); width * height];
+        for (patch, tile) in tiles.iter().enumerate() {
+            let start = self.start(level, layout, patch);
+            let gutter = (layout.gutter >> level) as usize;
+            let inside = |k: usize| k.clamp(gutter, side - 1 - gutter);
+            for y in 0..side {
+                let row = &mut texels[start + y * width..][..side];
+                row.copy_from_slice(&tile[y * side..][..side]);
+                // What lies diagonally beyond a corner depends on how many patches meet there, so corners go on as they are.
+                for x in (0..gutter).chain(side - gutter..side).filter(|_| inside(y) != y) {
+                    row[x] = tile[inside(y) * side + inside(x)];
+                }
+            }
+        }
+        texels
+    }
+
+    /// Index of the first texel of a tile.
+    fn start(&self, level: u32, layout: TileLayout, patch: usize) -> usize {
+        let (x, y) = layout.origin(patch as u32);
+        ((y >> level) * self.size[0] + (x >> level)) as usize
+    }
+}
+
+impl HorizonMaps {
+    /// Placeholders for an object without relief; they are never read.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
+        let image = |what: &str, format| {
+            let image = Image::new(gpu, &format!("{name} no {what}"), ImageDesc::new(format, 1, 1))?;
+            image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
+            Ok::<_, GpuError>(image)
+        };
+        Ok(Self {
+            leans: image("horizon", Format::R16G16B16A16_SFLOAT)?,
+            correlations: image("horizon correlation", Format::R16_SFLOAT)?,
+        })
+    }
+
+    /// The horizons of the heights in `maps`, whose checksum is `heights`. With a cache those of large maps are looked for there.
+    ///
+    /// # Errors
+    /// A failed read, or memory that is short.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        maps: &LeadrMapGpu,
+        relief: &Relief<'_>,
+        cache: Option<(&MapCache, u64)>,
+    ) -> Result<Self> {
+        let levels = match relief.border {
+            Border::Wrap | Border::Clamp => maps.levels(),
+            // The filter pass uses no more of the tiles.
+            Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
+        };
+        let small = |&level: &u32| maps.heights().mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
+        let first = (0..levels).find(small).unwrap_or(levels - 1);
+        let [width, height] = maps.heights().mip_extent(first);
+        let desc = ImageDesc::new(Format::R16G16B16A16_SFLOAT, width, height).mips(levels - first);
+        let leans = Image::new(gpu, &format!("{name} horizon"), desc)?;
+        let single = ImageDesc { format: Format::R16_SFLOAT, ..desc };
+        let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
+        let sizes: Vec<usize> =
+            (first..levels).map(|level| maps.heights().mip_extent(level).iter().product::<u32>() as usize).collect();
+        // All levels, one behind the other; both images of each.
+        let find = || {
+            let mut bytes = Vec::new();
+            (first..levels).try_for_each(|level| Self::level(maps, level, relief, &mut bytes))?;
+            Ok::<_, GpuError>(bytes)
+        };
+        let upload = |mut bytes: &[u8]| {
+            for (level, count) in (0..).zip(&sizes) {
+                for (image, texel) in [&leans, &correlations].into_iter().zip(TEXEL_BYTES) {
+                    let (texels, rest) = bytes.split_at(texel * count);
+                    image.write(level, 0, texels)?;
+                    bytes = rest;
+                }
+            }
+            Ok::<_, GpuError>(())
+        };
+        let texels: usize = sizes.iter().sum();
+        let length = texels * TEXEL_BYTES.iter().sum::<usize>();
+        match cache {
+            Some((cache, heights)) if texels >= LEAST_CACHED => {
+                let key = relief.key(maps.heights().mip_extent(0), heights);
+                // What was read goes to the device without a copy.
+                let read = |bytes: &[u8]| match bytes.len().cmp(&length) {
+                    Ordering::Less => Err("it is too short"),
+                    Ordering::Greater => Err("it is too long"),
+                    Ordering::Equal => Ok(upload(bytes)),
+                };
+                let make = || find().map(|bytes| (upload(&bytes), bytes));
+                cache.remember("horizon", key, length as u64, read, make)??;
+            }
+            _ => upload(&find()?)?,
+        }
+        Ok(Self { leans, correlations })
+    }
+
+    /// Puts the horizons of a level behind `bytes`.
+    fn level(maps: &LeadrMapGpu, level: u32, relief: &Relief<'_>, bytes: &mut Vec<u8>) -> Result<()> {
+        let read = Level::read(maps, level, relief.sign())?;
+        let texels = match relief.border {
+            Border::Wrap => read.of_map(Wrap::Repeat),
+            Border::Clamp => read.of_map(Wrap::Clamp),
+            Border::Tiles(layout) => read.of_tiles(level, &Tiles::new(relief.mesh, relief.topology, layout)),
+        };
+        let (leans, correlations): (Vec<[u16; 4]>, Vec<u16>) =
+            texels.iter().map(|texel| texel.halves(read.size)).unzip();
+        put(bytes, &leans);
+        put(bytes, &correlations);
+        Ok(())
+    }
+
+    /// `lean` and the deviations of `spread`, with mips.
+    #[must_use]
+    pub fn leans(&self) -> &Image {
+        &self.leans
+    }
+
+    /// The correlations of `spread`, with mips.
+    #[must_use]
+    pub fn correlations(&self) -> &Image {
+        &self.correlations
+    }
+}

@@ -1,0 +1,531 @@
+//! The material of a surface on the device: what of it is filtered beside its slopes, each with a mip chain of means over the
+//! texels' areas.
+//!
+//! * colour, sRGB: albedo, averaged in linear light, and the root of the roughness `α`, averaged as the variance `α²`
+//!   (LEADR section 4.1)
+//! * reflectance at normal incidence, sRGB
+//! * two roughnesses, halves: [`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)
+//! * emission, linear, halves
+//! * accessibility, 8 bits; or a cone of it, 8 bits for each of four numbers
+//! * coverage, 8 bits: a mask, and the share of each texel in which that covers, which is what is averaged. A mask whose values were
+//!   averaged would lose what is thinner than a texel, or swell
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use half::f16;
+use leadr_gpu::vk;
+use rayon::prelude::*;
+
+use super::displacement::Border;
+use super::relief_color::{Follows, ReliefColors, skipped_levels};
+use crate::scene::{Holes, MaterialMap, Object, PropertyMap};
+use leadr_gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, SpecValue};
+use leadr_maps::material::{TextureWrap, alpha_of};
+use leadr_maps::moments::coverage;
+use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
+
+/// Format of the two roughnesses and of emission.
+pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// Format of accessibility.
+const SHARE_FORMAT: vk::Format = vk::Format::R8_UNORM;
+/// Format of cones.
+const CONE_FORMAT: vk::Format = vk::Format::R8G8B8A8_SNORM;
+/// Format of coverage.
+const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
+
+/// The images of a material; single texels in place of those that it lacks.
+pub struct MaterialImages {
+    /// Albedo and the root of `α`.
+    pub color: Image,
+    /// Reflectance at normal incidence.
+    pub f0: Image,
+    /// Share of the rougher texels, and the parts of the mean `α²` in them and in the others.
+    pub mixed: Image,
+    /// Emitted radiance.
+    pub emission: Image,
+    /// Accessibility, or cones.
+    pub occlusion: Image,
+    /// Coverage.
+    pub opacity: Image,
+    /// Of colours, reflectance and roughnesses; of emission; of accessibility; of coverage.
+    pub samplers: [Sampler; 4],
+    /// What of all that is there.
+    pub has: Has,
+}
+
+/// What a material tells beside its colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Has {
+    /// Reflectance at normal incidence.
+    pub f0: bool,
+    /// What its base is, beside one lobe.
+    pub bases: Bases,
+    /// Emission.
+    pub emission: bool,
+    /// Accessibility.
+    pub occlusion: bool,
+    /// Holes.
+    pub holes: Option<HoleKind>,
+}
+
+/// What surfaces have beside a base of one lobe. Pipelines are made for each, so that what is absent costs nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Bases {
+    /// Two roughnesses that share a surface.
+    pub mixed: bool,
+    /// Lobes of measured materials.
+    pub fit_lobes: u32,
+    /// Whether all surfaces are measured ones.
+    pub all_fitted: bool,
+    /// Cones in which they see their surroundings.
+    pub cones: bool,
+}
+
+impl Bases {
+    /// Of these surfaces and others.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            mixed: self.mixed || other.mixed,
+            fit_lobes: self.fit_lobes.max(other.fit_lobes),
+            all_fitted: self.all_fitted && other.all_fitted,
+            cones: self.cones || other.cones,
+        }
+    }
+
+    /// Those of both.
+    #[must_use]
+    pub fn within(self, other: Self) -> Self {
+        Self {
+            mixed: self.mixed && other.mixed,
+            fit_lobes: self.fit_lobes.min(other.fit_lobes),
+            all_fitted: self.all_fitted || other.all_fitted,
+            cones: self.cones && other.cones,
+        }
+    }
+
+    /// The specialization constants of `passes/bases.glsl`.
+    #[must_use]
+    pub fn spec(self) -> [(&'static str, SpecValue); 4] {
+        [
+            ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
+            ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
+            ("ALL_FITTED", SpecValue::Bool(self.all_fitted)),
+            ("CONES", SpecValue::Bool(self.cones)),
+        ]
+    }
+}
+
+/// What decides whether a sample sees a surface with holes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HoleKind {
+    /// [`Holes::Mask`].
+    Mask,
+    /// [`Holes::Share`].
+    Share,
+}
+
+impl Has {
+    /// What `map` tells.
+    #[must_use]
+    pub fn of(map: &MaterialMap) -> Self {
+        Self {
+            f0: map.f0.is_some(),
+            bases: Bases {
+                mixed: map.two_lobes.is_some(),
+                fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()),
+                all_fitted: map.fit.is_some(),
+                cones: map.cones.is_some(),
+            },
+            emission: map.emission.is_some(),
+            occlusion: map.occlusion.is_some() || map.cones.is_some(),
+            holes: map.opacity.as_ref().map(|holes| match holes {
+                Holes::Mask(_) => HoleKind::Mask,
+                Holes::Share(_) => HoleKind::Share,
+            }),
+        }
+    }
+}
+
+impl MaterialImages {
+    /// Uploads a material with its mips. In an atlas of tiles the mips end where a tile is one texel.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] where reflectance and colours differ in size; memory that is short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, map: Option<MaterialMap>, border: Border) -> Result<Self> {
+        let none = |what: &str, format| {
+            let image = Image::new(gpu, &format!("{name} no {what}"), ImageDesc::new(format, 1, 1))?;
+            image.write(0, 0, &vec![u8::MAX; image.texel_bytes()? as usize])?;
+            Ok::<_, GpuError>(image)
+        };
+        let srgb = vk::Format::R8G8B8A8_SRGB;
+        let sampler = |wrap: [TextureWrap; 2]| {
+            let modes = match border {
+                // Colours of surfaces without relief repeat if nothing else is said.
+                Border::Wrap | Border::Clamp => wrap.map(address_mode),
+                Border::Tiles(_) => [AddressMode::ClampToEdge; 2],
+            };
+            Sampler::with_modes(gpu, &format!("{name} material"), Filter::Trilinear, modes)
+        };
+        let Some(map) = map else {
+            let any = sampler([TextureWrap::Repeat; 2])?;
+            return Ok(Self {
+                color: none("colour", srgb)?,
+                f0: none("reflectance", srgb)?,
+                mixed: none("roughness", MIXED_FORMAT)?,
+                emission: none("emission", MIXED_FORMAT)?,
+                occlusion: none("accessibility", SHARE_FORMAT)?,
+                opacity: none("coverage", COVERAGE_FORMAT)?,
+                samplers: std::array::from_fn(|_| any.clone()),
+                has: Has::default(),
+            });
+        };
+        let has = Has::of(&map);
+        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, cones, opacity, .. } = map;
+        let size = [width, height];
+        if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
+            let fault = "reflectance and colours differ in size".to_owned();
+            return Err(GpuError::Usage { name: format!("material of {name}"), fault });
+        }
+        let image_of = |what: &str, format, [width, height]: [u32; 2]| {
+            let desc = ImageDesc::new(format, width, height).full_mips();
+            Image::new(gpu, &format!("{name} {what}"), desc.mips(mips_of(desc, border)))
+        };
+        let image = |what: &str, format| image_of(what, format, size);
+        let plate_wrap = |wrap: Option<[TextureWrap; 2]>| sampler(wrap.unwrap_or_default());
+        let samplers = [
+            sampler(wrap)?,
+            plate_wrap(emission.as_ref().map(|plate| plate.wrap))?,
+            plate_wrap(occlusion.as_ref().map(|plate| plate.wrap).or(cones.as_ref().map(|plate| plate.wrap)))?,
+            plate_wrap(opacity.as_ref().map(|holes| holes.map().wrap))?,
+        ];
+        let mixed = match two_lobes {
+            Some(threshold) => {
+                let mixed = image("roughness", MIXED_FORMAT)?;
+                let table = classes_of_codes(threshold);
+                let texels = colors.par_iter().map(|texel| table[usize::from(texel[3])]).collect();
+                write_mips(&mixed, size, texels, halves, halve)?;
+                mixed
+            }
+            None => none("roughness", MIXED_FORMAT)?,
+        };
+        let codes = Codes::new();
+        let write = |image: &Image, texels| {
+            write_mips(
+                image,
+                size,
+                texels,
+                |texels| Cow::Borrowed(texels),
+                |texels, from, to| codes.halve(texels, from, to),
+            )
+        };
+        let color = image("colour", srgb)?;
+        write(&color, colors)?;
+        let f0 = match f0 {
+            Some(texels) => {
+                let f0 = image("reflectance", srgb)?;
+                write(&f0, texels)?;
+                f0
+            }
+            None => none("reflectance", srgb)?,
+        };
+        let emission = match emission {
+            Some(PropertyMap { width, height, texels, .. }) => {
+                let emission = image_of("emission", MIXED_FORMAT, [width, height])?;
+                let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
+                write_mips(&emission, [width, height], texels, halves, halve)?;
+                emission
+            }
+            None => none("emission", MIXED_FORMAT)?,
+        };
+        let occlusion = match (occlusion, cones) {
+            (_, Some(PropertyMap { width, height, texels, .. })) => {
+                let cones = image_of("cones", CONE_FORMAT, [width, height])?;
+                write_mips(&cones, [width, height], texels, signed_eighths, halve)?;
+                cones
+            }
+            (Some(PropertyMap { width, height, texels, .. }), None) => {
+                let occlusion = image_of("accessibility", SHARE_FORMAT, [width, height])?;
+                write_mips(&occlusion, [width, height], texels, eighths, halve_shares)?;
+                occlusion
+            }
+            (None, None) => none("accessibility", SHARE_FORMAT)?,
+        };
+        let opacity = match opacity {
+            Some(holes) => {
+                let plate = holes.map();
+                let size = [plate.width, plate.height];
+                let opacity = image_of("coverage", COVERAGE_FORMAT, size)?;
+                let texels = plate.texels.iter().zip(covered(&holes)).map(|(&mask, share)| [mask, share, 0.0, 0.0]);
+                write_mips(&opacity, size, texels.collect(), pairs, halve)?;
+                opacity
+            }
+            None => none("coverage", COVERAGE_FORMAT)?,
+        };
+        Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, has })
+    }
+}
+
+/// How an object's colours follow its relief: [`relief_color`](super::relief_color), with mips.
+pub struct ReliefColorImages {
+    /// Colours times weights, and these: [`Follows::layers`] layers, in halves; a texel where colours follow nothing.
+    pub weighted: Image,
+    /// What they follow.
+    pub follows: Follows,
+    /// Finest levels of the colours that `weighted` has not.
+    pub skipped: u32,
+}
+
+impl ReliefColorImages {
+    /// Those of an object that still has its heights and its material.
+    ///
+    /// # Errors
+    /// Memory that is short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border) -> Result<Self> {
+        let name = format!("{} weighted colour", object.name);
+        let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
+        let (Some(colors), Some(map)) = (&colors, &object.material) else {
+            let weighted = none_weighted(gpu, &name)?;
+            return Ok(Self { weighted, follows: Follows::default(), skipped: 0 });
+        };
+        let skipped = skipped_levels(map, border);
+        let size = [map.width, map.height].map(|side| (side >> skipped).max(1));
+        let whole = ImageDesc::new(MIXED_FORMAT, map.width, map.height).full_mips();
+        let desc = ImageDesc::new(MIXED_FORMAT, size[0], size[1]).layers(colors.follows.layers());
+        let weighted = Image::new(gpu, &name, desc.mips(mips_of(whole, border) - skipped))?;
+        for layer in 0..colors.follows.layers() {
+            write_layer(&weighted, layer, size, colors.layer(layer, size), halves, halve)?;
+        }
+        Ok(Self { weighted, follows: colors.follows, skipped })
+    }
+}
+
+/// A placeholder for weighted colours; it is never read.
+pub(super) fn none_weighted(gpu: &Arc<Gpu>, name: &str) -> Result<Image> {
+    let image = Image::new(gpu, &format!("no {name}"), ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
+    for layer in 0..2 {
+        image.write(0, layer, &[[f16::ZERO; 4]])?;
+    }
+    Ok(image)
+}
+
+/// Mips of an image: in an atlas of tiles they end where a tile is one texel.
+fn mips_of(desc: ImageDesc, border: Border) -> u32 {
+    match border {
+        Border::Tiles(layout) => layout.tile.ilog2() + 1,
+        Border::Wrap | Border::Clamp => desc.mips,
+    }
+}
+
+/// For every code of a roughness: whether it is at least `threshold`, and its `α²`, in the rougher or in the smoother class.
+fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
+    std::array::from_fn(|code| {
+        let alpha = alpha_of(code as u8);
+        let square = alpha * alpha;
+        if alpha >= threshold { [1.0, square, 0.0, 0.0] } else { [0.0, 0.0, square, 0.0] }
+    })
+}
+
+/// Shares of texels as they are averaged: of a mask, where it covers. A texel of a mask is looked at in many places, where it is
+/// interpolated with its neighbours as the finest level is.
+fn covered(holes: &Holes) -> Vec<f32> {
+    let PropertyMap { width, height, texels, wrap } = match holes {
+        Holes::Share(plate) => return plate.texels.clone(),
+        Holes::Mask(plate) => plate,
+    };
+    const PLACES: usize = 16;
+    let at = |x: i64, y: i64| texels[(wrap[1].texel(y, *height) * width + wrap[0].texel(x, *width)) as usize];
+    let texel = |index: usize| {
+        let [x, y] = [index as i64 % i64::from(*width), index as i64 / i64::from(*width)];
+        let around: [[f32; 3]; 3] =
+            std::array::from_fn(|j| std::array::from_fn(|i| at(x + i as i64 - 1, y + j as i64 - 1)));
+        let covers = around.as_flattened().iter().filter(|v| **v >= 0.5).count();
+        if covers == 0 || covers == 9 {
+            return if covers == 0 { 0.0 } else { 1.0 };
+        }
+        let places = (0..PLACES * PLACES).filter(|place| {
+            let [u, v] = [place % PLACES, place / PLACES].map(|k| (k as f32 + 0.5) / PLACES as f32 + 0.5);
+            let (i, j) = (u as usize, v as usize);
+            let (s, t) = (u - i as f32, v - j as f32);
+            let row = |j: usize| around[j][i] + s * (around[j][i + 1] - around[j][i]);
+            row(j) + t * (row(j + 1) - row(j)) >= 0.5
+        });
+        places.count() as f32 / (PLACES * PLACES) as f32
+    };
+    (0..texels.len()).into_par_iter().map(texel).collect()
+}
+
+/// The same, as samplers have it.
+pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
+    match wrap {
+        TextureWrap::Repeat => AddressMode::Repeat,
+        TextureWrap::Mirror => AddressMode::Mirror,
+        TextureWrap::Clamp => AddressMode::ClampToEdge,
+    }
+}
+
+/// Codes of shares, 0 to 1.
+fn eighths(shares: &[f32]) -> Cow<'_, [u8]> {
+    shares.iter().map(|share| (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
+}
+
+/// Codes of numbers from -1 to 1.
+fn signed_eighths(texels: &[[f32; 4]]) -> Cow<'_, [[i8; 4]]> {
+    texels.iter().map(|texel| texel.map(|v| (v.clamp(-1.0, 1.0) * 127.0).round() as i8)).collect()
+}
+
+fn pairs(texels: &[[f32; 4]]) -> Cow<'_, [[u8; 2]]> {
+    texels.iter().map(|texel| [0, 1].map(|i| (texel[i].clamp(0.0, 1.0) * 255.0 + 0.5) as u8)).collect()
+}
+
+fn halve_shares(texels: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
+    reduce(texels, from, to, |parts| parts.map(|(texel, weight)| weight * texel).sum())
+}
+
+pub(super) fn halves(texels: &[[f32; 4]]) -> Cow<'_, [[f16; 4]]> {
+    texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
+}
+
+/// Writes `texels` and the levels below. `stored`: as the image holds them; `halve`: the next level, of given sizes.
+pub(super) fn write_mips<T, S: bytemuck::Pod>(
+    image: &Image,
+    size: [u32; 2],
+    texels: Vec<T>,
+    stored: impl for<'a> Fn(&'a [T]) -> Cow<'a, [S]>,
+    halve: impl Fn(&[T], [u32; 2], [u32; 2]) -> Vec<T>,
+) -> Result<()> {
+    write_layer(image, 0, size, texels, stored, halve)
+}
+
+/// The same of a layer.
+fn write_layer<T, S: bytemuck::Pod>(
+    image: &Image,
+    layer: u32,
+    mut size: [u32; 2],
+    mut texels: Vec<T>,
+    stored: impl for<'a> Fn(&'a [T]) -> Cow<'a, [S]>,
+    halve: impl Fn(&[T], [u32; 2], [u32; 2]) -> Vec<T>,
+) -> Result<()> {
+    for mip in 0..image.desc().mips {
+        if mip > 0 {
+            let smaller = size.map(|side| (side / 2).max(1));
+            texels = halve(&texels, size, smaller);
+            size = smaller;
+        }
+        image.write(mip, layer, &stored(&texels))?;
+    }
+    Ok(())
+}
+
+/// Means over the part of a level under each texel of the next: `mean` of texels with their weights, which sum to 1.
+fn reduce<T: Copy + Sync, U: Send>(
+    texels: &[T],
+    from: [u32; 2],
+    to: [u32; 2],
+    mean: impl Fn(&mut dyn Iterator<Item = (T, f32)>) -> U + Sync,
+) -> Vec<U> {
+    let (columns, rows) = (coverage(from[0], to[0]), coverage(from[1], to[1]));
+    let width = from[0] as usize;
+    rows.par_iter()
+        .flat_map_iter(|row| {
+            let mean = &mean;
+            columns.iter().map(move |column| {
+                mean(&mut row.iter().flat_map(|&(y, down)| {
+                    column.iter().map(move |&(x, across)| (texels[y * width + x], (down * across) as f32))
+                }))
+            })
+        })
+        .collect()
+}
+
+pub(super) fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f32; 4]> {
+    reduce(texels, from, to, |parts| {
+        parts.fold([0.0; 4], |sum, (texel, weight)| std::array::from_fn(|i| sum[i] + weight * texel[i]))
+    })
+}
+
+/// What the codes of colours and roughnesses stand for.
+pub(super) struct Codes {
+    linear: [f32; 256],
+    /// `α²` of the codes of roughness.
+    variance: [f32; 256],
+}
+
+impl Codes {
+    pub(super) fn new() -> Self {
+        let variance = std::array::from_fn(|code| alpha_of(code as u8).powi(2));
+        Self { linear: linear_of_srgb8(), variance }
+    }
+
+    /// Linear colour and `α²` of a texel.
+    pub(super) fn linear(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
+        let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
+        [r, g, b, self.variance[usize::from(a)]]
+    }
+
+    fn halve(&self, texels: &[[u8; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[u8; 4]> {
+        let codes = |[r, g, b, variance]: [f32; 4]| {
+            let [r, g, b] = [r, g, b].map(srgb8_from_linear);
+            [r, g, b, (variance.sqrt().sqrt() * 255.0 + 0.5) as u8]
+        };
+        let width = from[0] as usize;
+        if from == to.map(|side| 2 * side) {
+            // Four texels each, without tables of weights.
+            let mut halved = vec![[0; 4]; to[0] as usize * to[1] as usize];
+            let rows = halved.par_chunks_mut(to[0] as usize).zip(texels.par_chunks(2 * width));
+            rows.for_each(|(row, two)| {
+                let (above, below) = two.split_at(width);
+                let pairs = above.as_chunks::<2>().0.iter().zip(below.as_chunks::<2>().0);
+                for (texel, (&[a, b], &[c, d])) in row.iter_mut().zip(pairs) {
+                    let four = [a, b, c, d].map(|texel| self.linear(texel));
+                    *texel = codes(std::array::from_fn(|i| 0.25 * four.iter().map(|texel| texel[i]).sum::<f32>()));
+                }
+            });
+            return halved;
+        }
+        reduce(texels, from, to, |parts| {
+            codes(parts.fold([0.0; 4], |sum, (texel, weight)| {
+                let texel = self.linear(texel);
+                std::array::from_fn(|i| sum[i] + weight * texel[i])
+            }))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::material::alpha_code;
+
+    #[test]
+    fn mips_average_light_and_variance_not_codes() {
+        let [dark, rough] = [[0, 255, 10, alpha_code(0.0)], [255, 255, 10, alpha_code(0.5)]];
+        let half = Codes::new().halve(&[dark, rough, dark, rough], [2, 2], [1, 1]);
+        let rough = alpha_of(alpha_code(0.5));
+        assert_eq!(half, [[188, 255, 10, alpha_code(rough * 0.5f32.sqrt())]]);
+        // The mean of the codes would be much smoother.
+        assert!(alpha_of(half[0][3]) > 1.3 * alpha_of(alpha_code(0.5) / 2));
+    }
+
+    #[test]
+    fn odd_rows_and_columns_count() {
+        let (black, white) = ([0, 0, 0, 255], [255, 255, 255, 255]);
+        let half = Codes::new().halve(&[black, black, white, black, black, white, black, black, white], [3, 3], [1, 1]);
+        assert_eq!(half, [[156, 156, 156, 255]]);
+        // A third, as sRGB.
+        assert!((linear_of_srgb8()[156] - 1.0 / 3.0).abs() < 2e-3);
+        let even = halve(&[[1.0; 4], [0.0; 4], [0.0; 4]], [3, 1], [1, 1]);
+        assert!((even[0][0] - 1.0 / 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn classes_split_the_variance() {
+        let table = classes_of_codes(0.3);
+        for alpha in [0.1, 0.6] {
+            let [share, rough, smooth, _] = table[usize::from(alpha_code(alpha))];
+            assert_eq!(share, if alpha > 0.3 { 1.0 } else { 0.0 });
+            assert!((rough + smooth - alpha * alpha).abs() < 4e-3 && rough * smooth == 0.0);
+        }
+    }
+}

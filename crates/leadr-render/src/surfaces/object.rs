@@ -1,0 +1,515 @@
+//! An [`Object`] on the device.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use super::atlas::AtlasGpu;
+use super::detail::{DetailImages, DetailKind};
+use super::displacement::{Border, BoundaryHeights, HeightField};
+use super::fits::Fits;
+use super::flat;
+use super::half_range::fill_half_range;
+use super::horizon::{HorizonMaps, Relief};
+use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
+use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
+use super::patch_mesh::PatchMesh;
+use super::relief_color::{Follows, ReliefColors};
+use super::topology::Topology;
+use crate::constants::{
+    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,
+    FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_LOOK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
+};
+use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
+use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sampler, shared_struct};
+use leadr_maps::LeadrMap;
+use leadr_maps::cache::MapCache;
+use leadr_maps::checksum::checksum;
+use leadr_maps::material::TextureWrap;
+
+shared_struct! {
+    /// One patch as the shaders read it (`PatchData`).
+    pub struct PatchGpu for "PatchData" {
+        /// Corner vertices.
+        pub vertices: [u32; 4],
+        /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
+        pub edges: [u32; 4],
+        /// Texture coordinates of corners 0 and 1, those of corners 3 and 2, and bounds of the taps in texture space; or, of a triangle
+        /// whose relief is seen along the axes, its corners at rest and their normals (`RestTriangle`).
+        pub texture_place: [[f32; 4]; 3],
+    }
+}
+
+/// A corner at rest, in repeats, and its normal: the coordinates on an octahedron, twelve bits each, in a float that holds all 24.
+fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
+    let n = normal / normal.abs().element_sum().max(1e-12);
+    let folded = (1.0 - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y));
+    let octahedron = if n.z < 0.0 { folded } else { n.truncate() };
+    let code = ((octahedron * 0.5 + 0.5) * 4095.0).round().clamp(Vec2::ZERO, Vec2::splat(4095.0));
+    (position / repeat).extend(code.x * 4096.0 + code.y).to_array()
+}
+
+/// Corners of a triangle in each chart.
+const CHART_CORNERS: usize = 3 * CHARTS as usize;
+
+shared_struct! {
+    /// Texture coordinates of a triangle in the images of its material (`TriangleCharts`).
+    pub struct ChartsGpu for "TriangleCharts" {
+        /// Three corners in each, in the order of the `CHART_` constants.
+        pub corners: [[f32; 2]; CHART_CORNERS],
+    }
+}
+
+impl ChartsGpu {
+    fn of(charts: &TriangleCharts) -> Self {
+        let mut corners = [[0.0; 2]; CHART_CORNERS];
+        corners.iter_mut().zip(charts.as_flattened()).for_each(|(slot, corner)| *slot = corner.to_array());
+        Self { corners }
+    }
+}
+
+/// Largest number of objects in a scene: the G-buffer has six bits for them, the sea and the empty background.
+pub const MAX_OBJECTS: usize = SEA_INDEX as usize - 1;
+
+shared_struct! {
+    /// Push constants of the geometry stages (`Object`).
+    pub struct ObjectGpu for "Object" {
+        /// Height scale `η`.
+        pub height_scale: f32,
+        /// Specular reflectance at normal incidence.
+        pub specular_f0: f32,
+        /// `FLAG_` bits.
+        pub flags: u32,
+        /// Index of the object in the scene, from 1; above `FIT_SHIFT` the number of its measured material, above `CONDUCTOR_DIP_SHIFT` the
+        /// dip of a conductor.
+        pub index: u32,
+        /// Distance from the deepest pit to the highest bump, metres.
+        pub relief: f32,
+        /// Where the lattice of a map that is shown by example lies, repeats.
+        pub shift: [f32; 2],
+    }
+}
+
+/// The part of an object that stays the same from frame to frame.
+pub struct GpuObject {
+    /// The object itself; its height texels are dropped once they are on the device.
+    pub object: Object,
+    /// Edges of its mesh.
+    pub topology: Topology,
+    pub(super) height_range: Vec<[f32; 2]>,
+    /// Range of all heights, before scaling.
+    relief: f32,
+    pub(super) edge_texels: Vec<f32>,
+    pub(super) edge_relief: Vec<f32>,
+    /// `PatchData` of every patch.
+    pub patches: Buffer,
+    /// Baked heights of the edges.
+    pub edge_heights: Buffer,
+    /// Baked heights of the vertices.
+    pub vertex_heights: Buffer,
+    /// Its maps, which its coarser mesh shares, and objects with the [same maps](with_same_maps).
+    pub maps: Arc<ObjectMaps>,
+    /// What the filter pass has to fetch for it.
+    pub kind: SurfaceKind,
+    /// [`ObjectGpu::index`], without the dip.
+    index: u32,
+}
+
+/// The maps of an object.
+pub struct ObjectMaps {
+    /// The LEADR maps; a 1×1 placeholder for smooth objects.
+    pub leadr: LeadrMapGpu,
+    /// What its relief hides from itself; placeholders for smooth objects.
+    pub horizons: HorizonMaps,
+    /// Links and coarse levels that let the filter pass look beyond a patch's tile.
+    pub atlas: AtlasGpu,
+    /// Its material.
+    pub material: MaterialImages,
+    /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
+    pub charts: Buffer,
+    /// A finer relief that repeats; placeholders for objects without.
+    pub detail: DetailImages,
+    /// How its colours follow its relief.
+    pub relief_color: ReliefColorImages,
+    /// Sampler of the maps of its relief.
+    pub sampler: Sampler,
+}
+
+/// How the maps of objects are made.
+#[derive(Clone, Copy)]
+pub struct Upload<'a> {
+    /// Keeps what takes long to find in them.
+    pub cache: Option<&'a MapCache>,
+    /// How their slopes are kept.
+    pub format: MomentFormat,
+    /// The measured materials of the scene.
+    pub fits: &'a Fits,
+}
+
+/// What the filter pass has to fetch for an object: it has a pipeline for each kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SurfaceKind {
+    /// Whether its maps are one tile per patch.
+    pub tiled: bool,
+    /// Whether it has relief.
+    pub displaced: bool,
+    /// Whether it has a map of its material.
+    pub colored: bool,
+    /// What that tells beside colours.
+    pub has: Has,
+    /// Whether its material has texture coordinates of its own.
+    pub charted: bool,
+    /// What of its relief its colours follow.
+    pub follows: Follows,
+    /// Whether its bumps can hide the surroundings from each other.
+    pub horizon: bool,
+    /// Whether it is a plane on which texture coordinates change evenly.
+    pub flat: bool,
+    /// Whether its patches are triangles.
+    pub triangles: bool,
+    /// Whether its relief is seen along the axes where it is at rest.
+    pub triplanar: bool,
+    /// Whether its maps are shown by the shaders that show them without their repeats.
+    pub by_example: bool,
+    /// Whether it is open ground under drifts and paths.
+    pub ground: bool,
+    /// Whether only its front is seen.
+    pub front_only: bool,
+    /// Whether its slopes are rise over run instead of by texture coordinate.
+    pub rise_over_run: bool,
+    /// Whether all its vertices have the same colour and accessibility.
+    pub plain: bool,
+    /// What the filter pass has to fetch of a finer relief.
+    pub detail: DetailKind,
+}
+
+impl SurfaceKind {
+    /// The kind of an object drawn as `mesh`: its own, or its coarse one.
+    #[must_use]
+    pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
+        let detail = DetailKind::of(object.detail.as_ref());
+        let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
+        let flat = !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh);
+        let repeats = object.heights.as_ref().is_none_or(|heights| heights.border == Border::Wrap)
+            && object.slope_wrap.is_none_or(|wrap| wrap == [TextureWrap::Repeat; 2])
+            && object.material.as_ref().is_none_or(|map| map.wrap == [TextureWrap::Repeat; 2]);
+        let by_example =
+            object.tiling != Tiling::Repeats && (flat || mesh.is_seamless()) && repeats && object.charts.is_none();
+        Self {
+            tiled: tiles,
+            displaced: object.heights.is_some(),
+            colored: object.material.is_some(),
+            has: object.material.as_ref().map_or_else(Has::default, Has::of),
+            charted: object.charts.is_some(),
+            follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
+            horizon: object.height_scale != 0.0
+                && object.material.as_ref().is_none_or(|map| map.cones.is_none())
+                && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
+            flat,
+            triangles: mesh.triangles,
+            triplanar: mesh.triplanar.is_some() && object.heights.is_some(),
+            by_example,
+            ground: by_example && flat && object.tiling == Tiling::Ground,
+            front_only: object.front_only,
+            rise_over_run: mesh.triangles && object.slopes.is_some(),
+            plain: flat::is_plain(mesh),
+            detail,
+        }
+    }
+}
+
+impl SurfaceKind {
+    /// Whether the device looks its heights up by example, at its edges as well.
+    #[must_use]
+    pub fn displaced_by_example(self) -> bool {
+        self.displaced && self.by_example
+    }
+}
+
+/// What an object displaces, in one of its meshes.
+struct Carrier {
+    topology: Topology,
+    boundary: BoundaryHeights,
+}
+
+impl Carrier {
+    fn of(mesh: &PatchMesh, topology: Topology, heights: Option<&HeightField>, kind: SurfaceKind) -> Self {
+        let boundary = match heights {
+            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field),
+            Some(field) => BoundaryHeights::bake(mesh, &topology, field),
+            None => BoundaryHeights::none(),
+        };
+        Self { topology, boundary }
+    }
+}
+
+/// What becomes maps of an object, and is no longer needed once they are on the device.
+struct MapSources {
+    slopes: Option<Vec<[f32; 2]>>,
+    slope_spread: Option<Vec<[f32; 3]>>,
+    moments: Option<LeadrMap>,
+    detail: Option<Detail>,
+    material: Option<MaterialMap>,
+    charts: Option<Vec<TriangleCharts>>,
+}
+
+impl MapSources {
+    /// Takes them from an object.
+    fn take(object: &mut Object) -> Self {
+        Self {
+            slopes: object.slopes.take(),
+            slope_spread: object.slope_spread.take(),
+            moments: object.moments.take(),
+            detail: object.detail.take(),
+            material: object.material.take(),
+            charts: object.charts.take(),
+        }
+    }
+}
+
+impl ObjectMaps {
+    /// Uploads the maps of an object on its finer mesh.
+    fn upload(
+        gpu: &Arc<Gpu>,
+        object: &Object,
+        sources: MapSources,
+        relief_color: ReliefColorImages,
+        topology: &Topology,
+        kind: SurfaceKind,
+        Upload { cache, format, .. }: Upload<'_>,
+    ) -> Result<Self> {
+        let (name, field) = (&object.name, object.heights.as_ref());
+        let MapSources { slopes, slope_spread, moments, detail, material, charts } = sources;
+        // Materials repeat.
+        let border = field.map_or(Border::Wrap, |field| field.border);
+        let sum = cache.map_or(0, |_| relief_checksum(field, slopes.as_ref(), moments.as_ref()));
+        let (leadr, material) = rayon::join(
+            || field_maps(gpu, field, slopes, slope_spread, moments, format),
+            || MaterialImages::new(gpu, name, material, border),
+        );
+        let (leadr, material) = (leadr?, material?);
+        let detail = DetailImages::new(gpu, name, detail, &object.mesh, border)?;
+        let charts: Vec<ChartsGpu> = charts.unwrap_or_default().iter().map(ChartsGpu::of).collect();
+        let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
+        let atlas = match border {
+            Border::Tiles(layout) => {
+                let material = kind.colored.then_some((&material, &relief_color));
+                AtlasGpu::new(gpu, name, &object.mesh, topology, layout, &leadr, material)?
+            }
+            Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, name)?,
+        };
+        let horizons = if kind.horizon {
+            let relief = Relief { mesh: &object.mesh, topology, border, height_scale: object.height_scale };
+            HorizonMaps::new(gpu, name, &leadr, &relief, cache.map(|cache| (cache, sum)))?
+        } else {
+            HorizonMaps::none(gpu, name)?
+        };
+        let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
+        let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
+        Ok(Self {
+            leadr,
+            horizons,
+            atlas,
+            material,
+            charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
+            detail,
+            relief_color,
+            sampler: Sampler::with_modes(gpu, &format!("{name} sampler"), Filter::Trilinear, modes)?,
+        })
+    }
+}
+
+impl GpuObject {
+    /// Uploads an object and builds its LEADR maps, unless those of another are the same; if it has a coarser mesh, that as well, with the
+    /// same maps. `index` counts the objects of a scene from 0, below [`MAX_OBJECTS`].
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a coarser mesh of an object whose maps follow its finer one; memory or a Vulkan call that failed.
+    pub fn upload(
+        gpu: &Arc<Gpu>,
+        mut object: Object,
+        index: usize,
+        upload: Upload<'_>,
+        maps: Option<Arc<ObjectMaps>>,
+    ) -> Result<(Self, Option<Self>)> {
+        let coarse_mesh = object.coarse_mesh.take();
+        if coarse_mesh.is_some() && follows_its_mesh(&object) {
+            let fault = "a coarser mesh cannot share maps that are made for the patches of the finer one".to_owned();
+            return Err(GpuError::Usage { name: object.name, fault });
+        }
+        if upload.format == MomentFormat::Float16 {
+            fill_half_range(&mut object);
+        }
+        let kind = SurfaceKind::of(&object, &object.mesh);
+        let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
+        let index = (index as u32 + 1) | (upload.fits.number_of(&object) << FIT_SHIFT);
+        let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
+        let maps = match maps {
+            Some(maps) => Ok(maps),
+            None => Err((ReliefColorImages::new(gpu, &object, border)?, MapSources::take(&mut object))),
+        };
+        let topology = Topology::new(&object.mesh.patches_by_place());
+        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
+        let (maps, (carrier, coarse)) = rayon::join(
+            || {
+                maps.or_else(|(relief_color, sources)| {
+                    ObjectMaps::upload(gpu, &object, sources, relief_color, &topology, kind, upload).map(Arc::new)
+                })
+            },
+            || {
+                let of_coarse = |(kind, mesh): (SurfaceKind, PatchMesh)| {
+                    let carrier = carry(&mesh, Topology::new(&mesh.patches_by_place()), kind);
+                    (kind, carrier, mesh)
+                };
+                (carry(&object.mesh, topology.clone(), kind), coarse.map(of_coarse))
+            },
+        );
+        let maps = maps?;
+        // They are on the device.
+        object.heights.iter_mut().for_each(|field| field.texels = Vec::new());
+        let coarse = coarse.map(|(kind, carrier, mesh)| {
+            let object = Object { mesh, ..object.clone() };
+            Self::with_maps(gpu, object, index, kind, carrier, maps.clone())
+        });
+        let coarse = coarse.transpose()?;
+        Ok((Self::with_maps(gpu, object, index, kind, carrier, maps)?, coarse))
+    }
+
+    fn with_maps(
+        gpu: &Arc<Gpu>,
+        object: Object,
+        index: u32,
+        kind: SurfaceKind,
+        Carrier { topology, boundary }: Carrier,
+        maps: Arc<ObjectMaps>,
+    ) -> Result<Self> {
+        let name = &object.name;
+        let (low, high) =
+            boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
+        Ok(Self {
+            patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches(&object, &topology))?,
+            edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
+            vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
+            relief: high - low,
+            height_range: boundary.patch_range,
+            edge_texels: boundary.edge_texels,
+            edge_relief: boundary.edge_relief,
+            topology,
+            object,
+            maps,
+            kind,
+            index,
+        })
+    }
+
+    /// A buffer that the processor writes for a frame, with room for so many values, at least one, of so many bytes.
+    pub(super) fn frame_buffer(&self, gpu: &Arc<Gpu>, what: &str, count: usize, bytes: usize) -> Result<Buffer> {
+        let name = format!("{} {what}", self.object.name);
+        Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
+    }
+
+    /// Push constants for a height scale that multiplies the object's own. `shift`: [`PosedObject::tiling_shift`](super::posed::PosedObject::tiling_shift).
+    #[must_use]
+    pub fn constants(&self, height_scale: f32, mark_inside: bool, shift: [f32; 2]) -> ObjectGpu {
+        let flags = [
+            (FLAG_DISPLACED, self.kind.displaced),
+            (FLAG_FLAT, self.kind.flat),
+            (FLAG_MARK_INSIDE, mark_inside),
+            (FLAG_TINTED_EMISSION, self.object.tints_emission),
+            (FLAG_TRIANGLES, self.kind.triangles),
+            (FLAG_TRIPLANAR, self.kind.triplanar),
+            (FLAG_CHARTED, self.kind.charted),
+            (FLAG_ONE_LOOK, self.object.tiling == Tiling::OneLook),
+            (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
+        ];
+        let flags = flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag);
+        ObjectGpu {
+            height_scale: height_scale * self.object.height_scale,
+            specular_f0: self.object.specular_f0,
+            flags,
+            index: self.index | conductor_dip_bits(self.object.conductor_dip) << CONDUCTOR_DIP_SHIFT,
+            relief: self.relief * (height_scale * self.object.height_scale).abs(),
+            shift,
+        }
+    }
+}
+
+/// Of each object the first one before it that has the same maps.
+#[must_use]
+pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
+    let first = |i: usize| objects[..i].iter().position(|earlier| have_same_maps(earlier, &objects[i]));
+    (0..objects.len()).map(first).collect()
+}
+
+/// Whether the maps of two objects are the same: of reliefs without materials, which differ at most in how high they are.
+fn have_same_maps(a: &Object, b: &Object) -> bool {
+    let (Some(of_a), Some(of_b)) = (&a.heights, &b.heights) else { return false };
+    let relief_alone = |object: &Object| {
+        let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
+        let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
+        !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
+    };
+    // Tiles go on in those of the patches beside them.
+    let same_surface = |a: &PatchMesh, b: &PatchMesh| {
+        a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
+    };
+    relief_alone(a)
+        && relief_alone(b)
+        && (of_a.width, of_a.height, of_a.border) == (of_b.width, of_b.height, of_b.border)
+        && a.slope_wrap == b.slope_wrap
+        && a.height_scale.partial_cmp(&0.0) == b.height_scale.partial_cmp(&0.0)
+        && (!matches!(of_a.border, Border::Tiles(_)) || same_surface(&a.mesh, &b.mesh))
+        && !of_a.texels.is_empty()
+        && of_a.texels == of_b.texels
+}
+
+/// Whether the maps of an object are made for the patches of its mesh.
+fn follows_its_mesh(object: &Object) -> bool {
+    let tiled = object.heights.as_ref().is_some_and(|field| matches!(field.border, Border::Tiles(_)));
+    let at_rest = object.detail.as_ref().is_some_and(|detail| matches!(detail.mapping, DetailMapping::Triplanar(_)));
+    tiled || at_rest || object.charts.is_some()
+}
+
+/// The patches of an object as the shaders read them.
+fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
+    let mesh = &object.mesh;
+    let patch = |(i, (&vertices, &edges)): (usize, (&[u32; 4], &[u32; 4]))| {
+        if let Some(repeat) = mesh.triplanar {
+            let corner = |k: usize| {
+                let vertex = vertices[k] as usize;
+                rest_corner(mesh.positions[vertex], mesh.normals[vertex], repeat)
+            };
+            return PatchGpu { vertices, edges, texture_place: [0, 1, 3].map(corner) };
+        }
+        let t = mesh.texcoords.get(i).copied().unwrap_or_default();
+        let tile = match &object.heights {
+            Some(HeightField { width, height, border: Border::Tiles(layout), .. }) => {
+                let (x, y) = layout.origin(i as u32);
+                let (w, h) = (*width as f32, *height as f32);
+                let end = |k: u32| (k + layout.tile) as f32;
+                [x as f32 / w, y as f32 / h, end(x) / w, end(y) / h]
+            }
+            _ => [-1e9, -1e9, 1e9, 1e9],
+        };
+        let [first_row, second_row] = [[t[0], t[1]], [t[3], t[2]]].map(|[a, b]| [a.x, a.y, b.x, b.y]);
+        PatchGpu { vertices, edges, texture_place: [first_row, second_row, tile] }
+    };
+    mesh.patches.iter().zip(&topology.patch_edges).enumerate().map(patch).collect()
+}
+
+/// Five bits for each channel of a dip, 0 to 4.
+fn conductor_dip_bits(dip: [f32; 3]) -> u32 {
+    let code = |dip: f32| (dip * (31.0 / 4.0)).round().clamp(0.0, 31.0) as u32;
+    code(dip[0]) | code(dip[1]) << 5 | code(dip[2]) << 10
+}
+
+/// Identifies what the horizons of a relief follow from: heights, and the slopes or moments that are told beside them.
+fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, moments: Option<&LeadrMap>) -> u64 {
+    let of_levels =
+        moments.iter().flat_map(|map| &map.levels).map(|level| checksum(bytemuck::cast_slice(&level.texels)));
+    let mut sums: Vec<u64> = of_levels.collect();
+    sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.texels))));
+    sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
+    // Heights alone are known by themselves.
+    if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }
+}

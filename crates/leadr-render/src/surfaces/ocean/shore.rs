@@ -1,0 +1,121 @@
+//! A beach for the sea to run up: a coast along y with the land toward +x. The shaders' part is `passes/ocean/shore.glsl`;
+//! parity tests compare the functions that both implement, [`Shore::offshore`] and [`Shore::ground`].
+
+use glam::{DVec2, Vec3};
+use leadr_gpu::shared_struct;
+
+use super::waves::PERIOD;
+
+/// One bend of the waterline: `amplitude · sin(step · along + phase)` metres toward the sea.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bend {
+    /// Metres.
+    pub amplitude: f64,
+    /// Wave number along the coast, rad/m.
+    pub step: f64,
+    /// Radians.
+    pub phase: f64,
+}
+
+/// A beach and the swell on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shore {
+    /// Slope of the sand at the waterline at rest, above 0.
+    pub slope: f64,
+    /// Height above the water of the flat sand behind the beach, metres, above 0.
+    pub berm: f64,
+    /// Metres over which the sea floor levels off: the depth is proportional to
+    /// `(s + reach)^⅔ − reach^⅔` (Dean's equilibrium profile, moved so that its slope at the waterline is finite).
+    pub reach: f64,
+    /// Bends of the waterline about x = 0.
+    pub bends: [Bend; 4],
+    /// Number of swell waves in [`PERIOD`]; more than 0.
+    pub swells: u32,
+    /// Height above the water at rest that the highest waves run up to, metres.
+    pub run_up: f64,
+    /// Linear albedo of wet sand.
+    pub bed: Vec3,
+    /// Extinction of light in the water, per metre.
+    pub extinction: Vec3,
+}
+
+impl Shore {
+    /// Distance from the waterline in metres, positive toward the sea.
+    #[must_use]
+    pub fn offshore(&self, point: DVec2) -> f64 {
+        -point.x - self.waterline(-point.y)
+    }
+
+    /// −x of the waterline at rest at y = −`along`.
+    #[must_use]
+    pub fn waterline(&self, along: f64) -> f64 {
+        self.bends.iter().map(|b| b.amplitude * (b.step * along + b.phase).sin()).sum()
+    }
+
+    /// Height of the sand above the water at rest, `offshore` metres from the waterline.
+    #[must_use]
+    pub fn ground(&self, offshore: f64) -> f64 {
+        if offshore > 0.0 {
+            let power = |x: f64| x.powf(2.0 / 3.0);
+            -self.deepening() * (power(offshore + self.reach) - power(self.reach))
+        } else {
+            self.berm * (1.0 - (offshore * self.slope / self.berm).exp())
+        }
+    }
+
+    /// The factor of the depth that makes the slope continuous at the waterline.
+    fn deepening(&self) -> f64 {
+        1.5 * self.slope * self.reach.cbrt()
+    }
+}
+
+shared_struct! {
+    /// The block of the shaders (`Shore` in `passes/ocean/shore.glsl`); zero where there is no shore.
+    #[derive(Default)]
+    pub struct ShoreGpu for "Shore" {
+        /// Slope, berm, reach, deepening.
+        pub profile: [f32; 4],
+        /// Amplitudes of the bends.
+        pub line_amplitude: [f32; 4],
+        /// Their wave numbers.
+        pub line_step: [f32; 4],
+        /// Their phases.
+        pub line_phase: [f32; 4],
+        /// Phase of the swell in turns, its whole turns so far, its period, the run-up.
+        pub swell: [f32; 4],
+        /// Wet sand; unused.
+        pub bed: [f32; 4],
+        /// Extinction.
+        pub extinction: [f32; 4],
+        /// Depth at which the waves of each cascade keep 63 % of their height.
+        pub calm: [[f32; 4]; 2],
+    }
+}
+
+/// Depth, divided by the standard deviation of a cascade's height, at which its waves keep 63 % of their height. With this
+/// value even the highest waves stay lower than the water is deep.
+const CALM: f64 = 6.0;
+
+impl ShoreGpu {
+    /// The block of a shore at `time` (seconds), for cascades whose heights have these standard deviations.
+    #[must_use]
+    pub fn new(shore: &Shore, time: f64, deviations: &[f64]) -> Self {
+        let four = |f: &dyn Fn(&Bend) -> f64| shore.bends.each_ref().map(|b| f(b) as f32);
+        let turns = time.rem_euclid(PERIOD) / PERIOD * f64::from(shore.swells);
+        let mut calm = [[1.0; 4]; 2];
+        for (slot, deviation) in calm.as_flattened_mut().iter_mut().zip(deviations) {
+            *slot = (CALM * deviation).max(1e-4) as f32;
+        }
+        Self {
+            profile: [shore.slope, shore.berm, shore.reach, shore.deepening()].map(|v| v as f32),
+            line_amplitude: four(&|b| b.amplitude),
+            line_step: four(&|b| b.step),
+            line_phase: four(&|b| b.phase),
+            swell: [turns.fract(), turns.floor(), PERIOD / f64::from(shore.swells.max(1)), shore.run_up]
+                .map(|v| v as f32),
+            bed: shore.bed.extend(0.0).to_array(),
+            extinction: shore.extinction.extend(0.0).to_array(),
+            calm,
+        }
+    }
+}

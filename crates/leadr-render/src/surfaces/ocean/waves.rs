@@ -1,0 +1,148 @@
+//! The waves of one band in the form that the device animates: a tile of complex amplitudes.
+
+use glam::DVec2;
+use leadr_reflectance::random::{STEP, mix, unit_of_bits};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// All frequencies are whole multiples of one cycle in this many seconds, so the sea repeats after this time and phases
+/// never lose precision.
+pub const PERIOD: f64 = 1024.0;
+
+/// One band of waves on a periodic tile.
+#[derive(Clone, Debug)]
+pub struct Cascade {
+    /// Edge of the tile, metres.
+    pub size: f64,
+    /// Angle by which the tile is rotated in the world, radians.
+    pub rotation: f64,
+    /// Samples along the tile's edge, a power of two.
+    pub resolution: u32,
+    /// Waves with `low ≤ |k| < high`, rad/m.
+    pub band: [f64; 2],
+    /// For each wave vector `(i, j)`, at `j · resolution + i` (negative ones in the upper half, as in a Fourier transform):
+    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}` with
+    /// `ĥ(k) = a(k) e^{−iωt} + conj(a(−k)) e^{iωt}`, so each wave runs along its own vector.
+    pub waves: Vec<[f32; 4]>,
+}
+
+impl Cascade {
+    /// The waves of `band` on a tile, with random phases and the mean amplitude for every wave vector, so the variances are
+    /// those of the spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴);
+    /// `frequency`: rad/s of a wave number; `share`: part of the variance that this cascade carries.
+    #[must_use]
+    pub fn new(
+        size: f64,
+        rotation: f64,
+        resolution: u32,
+        band: [f64; 2],
+        share: f64,
+        seed: u64,
+        density: impl Fn(f64, f64) -> f64 + Sync,
+        frequency: impl Fn(f64) -> f64 + Sync,
+    ) -> Self {
+        let step = TAU / size;
+        let waves = (0..resolution * resolution)
+            .into_par_iter()
+            .map(|index| {
+                let k = wave_vector(index % resolution, index / resolution, resolution, size, rotation);
+                let length = k.length();
+                if length < band[0] || length >= band[1] || length <= 0.0 {
+                    return [0.0; 4];
+                }
+                let amplitude = (0.5 * share * density(k.x, k.y)).sqrt() * step;
+                let (sin, cos) = (TAU * unit(seed, index)).sin_cos();
+                let cycles = (frequency(length) * PERIOD / TAU).round();
+                [(amplitude * cos) as f32, (amplitude * sin) as f32, cycles as f32, 0.0]
+            })
+            .collect();
+        Self { size, rotation, resolution, band, waves }
+    }
+
+    /// Standard deviations of the height (metres) and of the slope.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 2] {
+        let n = self.resolution;
+        let (mut height, mut slope) = (0.0, 0.0);
+        for (index, wave) in (0..n * n).zip(&self.waves) {
+            let variance = 2.0 * (f64::from(wave[0]).powi(2) + f64::from(wave[1]).powi(2));
+            height += variance;
+            slope += variance * self.wave_vector(index % n, index / n).length_squared();
+        }
+        [height.sqrt(), slope.sqrt()]
+    }
+
+    /// The same waves on `factor²` times as many samples (`factor` a power of two); interpolation between these is closer
+    /// to the exact sum of the waves.
+    #[must_use]
+    pub fn oversampled(&self, factor: u32) -> Self {
+        let (n, resolution) = (self.resolution, self.resolution * factor);
+        // Negative wave numbers stay in the upper half.
+        let place = |i: u32| if i < n / 2 { i } else { i + resolution - n };
+        let mut waves = vec![[0.0; 4]; resolution as usize * resolution as usize];
+        for (index, wave) in (0..n * n).zip(&self.waves) {
+            waves[(place(index / n) * resolution + place(index % n)) as usize] = *wave;
+        }
+        Self { resolution, waves, ..*self }
+    }
+
+    /// World wave vector of an entry of [`waves`](Self::waves), rad/m.
+    #[must_use]
+    pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
+        wave_vector(i, j, self.resolution, self.size, self.rotation)
+    }
+}
+
+/// Weight of the horizontal divergence of a tile `size` metres wide in the foam: ripples do not trap air, but they break up
+/// the foam of longer waves. The same as `foam_weight` of `passes/ocean/cascade.glsl`.
+#[must_use]
+pub fn foam_weight(size: f64) -> f64 {
+    if size >= 10.0 { 1.0 } else { 0.35 }
+}
+
+fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVec2 {
+    let signed = |i: u32| f64::from(i) - if i < resolution / 2 { 0.0 } else { f64::from(resolution) };
+    let local = DVec2::new(signed(i), signed(j)) * (TAU / size);
+    DVec2::from_angle(rotation).rotate(local)
+}
+
+/// A number in `[0, 1)` from a seed and an index.
+fn unit(seed: u64, index: u32) -> f64 {
+    unit_of_bits(mix(seed.wrapping_add(1).wrapping_mul(STEP) ^ (u64::from(index) << 20)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variance_is_the_spectrums() {
+        // A spectrum that is constant on an annulus: the variance is density times area.
+        let cascade = Cascade::new(100.0, 0.4, 64, [0.3, 1.5], 0.5, 3, |_, _| 2.0, f64::sqrt);
+        let variance: f64 = cascade.waves.iter().map(|w| 2.0 * f64::from(w[0].mul_add(w[0], w[1] * w[1]))).sum();
+        let area = TAU / 2.0 * (1.5f64.powi(2) - 0.3f64.powi(2));
+        assert!((variance / area - 1.0).abs() < 0.02, "{variance} {area}");
+    }
+
+    #[test]
+    fn more_samples_carry_the_same_waves() {
+        let cascade = Cascade::new(100.0, 0.4, 16, [0.0, 0.45], 0.5, 3, |x, _| 2.0 + x, f64::sqrt);
+        let finer = cascade.oversampled(4);
+        let waves = |c: &Cascade| -> Vec<([f64; 2], [f32; 4])> {
+            let n = c.resolution;
+            let all = (0..n * n).map(|i| (c.wave_vector(i % n, i / n).to_array(), c.waves[i as usize]));
+            let mut waves: Vec<_> = all.filter(|(_, w)| w[0] != 0.0).collect();
+            waves.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap());
+            waves
+        };
+        assert!(waves(&cascade).len() > 50 && finer.resolution == 64);
+        assert_eq!(waves(&cascade), waves(&finer));
+    }
+
+    #[test]
+    fn wave_vectors_turn_with_the_tile() {
+        let cascade = Cascade::new(10.0, 0.5, 8, [0.0, 9.0], 1.0, 0, |_, _| 1.0, f64::sqrt);
+        let k = cascade.wave_vector(7, 0);
+        assert!((k - DVec2::from_angle(0.5) * (-TAU / 10.0)).length() < 1e-12);
+    }
+}

@@ -1,0 +1,95 @@
+//! An object in the pose of a frame.
+
+use std::sync::Arc;
+
+use glam::{Mat2, Vec2, Vec3};
+
+use super::flat::Chart;
+use super::object::GpuObject;
+use super::patch_mesh::PosedVertices;
+use super::sphere::Sphere;
+use super::tessellation::PosedMesh;
+use crate::scene::Tiling;
+
+/// An object in the pose of a frame.
+pub struct PosedObject {
+    /// The object on the device.
+    pub object: Arc<GpuObject>,
+    /// Its vertices in the world.
+    pub vertices: PosedVertices,
+    /// Factor on the object's own height scale for the displacement; 0 leaves the geometry smooth.
+    pub height_scale: f32,
+}
+
+impl PosedObject {
+    /// Mean world length of a height texel; infinite for an object without heights.
+    #[must_use]
+    pub fn texel_length(&self) -> f32 {
+        let positions = &self.vertices.positions;
+        let lengths =
+            self.object.topology.edges.iter().map(|e| positions[e[0] as usize].distance(positions[e[1] as usize]));
+        let texels: f32 = self.object.edge_texels.iter().sum();
+        if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
+    }
+
+    /// Where it lies on the lattice of its looks, in repeats of its map, where that is to stay in the world. What is no plane moves by
+    /// whole repeats.
+    #[must_use]
+    pub fn tiling_shift(&self) -> [f32; 2] {
+        let mesh = &self.object.object.mesh;
+        let kind = self.object.kind;
+        let ends = self.vertices.positions.first().zip(mesh.positions.first());
+        let stays = kind.by_example && matches!(self.object.object.tiling, Tiling::ByExampleInWorld | Tiling::Ground);
+        let (true, Some((&here, &rest))) = (stays, ends) else { return [0.0; 2] };
+        let Some(Chart { tangent_s: s, tangent_t: t, .. }) = Chart::of(mesh, &self.vertices) else { return [0.0; 2] };
+        let moved = here - rest;
+        let along = Vec2::new(moved.dot(s), moved.dot(t));
+        let shift = Mat2::from_cols_array(&[s.dot(s), s.dot(t), s.dot(t), t.dot(t)]).inverse() * along;
+        (if kind.flat { shift } else { shift.round() }).to_array()
+    }
+
+    /// The triangles of its patches without relief, world; counter-clockwise seen from outside.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
+        let positions = &self.vertices.positions;
+        let mesh = &self.object.object.mesh;
+        // Of a triangle the last corner stands for the third as well.
+        let halves = if mesh.triangles { 1 } else { 2 };
+        mesh.patches.iter().flat_map(move |patch| {
+            let [a, b, c, d] = patch.map(|vertex| positions[vertex as usize]);
+            [[a, b, c], [a, c, d]].into_iter().take(halves)
+        })
+    }
+
+    /// A bounding sphere that includes the bumps.
+    #[must_use]
+    pub fn bounds(&self) -> Sphere {
+        let (low, high) = self
+            .vertices
+            .positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + self.highest_bump() }
+    }
+
+    /// The largest distance between the displaced and the smooth surface, metres.
+    #[must_use]
+    pub fn highest_bump(&self) -> f32 {
+        let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
+        bump * (self.height_scale * self.object.object.height_scale).abs()
+    }
+
+    /// Its mesh, as it is divided and culled.
+    pub(super) fn mesh(&self) -> PosedMesh<'_> {
+        let Self { object, vertices, height_scale } = self;
+        PosedMesh {
+            mesh: &object.object.mesh,
+            topology: &object.topology,
+            positions: &vertices.positions,
+            normals: vertices.displaced_along(),
+            edge_texels: &object.edge_texels,
+            edge_relief: &object.edge_relief,
+            height_range: &object.height_range,
+            height_scale: height_scale * object.object.height_scale,
+        }
+    }
+}

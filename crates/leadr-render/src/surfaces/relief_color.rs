@@ -1,0 +1,261 @@
+//! Colours that follow the relief: paint on tops, dirt in cracks, snow on slopes that face one way
+//! ([`relief_color`](leadr_reflectance::visible::relief_color)).
+//!
+//! Two layers of an image hold means of colours weighted by the rank of the height, the weight in alpha. Two more hold the product of
+//! colour and slope, the slope in alpha; these only where the map is one chart, since the tiles of an atlas each have axes of their own.
+//! All of them count where a pixel sees several bumps, so the image begins at a coarser level than large maps of colours do.
+
+use glam::DVec3;
+use half::f16;
+use rayon::prelude::*;
+
+use super::displacement::{Border, HeightField};
+use crate::constants::SOURCE_LEVEL;
+use crate::scene::{MaterialMap, Object};
+use leadr_maps::srgb::linear_of_srgb8;
+use leadr_reflectance::visible::relief_color::height_weights;
+
+/// What of an object's relief its colours follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Follows {
+    /// Heights.
+    pub heights: bool,
+    /// Slopes.
+    pub slopes: bool,
+}
+
+impl Follows {
+    /// Layers of weighted means that this takes.
+    #[must_use]
+    pub const fn layers(self) -> u32 {
+        2 * (self.heights as u32 + self.slopes as u32)
+    }
+
+    /// Whether they follow any.
+    #[must_use]
+    pub const fn any(self) -> bool {
+        self.heights || self.slopes
+    }
+}
+
+/// Texels of weighted means along a side, at most; larger maps of colours have them from a coarser level on.
+const MOST_TEXELS: u32 = 2048;
+/// Texels along a side that are looked at to find out.
+const SAMPLED: u32 = 256;
+/// The least change of the mean colour that counts, as a part of the brightest channel's mean: half of what eyes tell apart side by side.
+/// Over heights it is that between no hidden facets and as many hidden as seen; over slopes that of one standard deviation.
+const LEAST_CHANGE: f64 = 0.01;
+/// Steps of the table that heights are ranked with.
+const RANKS: usize = 2048;
+
+/// Finest levels of the colours without weighted means. In an atlas no more than are finer than the coarse levels' source.
+pub(super) fn skipped_levels(map: &MaterialMap, border: Border) -> u32 {
+    let most = if matches!(border, Border::Tiles(_)) { SOURCE_LEVEL } else { u32::MAX };
+    let mut skipped = 0;
+    while map.width.max(map.height) >> skipped > MOST_TEXELS && skipped < most {
+        skipped += 1;
+    }
+    skipped
+}
+
+/// Ranks of an object's heights, and its slopes, at the texels of its colours.
+pub(super) struct ReliefColors<'a> {
+    field: &'a HeightField,
+    map: &'a MaterialMap,
+    slopes: Option<&'a [[f32; 2]]>,
+    /// Heights at even steps of rank.
+    table: Vec<f32>,
+    /// The surface is displaced into itself: its lowest heights are on top.
+    upside_down: bool,
+    linear: [f32; 256],
+    /// What of the relief the colours follow.
+    pub follows: Follows,
+}
+
+impl<'a> ReliefColors<'a> {
+    /// Those of an object that has both heights and colours, and is to keep them.
+    pub fn of(object: &'a Object) -> Option<Self> {
+        let (field, map) = (object.heights.as_ref()?, object.material.as_ref()?);
+        // Charts lay colours elsewhere than heights.
+        if !object.follows_relief
+            || object.charts.is_some()
+            || field.texels.is_empty()
+            || map.colors.len() != map.width as usize * map.height as usize
+        {
+            return None;
+        }
+        let mut colors = Self {
+            field,
+            map,
+            slopes: object.slopes.as_deref(),
+            table: Vec::new(),
+            upside_down: object.height_scale < 0.0,
+            linear: linear_of_srgb8(),
+            follows: Follows::default(),
+        };
+        let places: Vec<[u32; 2]> = {
+            let steps = |side: u32| side.div_ceil(SAMPLED).max(1);
+            let (across, down) = (steps(map.width) as usize, steps(map.height) as usize);
+            let rows = (0..map.height).step_by(down);
+            rows.flat_map(|y| (0..map.width).step_by(across).map(move |x| [x, y])).collect()
+        };
+        let mut heights: Vec<f32> = places.iter().map(|&place| colors.height(place)).collect();
+        heights.sort_unstable_by(f32::total_cmp);
+        let last = heights.len() - 1;
+        if heights[0] == heights[last] || colors.map.colors.iter().all(|c| c[..3] == colors.map.colors[0][..3]) {
+            return None;
+        }
+        colors.table = (0..=RANKS).map(|i| heights[(i * last + RANKS / 2) / RANKS]).collect();
+        colors.follows = colors.found(&places, matches!(field.border, Border::Tiles(_)));
+        Some(colors)
+    }
+
+    fn found(&self, places: &[[u32; 2]], tiled: bool) -> Follows {
+        let count = places.len() as f64;
+        let (mut mean, mut low, mut weight) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        let (mut slope, mut square, mut joint) = ([0.0; 2], [0.0; 2], [DVec3::ZERO; 2]);
+        for &place in places {
+            let color = DVec3::from(self.color(place).map(f64::from)) / count;
+            let by_height = height_weights(self.rank(place))[0];
+            weight += by_height / count;
+            mean += color;
+            low += by_height * color;
+            for (axis, g) in self.gradient(place).map(f64::from).into_iter().enumerate() {
+                slope[axis] += g / count;
+                square[axis] += g * g / count;
+                joint[axis] += g * color;
+            }
+        }
+        let least = LEAST_CHANGE * mean.max_element();
+        let heights = (low / weight - mean).abs().max_element() > least;
+        let slopes = [0, 1].into_iter().any(|axis| {
+            let deviation = (square[axis] - slope[axis] * slope[axis]).max(0.0).sqrt();
+            (joint[axis] - mean * slope[axis]).abs().max_element() > least * deviation
+        });
+        Follows { heights, slopes: slopes && !tiled }
+    }
+
+    /// The texel of the heights at a texel of the colours.
+    fn texel(&self, [x, y]: [u32; 2]) -> [u32; 2] {
+        let of = |i: u32, n: u32, to: u32| ((u64::from(2 * i + 1) * u64::from(to)) / u64::from(2 * n)) as u32;
+        [of(x, self.map.width, self.field.width), of(y, self.map.height, self.field.height)]
+    }
+
+    fn height(&self, place: [u32; 2]) -> f32 {
+        let [x, y] = self.texel(place);
+        self.field.texels[y as usize * self.field.width as usize + x as usize]
+    }
+
+    fn color(&self, [x, y]: [u32; 2]) -> [f32; 3] {
+        let [r, g, b, _] = self.map.colors[y as usize * self.map.width as usize + x as usize];
+        [r, g, b].map(|code| self.linear[usize::from(code)])
+    }
+
+    /// Rank of the height, 0 to 1: the share of heights below it.
+    fn rank(&self, place: [u32; 2]) -> f64 {
+        let height = self.height(place);
+        let above = self.table.partition_point(|&h| h <= height);
+        let below = self.table.partition_point(|&h| h < height);
+        let rank = if above > below {
+            // Many are as high.
+            0.5 * (above + below - 1) as f64
+        } else {
+            let (at, end) = (below.max(1), self.table.len() - 1);
+            let (low, high) = (self.table[at - 1], self.table[at.min(end)]);
+            (at - 1) as f64 + f64::from((height - low) / (high - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
+        };
+        let rank = (rank / RANKS as f64).clamp(0.0, 1.0);
+        if self.upside_down { 1.0 - rank } else { rank }
+    }
+
+    /// Slope of the heights by texture coordinate, in their unit.
+    fn gradient(&self, place: [u32; 2]) -> [f32; 2] {
+        let [x, y] = self.texel(place);
+        let (width, height) = (self.field.width, self.field.height);
+        if let Some(slopes) = self.slopes {
+            return slopes[y as usize * width as usize + x as usize];
+        }
+        let wraps = self.field.border == Border::Wrap;
+        let beside = |i: u32, n: u32| {
+            if wraps { [(i + n - 1) % n, (i + 1) % n] } else { [i.saturating_sub(1), (i + 1).min(n - 1)] }
+        };
+        let at = |x: u32, y: u32| self.field.texels[y as usize * width as usize + x as usize];
+        let ([left, right], [above, below]) = (beside(x, width), beside(y, height));
+        [(at(right, y) - at(left, y)) * 0.5 * width as f32, (at(x, below) - at(x, above)) * 0.5 * height as f32]
+    }
+
+    /// Colours times weights, and these: those of the heights if colours follow them, then of the slopes. In `size`, which is that of
+    /// the colours or smaller.
+    pub fn layer(&self, layer: u32, size: [u32; 2]) -> Vec<[f32; 4]> {
+        let by_height = self.follows.heights && layer < 2;
+        let which = (layer % 2) as usize;
+        let most = f16::MAX.to_f32();
+        let weighted = |place: [u32; 2]| {
+            let weight = if by_height {
+                height_weights(self.rank(place))[which] as f32
+            } else {
+                self.gradient(place)[which].clamp(-most, most)
+            };
+            let [r, g, b] = self.color(place).map(|channel| channel * weight);
+            [r, g, b, weight]
+        };
+        let part = |i: u32, to: u32, of: u32| {
+            let begin = |i: u32| (u64::from(i) * u64::from(of) / u64::from(to)) as u32;
+            begin(i)..begin(i + 1)
+        };
+        let row = |y: u32| {
+            let weighted = &weighted;
+            (0..size[0]).map(move |x| {
+                let (across, down) = (part(x, size[0], self.map.width), part(y, size[1], self.map.height));
+                let share = 1.0 / (across.len() * down.len()) as f32;
+                let places = down.flat_map(|y| across.clone().map(move |x| [x, y]));
+                places.fold([0.0; 4], |sum, place| {
+                    let texel = weighted(place);
+                    std::array::from_fn(|i| sum[i] + share * texel[i])
+                })
+            })
+        };
+        (0..size[1]).into_par_iter().flat_map_iter(row).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surfaces::patch_mesh::PatchMesh;
+
+    fn painted(paint: impl Fn(f32, f32) -> bool) -> Object {
+        // A slope in one direction, repeated, and its colours.
+        let heights: Vec<f32> = (0..64 * 64).map(|i| ((i % 64) as f32 * 0.2).sin() + (i / 64) as f32 * 0.01).collect();
+        let colors = heights.iter().enumerate().map(|(i, &h)| {
+            let rise = ((i % 64) as f32 * 0.2).cos();
+            if paint(h, rise) { [200, 20, 20, 128] } else { [100, 100, 100, 128] }
+        });
+        let map = MaterialMap::new(64, 64, colors.collect());
+        let field = HeightField { width: 64, height: 64, texels: heights, border: Border::Clamp };
+        Object::new("painted", PatchMesh::default()).with_heights(field, 1.0).with_material(map).with_relief_color()
+    }
+
+    #[test]
+    fn only_colours_that_follow_the_relief_are_found() {
+        let follows = |object: &Object| ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows);
+        assert!(follows(&painted(|h, _| h > 0.5)).heights);
+        assert!(follows(&painted(|_, rise| rise > 0.0)).slopes);
+        assert!(!follows(&painted(|_, _| true)).any());
+        assert!(!follows(&Object { material: None, ..painted(|h, _| h > 0.5) }).any());
+        assert!(!follows(&Object { follows_relief: false, ..painted(|h, _| h > 0.5) }).any());
+    }
+
+    #[test]
+    fn ranks_run_from_bottom_to_top() {
+        let object = painted(|h, _| h > 0.0);
+        let colors = ReliefColors::of(&object).unwrap();
+        let ranks: Vec<f64> = (0..64 * 64).map(|i| colors.rank([i % 64, i / 64])).collect();
+        let mean = ranks.iter().sum::<f64>() / ranks.len() as f64;
+        let square = ranks.iter().map(|u| u * u).sum::<f64>() / ranks.len() as f64;
+        assert!((mean - 0.5).abs() < 2e-3 && (square - 1.0 / 3.0).abs() < 2e-3, "{mean} {square}");
+        let turned = Object { height_scale: -1.0, ..object.clone() };
+        let turned = ReliefColors::of(&turned).unwrap();
+        assert!((turned.rank([5, 9]) - (1.0 - colors.rank([5, 9]))).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,592 @@
+//! A material over a mesh: its textures, looked up place by place, become what the renderer filters.
+//!
+//! Colours and roughness keep the finest texture's resolution. A normal map's slopes go with the heights; where there are no heights,
+//! they lie on a flat relief. The scale of heights whose unit nobody tells is the one that agrees best with the normals.
+
+use std::sync::Arc;
+
+use glam::{Affine2, Vec2};
+use rayon::prelude::*;
+
+use leadr_maps::HeightMap;
+use leadr_maps::material::{
+    Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement,
+    alpha_code, alpha_of,
+};
+use leadr_maps::moments::Wrap;
+use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
+use leadr_reflectance::facets::mixed_roughness::two_classes;
+use leadr_reflectance::materials::fitted_table::FittedTable;
+use leadr_render::scene::{Holes, MaterialMap, PropertyMap};
+
+/// Height of a relief without a scale and without normals, as a part of its repeat, at most.
+pub const USUAL_HEIGHT: f32 = 0.06;
+
+/// Root of the mean square of its slopes, at most: maps of fine grain are less high. At 6 % scanned leather would be steeper than 80° on
+/// average, and black, since hardly any facet would mirror anything but others.
+pub const USUAL_SLOPE: f32 = 0.5;
+
+/// Texels to be looked up between their centres.
+struct Plate<T> {
+    width: u32,
+    height: u32,
+    texels: Vec<T>,
+    transform: Affine2,
+    wrap: [TextureWrap; 2],
+}
+
+/// What can be interpolated.
+trait Mean: Copy + Send + Sync {
+    fn lerp(self, other: Self, t: f32) -> Self;
+}
+
+impl<const N: usize> Mean for [f32; N] {
+    fn lerp(self, other: Self, t: f32) -> Self {
+        std::array::from_fn(|i| self[i] + t * (other[i] - self[i]))
+    }
+}
+
+impl<T: Mean> Plate<T> {
+    fn new(texture: &Texture, texel: impl Fn(u32, u32) -> T + Sync) -> Self {
+        let (width, height) = (texture.raster.width(), texture.raster.height());
+        let texels =
+            (0..height).into_par_iter().flat_map_iter(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
+        let (transform, wrap) = (texture.transform, texture.wrap);
+        Self { width, height, texels: texels.collect(), transform, wrap }
+    }
+
+    fn at(&self, texcoord: Vec2) -> T {
+        let t = self.transform.transform_point2(texcoord);
+        let (x, y) = (on_centre(t.x * self.width as f32 - 0.5), on_centre(t.y * self.height as f32 - 0.5));
+        let (left, top) = (x.floor(), y.floor());
+        let texel = |dx: i64, dy: i64| {
+            let x = self.wrap[0].texel(left as i64 + dx, self.width);
+            let y = self.wrap[1].texel(top as i64 + dy, self.height);
+            self.texels[y as usize * self.width as usize + x as usize]
+        };
+        let row = |dy: i64| texel(0, dy).lerp(texel(1, dy), x - left);
+        row(0).lerp(row(1), y - top)
+    }
+}
+
+/// A place in texels, or the centre of a texel that it misses by no more than rounding does.
+fn on_centre(place: f32) -> f32 {
+    let centre = place.round();
+    if (place - centre).abs() < 1e-3 { centre } else { place }
+}
+
+/// A property at every place.
+struct Property<const N: usize> {
+    factor: [f32; N],
+    plate: Option<Plate<[f32; N]>>,
+}
+
+impl<const N: usize> Property<N> {
+    fn at(&self, texcoord: Vec2) -> [f32; N] {
+        let Some(plate) = &self.plate else { return self.factor };
+        let texel = plate.at(texcoord);
+        std::array::from_fn(|i| self.factor[i] * texel[i])
+    }
+}
+
+fn number(input: &Input<f32>) -> Property<1> {
+    let plate = |texture: &Texture| Plate::new(texture, |x, y| [texture.raster.value(x, y, input.channel)]);
+    Property { factor: [input.factor], plate: input.texture.as_ref().map(plate) }
+}
+
+fn color(input: &Input<[f32; 3]>) -> Property<3> {
+    let plate = |texture: &Texture| {
+        // A table, since powers of a million texels take a while.
+        let table = linear_of_srgb8();
+        let raster = &texture.raster;
+        let of_codes = matches!(raster.samples(), leadr_maps::material::Samples::U8(_));
+        Plate::new(texture, |x, y| {
+            if of_codes && texture.encoding == Encoding::Srgb {
+                [0, 1, 2].map(|channel| table[(raster.value(x, y, channel) * 255.0 + 0.5) as usize])
+            } else {
+                raster.color(x, y, texture.encoding)
+            }
+        })
+    };
+    Property { factor: input.factor, plate: input.texture.as_ref().map(plate) }
+}
+
+/// Texels across and down with which a texture fills the unit square of its chart.
+fn texels_of(texture: &Texture) -> (u32, u32) {
+    let size = Vec2::new(texture.raster.width() as f32, texture.raster.height() as f32);
+    let texels = |axis: Vec2| ((axis * size).length().round() as u32).clamp(1, MOST_TEXELS);
+    (texels(texture.transform.matrix2.x_axis), texels(texture.transform.matrix2.y_axis))
+}
+
+/// Most texels along a side of an image that is drawn anew; smaller ones stay as they are.
+const MOST_TEXELS: u32 = 8192;
+
+/// Slopes `dh/ds, dh/dt` (`t` down) at every place, rise over run.
+fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
+    Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
+}
+
+/// Cones: directions with y up from -1 to 1, and the share that is seen.
+fn cones(texture: &Texture) -> Plate<[f32; 4]> {
+    let raster = &texture.raster;
+    Plate::new(texture, |x, y| {
+        let value = |channel| raster.value(x, y, channel);
+        let signed = |channel| 2.0 * value(channel) - 1.0;
+        [signed(0), signed(1), signed(2), value(3)]
+    })
+}
+
+/// Root of the mean square of a map's slopes: heights per repeat. Positive.
+fn steepness(map: &HeightMap) -> f32 {
+    let [w, h] = [map.width, map.height].map(|n| n as usize);
+    let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
+    let square = |(x, y): (usize, usize)| {
+        let [s, t] = [(at(x + 1, y) - at(x, y)) * w as f64, (at(x, y + 1) - at(x, y)) * h as f64];
+        s * s + t * t
+    };
+    let sum: f64 = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(square).sum();
+    ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
+}
+
+/// Repeats of the textures that a unit of height is high where nobody tells.
+fn usual_scale(map: &HeightMap) -> f32 {
+    USUAL_HEIGHT.min(USUAL_SLOPE / steepness(map))
+}
+
+/// Repeats of the textures that a unit of height is high where normals agree with the heights at all.
+fn agreed_scale(material: &Material) -> Option<f32> {
+    let relief = material.relief.as_ref()?;
+    if relief.in_widths {
+        return Some(1.0);
+    }
+    let normals = material.normal_map.as_ref()?;
+    let found = agreement(&relief.map, normals, Wrap::Repeat).filter(|found| found.scale_texels > 0.0)?;
+    Some((found.scale_texels / f64::from(relief.map.width)) as f32)
+}
+
+/// How a base is rougher along one direction, at every place.
+struct Brushed {
+    strength: Property<1>,
+    /// Radians from the tangent, counter-clockwise.
+    rotation: f32,
+    direction: Option<Plate<[f32; 2]>>,
+}
+
+/// The base's further roughness along one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stroke {
+    /// Unit direction from the tangent towards the bitangent, which goes up in pictures.
+    pub along: Vec2,
+    /// Variance of the slopes along it beyond that of the base's `α`: `(α_t² − α²)/2`.
+    pub variance: f32,
+}
+
+/// A material at every place of its first texture coordinates.
+pub struct Cover {
+    base_color: Property<3>,
+    metalness: Property<1>,
+    roughness: Property<1>,
+    meaning: RoughnessMeaning,
+    /// The facets of a measured material.
+    fit: Option<Arc<FittedTable>>,
+    f0: Property<3>,
+    specular: Property<1>,
+    emission: Property<3>,
+    occlusion: Property<1>,
+    occlusion_strength: f32,
+    cones: Option<Plate<[f32; 4]>>,
+    opacity: Option<(Property<1>, Option<f32>)>,
+    slopes: Option<Plate<[f32; 2]>>,
+    brushed: Option<Brushed>,
+    heights: Option<Plate<[f32; 1]>>,
+    /// Height of the map that lies on the mesh.
+    pub middle: f32,
+    scale: Option<f32>,
+    /// Repeats of the textures that a unit of height is high where the file does not say: as the normals have it, or as is usual.
+    agreed: f32,
+    /// Texels of the finest texture, across and down.
+    pub size: (u32, u32),
+    /// Those of the emission, of the accessibility or its cones, and of the opacity.
+    sizes: [(u32, u32); 3],
+}
+
+/// A material at one place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Texel {
+    /// Linear albedo.
+    pub albedo: [f32; 3],
+    /// Roughness `α`.
+    pub alpha: f32,
+    /// Reflectance at normal incidence.
+    pub f0: [f32; 3],
+    /// Mean of its channels where there is no metal.
+    pub body_f0: f32,
+}
+
+impl Texel {
+    /// The weighted mean with another; weights need not sum to one.
+    #[must_use]
+    pub fn plus(self, weight: f32, other: Self) -> Self {
+        let sum = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i] + weight * b[i]);
+        // Roughness as a variance.
+        let square = self.alpha * self.alpha + weight * other.alpha * other.alpha;
+        Self {
+            albedo: sum(self.albedo, other.albedo),
+            alpha: square.sqrt(),
+            f0: sum(self.f0, other.f0),
+            body_f0: self.body_f0 + weight * other.body_f0,
+        }
+    }
+}
+
+/// What a material does to light beside reflecting it.
+#[derive(Default)]
+pub struct LightMaps {
+    /// Emitted radiance.
+    pub emission: Option<PropertyMap<[f32; 3]>>,
+    /// Accessibility.
+    pub occlusion: Option<PropertyMap<f32>>,
+    /// Cones instead of it.
+    pub cones: Option<PropertyMap<[f32; 4]>>,
+    /// Holes.
+    pub opacity: Option<Holes>,
+}
+
+impl LightMaps {
+    /// A material map with these.
+    #[must_use]
+    pub fn with(self, map: MaterialMap) -> MaterialMap {
+        MaterialMap {
+            emission: self.emission,
+            occlusion: self.occlusion,
+            cones: self.cones,
+            opacity: self.opacity,
+            ..map
+        }
+    }
+}
+
+/// What reflects nothing at all.
+fn black(name: &str) -> Material {
+    Material {
+        base_color: Input::constant([0.0; 3]),
+        f0: Input::constant([0.0; 3]),
+        specular: Input::constant(0.0),
+        roughness: Input::constant(1.0),
+        ..Material::new(name)
+    }
+}
+
+/// Texels across and down of a material's finest texture.
+#[must_use]
+pub fn finest(material: &Material) -> (u32, u32) {
+    let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
+    let numbers = [&material.metalness, &material.roughness, &material.specular];
+    let numbers = numbers.into_iter().filter_map(|input| input.texture.as_ref());
+    let anisotropy = material.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
+    let normal = material.normal_map.as_ref().map(|map| &map.texture).into_iter().chain(anisotropy);
+    let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
+    let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights);
+    sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))
+}
+
+impl Cover {
+    /// Reads the textures of a material.
+    #[must_use]
+    pub fn new(material: &Material) -> Self {
+        let heights = |relief: &Relief| Plate {
+            width: relief.map.width,
+            height: relief.map.height,
+            texels: relief.map.texels.iter().map(|&h| [h]).collect(),
+            transform: Affine2::IDENTITY,
+            wrap: [TextureWrap::Repeat; 2],
+        };
+        let glowing = if material.unlit { &material.base_color } else { &material.emission };
+        let opacity = match &material.opacity {
+            Opacity::Opaque => None,
+            Opacity::Mask { mask, cutoff } => Some((mask, Some(*cutoff))),
+            Opacity::Blend { share } => Some((share, None)),
+        };
+        let image = |texture: Option<&Texture>| texture.map_or((1, 1), texels_of);
+        let sizes = [
+            image(glowing.texture.as_ref()),
+            image(material.cones.as_ref().or(material.occlusion.texture.as_ref())),
+            image(opacity.as_ref().and_then(|(input, _)| input.texture.as_ref())),
+        ];
+        if material.unlit {
+            return Self {
+                emission: color(glowing),
+                opacity: opacity.map(|(input, cutoff)| (number(input), cutoff)),
+                sizes,
+                ..Self::new(&Material { unlit: false, opacity: Opacity::Opaque, ..black(&material.name) })
+            };
+        }
+        Self {
+            emission: color(glowing),
+            occlusion: number(&material.occlusion),
+            occlusion_strength: material.occlusion_strength,
+            cones: material.cones.as_ref().map(cones),
+            opacity: opacity.map(|(input, cutoff)| (number(input), cutoff)),
+            sizes,
+            base_color: color(&material.base_color),
+            metalness: number(&material.metalness),
+            roughness: number(&material.roughness),
+            meaning: material.roughness_meaning,
+            fit: material.fit.clone(),
+            f0: color(&material.f0),
+            specular: number(&material.specular),
+            slopes: material.normal_map.as_ref().map(slopes),
+            brushed: material.anisotropy.as_ref().filter(|a| a.strength.factor > 0.0).map(|anisotropy| Brushed {
+                strength: number(&anisotropy.strength),
+                rotation: anisotropy.rotation,
+                direction: anisotropy.direction.as_ref().map(|texture| {
+                    let signed = |x, y, channel| 2.0 * texture.raster.value(x, y, channel) - 1.0;
+                    Plate::new(texture, |x, y| [signed(x, y, 0), signed(x, y, 1)])
+                }),
+            }),
+            heights: material.relief.as_ref().map(heights),
+            middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
+            scale: material.relief.as_ref().and_then(|relief| relief.scale),
+            agreed: agreed_scale(material)
+                .or_else(|| material.relief.as_ref().map(|relief| usual_scale(&relief.map)))
+                .unwrap_or(USUAL_HEIGHT),
+            size: finest(material),
+        }
+    }
+
+    /// Whether it emits light.
+    #[must_use]
+    pub fn emits(&self) -> bool {
+        self.emission.factor != [0.0; 3]
+    }
+
+    /// Emitted radiance at a place, `t` down.
+    #[must_use]
+    pub fn emission(&self, texcoord: Vec2) -> [f32; 3] {
+        self.emission.at(texcoord)
+    }
+
+    /// Whether it tells where its surroundings are seen.
+    #[must_use]
+    pub fn has_cones(&self) -> bool {
+        self.cones.is_some()
+    }
+
+    /// Whether it tells what of the surroundings is seen.
+    #[must_use]
+    pub fn is_occluded(&self) -> bool {
+        self.cones.is_some()
+            || self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
+    }
+
+    /// Share of the surroundings that is seen from a place.
+    #[must_use]
+    pub fn accessibility(&self, texcoord: Vec2) -> f32 {
+        if let Some(cones) = &self.cones {
+            return cones.at(texcoord)[3].clamp(0.0, 1.0);
+        }
+        let [seen] = self.occlusion.at(texcoord);
+        1.0 + self.occlusion_strength * (seen.clamp(0.0, 1.0) - 1.0)
+    }
+
+    /// Whether it has holes.
+    #[must_use]
+    pub fn has_holes(&self) -> bool {
+        self.opacity.is_some()
+    }
+
+    /// Opacity at a place; of a mask such that its edge is at one half.
+    #[must_use]
+    pub fn opacity(&self, texcoord: Vec2) -> f32 {
+        let Some((property, cutoff)) = &self.opacity else { return 1.0 };
+        let [value] = property.at(texcoord).map(|v| v.clamp(0.0, 1.0));
+        match cutoff {
+            None => value,
+            // Where everything passes, and where nothing does.
+            Some(cutoff) if *cutoff <= 0.0 => 1.0,
+            // One slope on both sides: what is interpolated between two such values has its edge where the mask itself does.
+            Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / cutoff.max(1.0 - cutoff),
+        }
+    }
+
+    /// The least opacity of a place whose colour counts.
+    #[must_use]
+    pub fn least_opacity(&self) -> f32 {
+        if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 }
+    }
+
+    /// Those holes, from values of [`opacity`](Self::opacity).
+    #[must_use]
+    pub fn holes(&self, map: PropertyMap<f32>) -> Option<Holes> {
+        let (_, cutoff) = self.opacity.as_ref()?;
+        Some(if cutoff.is_some() { Holes::Mask(map) } else { Holes::Share(map) })
+    }
+
+    /// Maps of what it emits, what it sees of its surroundings, and its holes, each of which lies in a chart with a wrap of its own.
+    /// `place`: of the material where that chart has a place.
+    pub fn light_maps(&self, wraps: [[TextureWrap; 2]; 3], place: impl Fn(Vec2) -> Vec2 + Sync) -> LightMaps {
+        fn map<T: Send>(
+            (width, height): (u32, u32),
+            wrap: [TextureWrap; 2],
+            at: impl Fn(Vec2) -> T + Sync,
+        ) -> PropertyMap<T> {
+            let texel = |index: usize| {
+                let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+                at(Vec2::new(x / width as f32, y / height as f32))
+            };
+            let texels = (0..width as usize * height as usize).into_par_iter().map(texel).collect();
+            PropertyMap { width, height, texels, wrap }
+        }
+        let [emission, occlusion, opacity] = self.sizes;
+        LightMaps {
+            emission: self.emits().then(|| map(emission, wraps[0], |at| self.emission(place(at)))),
+            occlusion: (self.is_occluded() && !self.has_cones())
+                .then(|| map(occlusion, wraps[1], |at| self.accessibility(place(at)))),
+            cones: self.cones.as_ref().map(|cones| map(occlusion, wraps[1], |at| cones.at(place(at)))),
+            opacity: self
+                .has_holes()
+                .then(|| map(opacity, wraps[2], |at| self.opacity(place(at))))
+                .and_then(|map| self.holes(map)),
+        }
+    }
+
+    /// Whether it has heights.
+    #[must_use]
+    pub fn has_heights(&self) -> bool {
+        self.heights.is_some()
+    }
+
+    /// Whether it has slopes of its own.
+    #[must_use]
+    pub fn has_slopes(&self) -> bool {
+        self.slopes.is_some()
+    }
+
+    /// Colour, roughness and reflectance at a place, `t` down.
+    #[must_use]
+    pub fn texel(&self, texcoord: Vec2) -> Texel {
+        let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
+        let (base, metal, [specular]) =
+            (self.base_color.at(texcoord), metal.clamp(0.0, 1.0), self.specular.at(texcoord));
+        // What is below that of real dielectrics fades at all angles.
+        let f0 = self.f0.at(texcoord).map(|c| c.min(1.0) * specular);
+        Texel {
+            albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
+            alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),
+            f0: f0.lerp(base, metal).map(|c| c.clamp(0.0, 1.0)),
+            body_f0: (f0.iter().sum::<f32>() / 3.0).clamp(0.0, 1.0),
+        }
+    }
+
+    /// Height at a place, in the map's unit; its middle without a map.
+    #[must_use]
+    pub fn height(&self, texcoord: Vec2) -> f32 {
+        self.heights.as_ref().map_or(self.middle, |plate| plate.at(texcoord)[0])
+    }
+
+    /// Slope of the normal map at a place, rise over run, by `s` and `t` (down); 0 without one.
+    #[must_use]
+    pub fn slope(&self, texcoord: Vec2) -> Vec2 {
+        self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
+    }
+
+    /// Whether its base is rougher along one direction.
+    #[must_use]
+    pub fn is_brushed(&self) -> bool {
+        self.brushed.is_some()
+    }
+
+    /// How its base is rougher along one direction at a place: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
+    #[must_use]
+    pub fn stroke(&self, texcoord: Vec2) -> Stroke {
+        let Some(Brushed { strength, rotation, direction }) = &self.brushed else { return Stroke::default() };
+        let told = direction.as_ref().map_or(Vec2::X, |plate| Vec2::from(plate.at(texcoord)));
+        let along = Vec2::from_angle(*rotation).rotate(told.normalize_or(Vec2::X));
+        let alpha = self.texel(texcoord).alpha;
+        let [strength] = strength.at(texcoord);
+        let more = alpha + (1.0 - alpha) * strength.clamp(0.0, 1.0).powi(2);
+        Stroke { along, variance: 0.5 * (more * more - alpha * alpha) }
+    }
+
+    /// Slope of its relief at a place: that of the normal map, or of the heights `scale` high over a repeat of 1, by central differences.
+    #[must_use]
+    pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
+        let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
+            return self.slope(texcoord);
+        };
+        let step = Vec2::new(1.0 / heights.width as f32, 1.0 / heights.height as f32);
+        let across = |d: Vec2| (heights.at(texcoord + d)[0] - heights.at(texcoord - d)[0]) * scale / (2.0 * d.length());
+        Vec2::new(across(step * Vec2::X), across(step * Vec2::Y))
+    }
+
+    /// Repeats of the textures, of so many metres, that a unit of height is high: what the file says, what fits the normals best, or
+    /// a usual relief: [`USUAL_HEIGHT`], or what makes its slopes [`USUAL_SLOPE`].
+    #[must_use]
+    pub fn unit(&self, repeat: f32) -> f32 {
+        self.scale.map_or(self.agreed, |metres| metres / repeat)
+    }
+
+    /// A map with the facets of a measured material, if it has them.
+    #[must_use]
+    pub fn with_fit(&self, map: MaterialMap) -> MaterialMap {
+        match &self.fit {
+            Some(fit) => MaterialMap { fit: Some(fit.clone()), two_lobes: None, ..map },
+            None => map,
+        }
+    }
+
+    /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
+    #[must_use]
+    pub fn map(width: u32, height: u32, texels: &[Texel]) -> MaterialMap {
+        let srgb = |c: [f32; 3], a: u8| {
+            let [r, g, b] = c.map(srgb8_from_linear);
+            [r, g, b, a]
+        };
+        let colors: Vec<[u8; 4]> = texels.par_iter().map(|t| srgb(t.albedo, alpha_code(t.alpha))).collect();
+        let f0: Vec<[u8; 4]> = texels.par_iter().map(|t| srgb(t.f0, u8::MAX)).collect();
+        let mut counts = [0.0; 256];
+        for texel in &colors {
+            counts[usize::from(texel[3])] += 1.0;
+        }
+        let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
+        let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
+        // The grey of what is no metal is the object's own.
+        let own = srgb8_from_linear(texels[0].body_f0);
+        let f0 = f0.iter().any(|texel| *texel != [own, own, own, u8::MAX]).then_some(f0);
+        MaterialMap { f0, two_lobes, ..MaterialMap::new(width, height, colors) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steepness_is_that_of_the_slopes() {
+        let waves = |x: u32| (std::f32::consts::TAU * 3.0 * x as f32 / 256.0).sin();
+        let texels = (0..256 * 4).map(|i| waves(i % 256)).collect();
+        let found = steepness(&HeightMap { width: 256, height: 4, texels });
+        let want = 3.0 * std::f32::consts::TAU * 0.5f32.sqrt();
+        assert!((found / want - 1.0).abs() < 1e-3, "{found} {want}");
+    }
+
+    #[test]
+    fn a_usual_relief_is_not_steep() {
+        let waves = |times: f32| {
+            let height = |x: u32| 0.5 + 0.5 * (std::f32::consts::TAU * times * x as f32 / 256.0).sin();
+            let mut material = Material::new("waves");
+            let map = HeightMap { width: 256, height: 1, texels: (0..256).map(height).collect() };
+            material.relief = Some(Relief { map, scale: None, in_widths: false, middle: 0.5 });
+            material
+        };
+        // Few waves are as high as usual; of more the slopes are.
+        assert_eq!(Cover::new(&waves(1.0)).unit(2.0), USUAL_HEIGHT);
+        let many = Cover::new(&waves(20.0));
+        let slope = many.unit(2.0) * 20.0 * std::f32::consts::PI * 0.5f32.sqrt();
+        assert!((slope / USUAL_SLOPE - 1.0).abs() < 0.03, "{slope}");
+        // What a file says is taken at its word.
+        let mut told = waves(20.0);
+        told.relief.as_mut().unwrap().scale = Some(0.3);
+        assert_eq!(Cover::new(&told).unit(2.0), 0.15);
+    }
+}

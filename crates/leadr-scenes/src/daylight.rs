@@ -1,0 +1,56 @@
+//! The course of the sun: a day in late spring at 40° north, world +y north and +x east.
+
+use glam::{Quat, Vec3};
+
+use leadr_render::scene::{FrameState, Sun};
+
+/// Latitude and the sun's declination, radians: it rises at about half past five and is 60° high at noon.
+const LATITUDE: f32 = 0.698;
+const DECLINATION: f32 = 0.175;
+
+/// Toward the sun at a solar time, hours (12 is noon); unit.
+#[must_use]
+pub fn at_hour(hour: f64) -> Vec3 {
+    let (sd, cd) = DECLINATION.sin_cos();
+    let (sl, cl) = LATITUDE.sin_cos();
+    let noon = Vec3::new(0.0, sd * cl - cd * sl, sd * sl + cd * cl);
+    after(noon, hour - 12.0)
+}
+
+/// Direction of the sun so many hours after it was in `direction`: a turn about the pole of the sky.
+#[must_use]
+pub fn after(direction: Vec3, hours: f64) -> Vec3 {
+    let (sl, cl) = LATITUDE.sin_cos();
+    let turn = -std::f64::consts::TAU * (hours / 24.0).rem_euclid(1.0);
+    Quat::from_axis_angle(Vec3::new(0.0, cl, sl), turn as f32) * direction
+}
+
+/// Advances the sky of a frame by so many hours, and nothing else. A frame lit by a picture is left unchanged.
+pub fn pass(state: &mut FrameState, hours: f64) {
+    let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) else { return };
+    sky.sun_direction = after(sky.sun_direction, hours);
+    state.sun = Some(Sun::of(sky));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sun_rises_in_the_east_and_is_highest_in_the_south() {
+        let (morning, noon, evening) = (at_hour(6.0), at_hour(12.0), at_hour(18.0));
+        assert!(morning.x > 0.9 && evening.x < -0.9 && noon.x.abs() < 1e-6 && noon.y < 0.0);
+        assert!((noon.z.asin().to_degrees() - 60.0).abs() < 0.2, "{noon}");
+        assert!((0..240).all(|i| at_hour(f64::from(i) / 10.0).z <= noon.z + 1e-6));
+        assert!(at_hour(5.3).z < 0.0 && at_hour(5.6).z > 0.0 && at_hour(0.0).z < -0.6);
+        assert!(at_hour(31.25).distance(at_hour(7.25)) < 1e-6);
+    }
+
+    #[test]
+    fn hours_add_up() {
+        let direction = at_hour(9.0);
+        assert!(after(direction, 4.5).distance(at_hour(13.5)) < 1e-6);
+        assert!((after(Vec3::new(0.6, 0.0, 0.8), 3.0).length() - 1.0).abs() < 1e-6);
+        assert_eq!(after(direction, 0.0), direction);
+    }
+}

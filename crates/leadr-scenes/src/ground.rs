@@ -1,0 +1,125 @@
+//! Dry ground out to the horizon: displaced soil by example of a map, which never repeats, under drifts of dust and trodden paths.
+
+use super::plane::{plane, toward_horizon};
+use leadr_maps::cache::remembered;
+use leadr_maps::material::alpha_code;
+use leadr_maps::procedural;
+use leadr_maps::srgb::srgb8_from_linear;
+use leadr_render::scene::{MaterialMap, Object, Tiling};
+use leadr_render::surfaces::displacement::{Border, HeightField};
+
+/// Metres of ground that the soil map covers.
+const REPEAT: f32 = 5.0;
+/// Metres from the lowest crack to the highest pebble.
+pub const RELIEF: f32 = 0.10;
+/// Beckmann roughness of the soil.
+const SOIL_ROUGHNESS: f32 = 0.78;
+/// Half the side of the ground, metres: from a standing viewer its rim is a fiftieth of a degree below the horizon.
+const HALF: f32 = 6000.0;
+/// Texels of the soil map along one repeat.
+const TEXELS: u32 = 1024;
+
+/// Metres by which the ground follows who walks on it. What is on it stays in the world ([`Tiling::Ground`]).
+pub const STEP: f32 = 40.0;
+
+/// The heights of the soil without broad swells.
+fn soil() -> Vec<f32> {
+    let programs = [include_str!("ground.rs"), procedural::SOURCE, leadr_maps::noise::SOURCE];
+    remembered("soil", &programs, (TEXELS * TEXELS) as usize, || {
+        let mut soil = procedural::soil(TEXELS, TEXELS, 1).texels;
+        flatten(&mut soil, TEXELS as usize, 80);
+        soil
+    })
+}
+
+/// The ground at z = 0, its heights centred on zero.
+#[must_use]
+pub fn ground() -> Object {
+    let soil = soil();
+    let mean = soil.iter().sum::<f32>() / soil.len() as f32;
+    let (low, high) = soil.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
+    let range = (high - low).max(1e-6);
+    let texels: Vec<f32> = soil.iter().map(|h| (h - mean) / range * RELIEF).collect();
+    let colors = soil
+        .iter()
+        .map(|h| {
+            // Dust on the high places, damp dark earth in the cracks.
+            let t = ((h - low) / range).clamp(0.0, 1.0);
+            let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
+            let [r, g, b] = [mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)].map(srgb8_from_linear);
+            [r, g, b, alpha_code(SOIL_ROUGHNESS)]
+        })
+        .collect();
+    Object::new("ground", plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon))
+        .with_tiling(Tiling::Ground)
+        .with_heights(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }, 1.0)
+        .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
+        .with_specular_f0(0.03)
+        .without_shadow()
+}
+
+/// Removes features wider than about `radius` texels from a repeating map: pieces of broad swells would not fit together.
+fn flatten(texels: &mut [f32], width: usize, radius: usize) {
+    let mut swell = texels.to_vec();
+    for _ in 0..2 {
+        swell = blur_rows(&swell, width, radius);
+        swell = transpose(&blur_rows(&transpose(&swell, width), texels.len() / width, radius), texels.len() / width);
+    }
+    for (texel, swell) in texels.iter_mut().zip(swell) {
+        *texel -= swell;
+    }
+}
+
+/// Running means over `2 · radius + 1` texels along repeating rows.
+fn blur_rows(texels: &[f32], width: usize, radius: usize) -> Vec<f32> {
+    let count = (2 * radius + 1) as f64;
+    texels
+        .chunks(width)
+        .flat_map(|row| {
+            let at = |i: usize| f64::from(row[i % width]);
+            let mut sum: f64 = (0..2 * radius + 1).map(|i| at(i + width - radius)).sum();
+            (0..width).map(move |x| {
+                let mean = (sum / count) as f32;
+                sum += at(x + radius + 1) - at(x + width - radius);
+                mean
+            })
+        })
+        .collect()
+}
+
+fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
+    let height = texels.len() / width;
+    (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ground_follows_by_whole_repeats() {
+        // Shifts of the lattice are then whole numbers, which hold all digits however far somebody walks.
+        assert_eq!(STEP % REPEAT, 0.0);
+    }
+
+    #[test]
+    fn flattening_takes_swells_and_leaves_pebbles() {
+        let wave = |x: usize, periods: f32| (x as f32 / 256.0 * periods * std::f32::consts::TAU).sin();
+        let mut swells: Vec<f32> = (0..256 * 64).map(|i| wave(i % 256, 1.0)).collect();
+        flatten(&mut swells, 256, 20);
+        assert!(swells.iter().all(|h| h.abs() < 0.12));
+        let mut pebbles: Vec<f32> = (0..256 * 64).map(|i| wave(i % 256, 32.0)).collect();
+        let before = pebbles.clone();
+        flatten(&mut pebbles, 256, 20);
+        assert!(pebbles.iter().zip(before).all(|(a, b)| (a - b).abs() < 0.05));
+    }
+
+    #[test]
+    fn the_soil_is_as_high_as_it_says() {
+        let object = ground();
+        let heights = object.heights.unwrap().texels;
+        let (low, high) = heights.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
+        assert!((high - low - RELIEF).abs() < 1e-5);
+        assert!(heights.iter().sum::<f32>().abs() / (heights.len() as f32) < 1e-5);
+    }
+}

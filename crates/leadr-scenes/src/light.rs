@@ -1,0 +1,148 @@
+//! The light that a scene is seen in.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use glam::Vec3;
+use serde::Serialize;
+
+use super::studio::studio;
+use super::view::finite;
+use leadr_maps::RgbImage;
+
+/// Where light comes from besides the sun.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EnvironmentChoice {
+    /// The analytic sky with its sun.
+    Sky,
+    /// A generated photographer's studio, without a sun.
+    Studio,
+    /// An equirectangular picture, `.hdr` or `.exr`.
+    File(PathBuf),
+}
+
+impl EnvironmentChoice {
+    /// Its equirectangular radiance, turned by so many degrees counter-clockwise seen from above; `None` for the analytic sky.
+    ///
+    /// # Errors
+    /// A file that is missing, damaged, too large or of the wrong kind.
+    pub fn load(&self, degrees: f32) -> Result<Option<RgbImage>, leadr_maps::MapError> {
+        let picture = match self {
+            Self::Sky => return Ok(None),
+            Self::Studio => studio(),
+            Self::File(path) => leadr_maps::load_environment(path)?,
+        };
+        Ok(Some(turned(picture, degrees)))
+    }
+}
+
+impl FromStr for EnvironmentChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "sky" {
+            return Ok(Self::Sky);
+        }
+        if text == "studio" {
+            return Ok(Self::Studio);
+        }
+        let path = PathBuf::from(text);
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some(kind) if kind.eq_ignore_ascii_case("hdr") || kind.eq_ignore_ascii_case("exr") => Ok(Self::File(path)),
+            _ => Err("an environment is 'sky', 'studio' or a .hdr or .exr file".to_owned()),
+        }
+    }
+}
+
+/// A panorama turned counter-clockwise seen from above. Whole texels move; what is left of a turn is interpolated, which keeps the
+/// power of every row.
+fn turned(picture: RgbImage, degrees: f32) -> RgbImage {
+    let width = picture.width as usize;
+    // Columns run clockwise.
+    let columns = (f64::from(degrees) / 360.0).rem_euclid(1.0) * width as f64;
+    let (whole, rest) = if (columns - columns.round()).abs() < 1e-4 {
+        (columns.round() as usize % width, 0.0)
+    } else {
+        (columns as usize, columns.fract() as f32)
+    };
+    if whole == 0 && rest == 0.0 {
+        return picture;
+    }
+    let row = |row: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        let from = |column: usize| row[(column + whole) % width];
+        let between = |[a, b]: [[f32; 3]; 2]| std::array::from_fn(|c| a[c] + rest * (b[c] - a[c]));
+        (0..width).map(|column| between([from(column), from(column + 1)])).collect()
+    };
+    let texels = picture.texels.chunks_exact(width).flat_map(row).collect();
+    RgbImage { texels, ..picture }
+}
+
+/// Direction to the sun.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SunDirection {
+    /// Degrees counter-clockwise from +x, seen from above.
+    pub azimuth: f32,
+    /// Degrees above the horizon, −90 to 90.
+    pub elevation: f32,
+}
+
+impl SunDirection {
+    /// The direction of a vector toward the sun.
+    #[must_use]
+    pub fn of(vector: Vec3) -> Self {
+        let elevation = vector.z.atan2(vector.truncate().length()).to_degrees();
+        Self { azimuth: vector.y.atan2(vector.x).to_degrees(), elevation }
+    }
+
+    /// Unit vector toward the sun; z up.
+    #[must_use]
+    pub fn vector(self) -> Vec3 {
+        let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
+        Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin())
+    }
+}
+
+impl FromStr for SunDirection {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (azimuth, elevation) = text.split_once(',').ok_or("the sun is AZIMUTH,ELEVATION in degrees")?;
+        let sun = Self { azimuth: finite(azimuth)?, elevation: finite(elevation)? };
+        if !(-90.0..=90.0).contains(&sun.elevation) {
+            return Err("the sun's elevation is -90 to 90 degrees".to_owned());
+        }
+        if sun.azimuth.abs() > 360.0 {
+            return Err("the sun's azimuth is -360 to 360 degrees".to_owned());
+        }
+        Ok(sun)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panoramas_turn_counter_clockwise_and_keep_their_power() {
+        // Columns run clockwise from -x: the middle of the first of four lies at 135 degrees.
+        let texels = [1.0, 2.0, 4.0, 8.0, 3.0, 3.0, 3.0, 5.0].map(|v| [v, 0.0, 2.0 * v]).to_vec();
+        let picture = RgbImage::new(4, 2, texels).unwrap();
+        let red = |degrees| turned(picture.clone(), degrees).texels.iter().map(|t| t[0]).collect::<Vec<_>>();
+        assert_eq!(red(90.0), [2.0, 4.0, 8.0, 1.0, 3.0, 3.0, 5.0, 3.0]);
+        assert_eq!(red(-90.0), red(270.0));
+        assert_eq!((red(360.0), red(-0.0)), (red(0.0), red(0.0)));
+        assert_eq!(red(45.0)[..4], [1.5, 3.0, 6.0, 4.5]);
+        assert_eq!(red(33.0)[..4].iter().sum::<f32>(), 15.0);
+    }
+
+    #[test]
+    fn azimuths_turn_from_x_to_y() {
+        let west = SunDirection { azimuth: 180.0, elevation: 30.0 }.vector();
+        assert!((west - Vec3::new(-0.75f32.sqrt(), 0.0, 0.5)).length() < 1e-6, "{west}");
+        let sun = SunDirection { azimuth: -50.0, elevation: 38.0 };
+        let again = SunDirection::of(sun.vector());
+        assert!((again.azimuth - sun.azimuth).abs() < 1e-4 && (again.elevation - sun.elevation).abs() < 1e-4);
+        assert!(SunDirection { azimuth: 90.0, elevation: 0.0 }.vector().distance(Vec3::Y) < 1e-6);
+    }
+}

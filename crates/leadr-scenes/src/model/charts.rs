@@ -1,0 +1,203 @@
+//! How the textures of a material lie on a mesh: each kind of image has a chart, in which it covers the unit square.
+//!
+//! Textures that are filtered as one image (colours with metal and roughness) share a chart: that of the texture where they agree on
+//! coordinates, transform and wrap, otherwise one in which all of them can be drawn anew.
+
+use glam::{Affine2, Mat2, Vec2};
+
+use leadr_maps::material::{Material, Opacity, Texture, TextureWrap};
+use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY, CHARTS};
+
+/// A chart: the texture coordinates of one kind of image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chart {
+    /// Which of the mesh's coordinates it follows.
+    pub coordinates: usize,
+    /// From those to the chart's own.
+    pub transform: Affine2,
+    /// What lies beyond the unit square.
+    pub wrap: [TextureWrap; 2],
+    /// Whether all its textures have just this layout.
+    exact: bool,
+}
+
+/// Corners of what a set of coordinates reaches.
+pub type Bounds<'a> = &'a dyn Fn(usize) -> (Vec2, Vec2);
+
+impl Chart {
+    /// Where nothing is drawn.
+    const NONE: Self =
+        Self { coordinates: 0, transform: Affine2::IDENTITY, wrap: [TextureWrap::Repeat; 2], exact: true };
+
+    /// The chart of textures that are filtered together, and whether it does justice to all of them; `None` without textures.
+    fn of(textures: &[&Texture], bounds: Bounds<'_>) -> Option<(Self, bool)> {
+        let first = textures.first()?;
+        let coordinates = first.coordinates as usize;
+        let layout = |t: &Texture| (t.coordinates, t.transform, t.wrap);
+        if textures.iter().all(|texture| layout(texture) == layout(first)) {
+            return Some((Self { coordinates, transform: first.transform, wrap: first.wrap, exact: true }, true));
+        }
+        let one_set = textures.iter().all(|texture| texture.coordinates == first.coordinates);
+        let whole = |m: Mat2| m.to_cols_array().iter().all(|v| (v - v.round()).abs() < 1e-5);
+        let periodic = |t: &&Texture| t.wrap == [TextureWrap::Repeat; 2] && whole(t.transform.matrix2);
+        if textures.iter().all(periodic) {
+            return Some((Self { coordinates, exact: false, ..Self::NONE }, one_set));
+        }
+        let (low, high) = bounds(coordinates);
+        let scale = (high - low).max(Vec2::splat(1e-6)).recip();
+        let transform = Affine2::from_scale(scale) * Affine2::from_translation(-low);
+        Some((Self { coordinates, transform, wrap: [TextureWrap::Clamp; 2], exact: false }, one_set))
+    }
+
+    /// A texture as it lies in this chart.
+    fn seen(&self, texture: &mut Texture) {
+        texture.transform = if self.exact { Affine2::IDENTITY } else { texture.transform * self.transform.inverse() };
+    }
+
+    /// The texture coordinates of a corner of a triangle.
+    pub fn place(&self, sets: &dyn Fn(usize) -> Vec2) -> Vec2 {
+        self.transform.transform_point2(sets(self.coordinates))
+    }
+}
+
+/// The charts of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Charts {
+    /// Of slopes and heights.
+    pub slopes: Chart,
+    /// Of the images, in the order of the `CHART_` constants.
+    pub images: [Chart; CHARTS as usize],
+    /// Whether any texture follows other coordinates than it should.
+    pub compromise: bool,
+}
+
+impl Charts {
+    /// The charts for a material on a mesh whose coordinates reach so far, and the material as it lies in them.
+    #[must_use]
+    pub fn of(material: &Material, bounds: Bounds<'_>) -> (Self, Material) {
+        let mut material = material.clone();
+        let m = &material;
+        let colors = [&m.base_color, &m.f0].into_iter().filter_map(|input| input.texture.as_ref());
+        let numbers = [&m.metalness, &m.roughness, &m.specular].into_iter().filter_map(|input| input.texture.as_ref());
+        let colors: Vec<&Texture> = colors.chain(numbers).collect();
+        let opacity = match &m.opacity {
+            Opacity::Opaque => None,
+            Opacity::Mask { mask, .. } => mask.texture.as_ref(),
+            Opacity::Blend { share } => share.texture.as_ref(),
+        };
+        let one = |texture: Option<&Texture>| Chart::of(texture.as_slice(), bounds);
+        let normal = m.normal_map.as_ref().map(|map| &map.texture);
+        // Heights follow the first coordinates, and slopes of a normal map lie with them.
+        let relief = m.relief.as_ref().map(|_| (Chart { exact: normal.is_none(), ..Chart::NONE }, true));
+        let slopes = relief.or_else(|| one(normal));
+        let [color, emission, occlusion, opacity] = [
+            Chart::of(&colors, bounds),
+            // What is not lit shows its colours.
+            one(if m.unlit { m.base_color.texture.as_ref() } else { m.emission.texture.as_ref() }),
+            one(m.cones.as_ref().or(m.occlusion.texture.as_ref())),
+            one(opacity),
+        ];
+        let compromise = [slopes, color].into_iter().flatten().any(|(_, just)| !just);
+        // What has no textures is the same in every chart.
+        let any = slopes.or(color).or(emission).or(occlusion).or(opacity).map_or(Chart::NONE, |(chart, _)| chart);
+        let chart = |found: Option<(Chart, bool)>| found.map_or(any, |(chart, _)| chart);
+        let mut images = [any; CHARTS as usize];
+        images[CHART_COLORS as usize] = chart(color);
+        images[CHART_EMISSION as usize] = chart(emission);
+        images[CHART_OCCLUSION as usize] = chart(occlusion);
+        images[CHART_OPACITY as usize] = chart(opacity);
+        let charts = Self { slopes: chart(slopes), images, compromise };
+        charts.lay_out(&mut material);
+        (charts, material)
+    }
+
+    /// Changes the transforms of the material's textures to those from their charts.
+    fn lay_out(&self, material: &mut Material) {
+        let [colors, emission, occlusion, opacity] =
+            [CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| self.images[chart as usize]);
+        if let Some(map) = &mut material.normal_map {
+            self.slopes.seen(&mut map.texture);
+        }
+        let glowing = if material.unlit { &mut material.base_color } else { &mut material.emission };
+        if let Some(texture) = &mut glowing.texture {
+            emission.seen(texture);
+        }
+        let [base, f0] = [&mut material.base_color, &mut material.f0].map(|input| input.texture.as_mut());
+        let base = base.filter(|_| !material.unlit);
+        let numbers = [&mut material.metalness, &mut material.roughness, &mut material.specular];
+        let numbers = numbers.into_iter().filter_map(|input| input.texture.as_mut());
+        base.into_iter().chain(f0).chain(numbers).for_each(|texture| colors.seen(texture));
+        material.occlusion.texture.iter_mut().chain(&mut material.cones).for_each(|texture| occlusion.seen(texture));
+        let opacity_input = match &mut material.opacity {
+            Opacity::Opaque => None,
+            Opacity::Mask { mask, .. } => Some(mask),
+            Opacity::Blend { share } => Some(share),
+        };
+        if let Some(texture) = opacity_input.and_then(|input| input.texture.as_mut()) {
+            opacity.seen(texture);
+        }
+    }
+
+    /// Whether all images lie as the slopes do.
+    #[must_use]
+    pub fn are_one(&self) -> bool {
+        let place = |chart: &Chart| (chart.coordinates, chart.transform);
+        self.images.iter().all(|chart| place(chart) == place(&self.slopes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::material::{Encoding, Input, NormalMap, Raster, Samples};
+
+    fn texture(coordinates: u32, scale: f32, wrap: TextureWrap) -> Texture {
+        let raster = Raster::new(4, 4, 1, Samples::U8(vec![128; 16])).unwrap();
+        let transform = Affine2::from_scale(Vec2::splat(scale));
+        Texture { coordinates, transform, wrap: [wrap; 2], ..Texture::new(raster, "t", Encoding::Linear) }
+    }
+
+    #[test]
+    fn textures_that_agree_keep_their_own_layout() {
+        let mut material = Material::new("m");
+        material.base_color = Input::colors(texture(1, 1.5, TextureWrap::Clamp));
+        let (charts, laid) = Charts::of(&material, &|_| panic!("not asked for"));
+        let chart = charts.images[CHART_COLORS as usize];
+        assert_eq!((chart.coordinates, chart.wrap), (1, [TextureWrap::Clamp; 2]));
+        assert_eq!(chart.place(&|set| Vec2::splat(set as f32)), Vec2::splat(1.5));
+        assert_eq!(laid.base_color.texture.unwrap().transform, Affine2::IDENTITY);
+        assert!(charts.are_one() && !charts.compromise);
+    }
+
+    #[test]
+    fn images_have_charts_of_their_own() {
+        let mut material = Material::new("m");
+        material.base_color = Input::colors(texture(0, 2.0, TextureWrap::Repeat));
+        material.occlusion = Input::texture(texture(1, 1.0, TextureWrap::Repeat), 0);
+        let (charts, _) = Charts::of(&material, &|_| panic!("not asked for"));
+        assert!(!charts.are_one() && !charts.compromise);
+        let at = |chart: u32| charts.images[chart as usize].place(&|set| Vec2::new(0.25, set as f32));
+        assert_eq!((at(CHART_COLORS), at(CHART_OCCLUSION)), (Vec2::new(0.5, 0.0), Vec2::new(0.25, 1.0)));
+    }
+
+    #[test]
+    fn textures_that_disagree_are_drawn_anew() {
+        let mut material = Material::new("m");
+        material.base_color = Input::colors(texture(0, 1.0, TextureWrap::Clamp));
+        material.roughness = Input::texture(texture(0, 3.0, TextureWrap::Repeat), 1);
+        let (charts, laid) = Charts::of(&material, &|_| (Vec2::splat(-1.0), Vec2::splat(1.0)));
+        let chart = charts.images[CHART_COLORS as usize];
+        let at = |uv: f32| chart.place(&|_| Vec2::splat(uv));
+        assert_eq!((at(-1.0), at(1.0)), (Vec2::ZERO, Vec2::ONE));
+        // Each finds its own place again.
+        let back = |texture: &Texture| texture.transform.transform_point2(at(0.5)).x;
+        assert_eq!(back(&laid.base_color.texture.unwrap()), 0.5);
+        assert_eq!(back(&laid.roughness.texture.unwrap()), 1.5);
+        assert!(!charts.compromise);
+        let normal = texture(1, 1.0, TextureWrap::Repeat);
+        material.normal_map = Some(NormalMap { texture: normal, green: Default::default(), scale: 1.0 });
+        assert!(!Charts::of(&material, &|_| (Vec2::ZERO, Vec2::ONE)).0.are_one());
+        material.metalness = Input::texture(texture(1, 1.0, TextureWrap::Repeat), 2);
+        assert!(Charts::of(&material, &|_| (Vec2::ZERO, Vec2::ONE)).0.compromise);
+    }
+}

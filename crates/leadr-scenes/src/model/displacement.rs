@@ -1,0 +1,203 @@
+//! Which height maps displace a model's materials: those that its user names, and those that lie beside it under their name.
+//!
+//! A file's own `extras.leadr_displacement` is read with the model. What the user names comes before it, what only lies beside it after.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use serde::{Serialize, Serializer};
+
+use super::named::{NamedFile, worn_by};
+use crate::error::SceneError;
+use leadr_maps::MapError;
+use leadr_maps::load_height_map;
+use leadr_maps::material::{Material, Relief, Role, role_of};
+use leadr_models::Model;
+
+/// Most entries of a model's folder that are looked at.
+const MOST_ENTRIES: usize = 10_000;
+
+/// A height map for a material, written `MATERIAL=FILE`, `MATERIAL=FILE,SCALE` or `MATERIAL=FILE,SCALE,MIDDLE`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Displacement {
+    /// The heights, PNG or EXR, and the material.
+    pub named: NamedFile,
+    /// Metres from the map's 0 to its 1, in the model's own measure; `None` for what fits the normals or looks usual.
+    pub scale: Option<f32>,
+    /// The height that lies on the mesh; `None` for the mean of the map.
+    pub middle: Option<f32>,
+}
+
+/// A file, and at most two numbers behind commas.
+fn file_and_numbers(text: &str) -> (&str, Vec<f32>) {
+    let mut file = text;
+    // Names of files may have commas: numbers are read from the end.
+    let mut numbers = Vec::new();
+    while numbers.len() < 2
+        && let Some((before, number)) = file.rsplit_once(',')
+        && let Ok(number) = number.trim().parse::<f32>()
+    {
+        numbers.insert(0, number);
+        file = before;
+    }
+    (file, numbers)
+}
+
+impl FromStr for Displacement {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "write MATERIAL=FILE or MATERIAL=FILE,SCALE in metres, as in skin=scales.png,0.01";
+        let (named, numbers) = NamedFile::read(text, form, file_and_numbers)?;
+        if let Some(number) = numbers.iter().find(|number| !(-1e6..=1e6).contains(*number)) {
+            return Err(format!("{number} is no height; {form}"));
+        }
+        if numbers.first().is_some_and(|scale| *scale < 0.0) {
+            return Err(format!("the scale is below 0; {form}"));
+        }
+        Ok(Self { named, scale: numbers.first().copied(), middle: numbers.get(1).copied() })
+    }
+}
+
+impl Serialize for Displacement {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut text = self.named.to_string();
+        for number in [self.scale, self.middle].into_iter().flatten() {
+            text += &format!(",{number}");
+        }
+        serializer.serialize_str(&text)
+    }
+}
+
+impl Displacement {
+    fn load(&self) -> Result<Relief, MapError> {
+        let Self { scale, middle, .. } = *self;
+        let mut relief = relief_of(&self.named.file)?;
+        relief.scale = scale;
+        relief.middle = middle.unwrap_or(relief.middle);
+        Ok(relief)
+    }
+}
+
+/// Heights about their mean, of a scale that nobody told.
+fn relief_of(file: &Path) -> Result<Relief, MapError> {
+    let mut material = Material::new("");
+    material.set_heights(file)?;
+    Ok(material.relief.unwrap_or(Relief { map: load_height_map(file)?, scale: None, in_widths: false, middle: 0.0 }))
+}
+
+/// Gives the materials of the model in `file` the heights that its user names, and those that lie beside it.
+///
+/// # Errors
+/// A name that no material has (those that exist are listed), or a damaged map.
+pub fn displace(model: &mut Model, file: &Path, asked: &[Displacement]) -> Result<(), SceneError> {
+    for (material, map) in beside(model, file) {
+        let name = map.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let Material { name: material_name, relief, .. } = &mut model.materials[material];
+        tracing::warn!("{}: {name} beside it displaces its material {material_name}", model.name);
+        *relief = Some(relief_of(&map)?);
+    }
+    for displacement in asked {
+        let worn = worn_by(model, displacement.named.material.as_deref())?;
+        let relief = displacement.load()?;
+        for index in worn {
+            model.materials[index].relief = Some(relief.clone());
+        }
+    }
+    Ok(())
+}
+
+/// Height maps in the folder of a model that are named like a material without one, or like the image of its base colour, and a word
+/// for heights.
+fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<PathBuf> =
+        entries.take(MOST_ENTRIES).filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
+    files.sort();
+    let maps: Vec<(String, PathBuf)> = files
+        .into_iter()
+        .filter(|map| {
+            let extension = map.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+            matches!(extension.as_deref(), Some("png" | "exr")) && role_of(map) == Some(Role::Height)
+        })
+        .filter_map(|map| Some((without_role(map.file_stem()?.to_str()?)?, map)))
+        .collect();
+    let found = |material: &Material| {
+        let image = material.base_color.texture.as_ref().and_then(|texture| {
+            let stem = Path::new(&texture.name).file_stem()?.to_str()?;
+            Some(if role_of(Path::new(&texture.name)) == Some(Role::Color) { without_role(stem)? } else { plain(stem) })
+        });
+        let names = [Some(plain(&material.name)), image];
+        let named = |name: &Option<String>| maps.iter().find(|(map, _)| Some(map) == name.as_ref());
+        names.iter().find_map(named).map(|(_, map)| map.clone())
+    };
+    let bare = model.materials.iter().enumerate().filter(|(_, material)| material.relief.is_none());
+    bare.filter_map(|(number, material)| Some((number, found(material)?))).collect()
+}
+
+/// A name in lower case.
+fn plain(name: &str) -> String {
+    name.to_lowercase()
+}
+
+/// What is left of a name without its last word.
+fn without_role(stem: &str) -> Option<String> {
+    let (name, _) = stem.rsplit_once(|c: char| !c.is_alphanumeric())?;
+    (!name.is_empty()).then(|| plain(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::HeightMap;
+    use leadr_maps::material::{Encoding, Input, Raster, Samples, Texture};
+    use leadr_maps::save::save_png_grey16;
+
+    #[test]
+    fn displacements_are_read_as_they_are_written() {
+        let read = |text: &str| text.parse::<Displacement>().unwrap();
+        let skin = read("skin=a,b.png,0.02,0.5");
+        assert_eq!(skin.named.file, Path::new("a,b.png"));
+        assert_eq!((skin.named.material.as_deref(), skin.scale, skin.middle), (Some("skin"), Some(0.02), Some(0.5)));
+        assert_eq!(serde_json::to_value(&skin).unwrap(), "skin=a,b.png,0.02,0.5");
+        let all = read("*=a.exr");
+        assert_eq!((all.named.material, all.scale, all.middle), (None, None, None));
+        assert_eq!(read("a b=1,2.png").named.file, Path::new("1,2.png"));
+        for wrong in ["skin.png", "=a.png", "skin=", "skin=,0.1", "skin=a.png,-1", "skin=a.png,nan"] {
+            assert!(wrong.parse::<Displacement>().unwrap_err().contains("skin=scales.png"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn maps_beside_a_model_are_found_by_name_and_those_asked_for_come_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str, height: f32| {
+            let map = HeightMap { width: 1, height: 1, texels: vec![height] };
+            save_png_grey16(folder.path().join(name), &map, 0.0, 1.0).unwrap();
+            folder.path().join(name)
+        };
+        put("Bark_Height.png", 0.2);
+        put("leaf_disp.png", 0.4);
+        put("stone_Color.png", 0.6);
+        let asked = put("other.png", 0.8);
+        let mut leaf = Material::new("Material.001");
+        let raster = Raster::new(1, 1, 3, Samples::U8(vec![0; 3])).unwrap();
+        leaf.base_color = Input::colors(Texture::new(raster, "leaf_BaseColor.png", Encoding::Srgb));
+        let materials = vec![Material::new("bark"), leaf, Material::new("stone")];
+        let model = Model { materials, ..Model::default() };
+        let file = folder.path().join("tree.glb");
+        let heights = |asked: &[Displacement]| {
+            let mut model = model.clone();
+            displace(&mut model, &file, asked).unwrap();
+            let height = |m: &Material| m.relief.as_ref().map(|relief| (relief.map.texels[0] * 10.0).round());
+            model.materials.iter().map(height).collect::<Vec<_>>()
+        };
+        assert_eq!(heights(&[]), [Some(2.0), Some(4.0), None]);
+        let asked = |name: &str| format!("{name}={}", asked.display()).parse::<Displacement>().unwrap();
+        assert_eq!(heights(&[asked("bark")]), [Some(8.0), Some(4.0), None]);
+        assert_eq!(heights(&[asked("*")]), [Some(8.0); 3]);
+        let error = displace(&mut model.clone(), &file, &[asked("moss")]).unwrap_err().to_string();
+        assert!(error.ends_with("no material is called moss; there are: bark, Material.001, stone"), "{error}");
+    }
+}

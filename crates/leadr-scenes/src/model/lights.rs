@@ -1,0 +1,108 @@
+//! The lights and cameras of a file, in the world.
+
+use std::f32::consts::PI;
+
+use glam::{Mat4, Vec3};
+
+use super::parts::{Placement, ours};
+use leadr_models::{LightKind, Model, Pose, Projection};
+use leadr_render::camera::Camera;
+use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight};
+
+/// Distance of lights that shine from infinitely far, in sizes of the model: their rays meet within half a degree.
+const FAR: f32 = 100.0;
+/// Irradiance at the model from which on lights are dimmed: a white surface would be five times as bright as the picture's white.
+const BRIGHTEST: f32 = 5.0 * PI;
+/// Vertical angle, radians, with which parallel views are drawn from afar.
+const NEARLY_PARALLEL: f32 = 0.02;
+
+/// Lights of a model, dimmed to what a picture can show.
+#[derive(Clone, Debug)]
+pub struct Lamps {
+    nodes: Vec<usize>,
+    /// Factor on all intensities.
+    pub dimmed: f32,
+    /// Size of the model and its middle, in the world.
+    size: f32,
+    middle: Vec3,
+}
+
+impl Lamps {
+    /// Those of the shown nodes, at most [`MAX_POINT_LIGHTS`]; `corners`: of the model in the world.
+    pub fn of(model: &Model, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Self {
+        let nodes: Vec<usize> = model
+            .shown_nodes()
+            .into_iter()
+            .filter(|&n| model.nodes[n].light.is_some())
+            .take(MAX_POINT_LIGHTS)
+            .collect();
+        let (size, middle) = (corners.0.distance(corners.1).max(1e-3), 0.5 * (corners.0 + corners.1));
+        let mut lamps = Self { nodes, dimmed: 1.0, size, middle };
+        let reaching = |lamp: &PointLight| {
+            let distance = lamp.position.distance(middle).max(0.25 * size);
+            lamp.intensity.max_element() / (distance * distance)
+        };
+        let sum: f32 = lamps.at(model, pose, placement).iter().map(reaching).sum();
+        lamps.dimmed = (BRIGHTEST / sum.max(1e-20)).min(1.0);
+        lamps
+    }
+
+    /// The lights in a pose. Their unit: a white surface that faces an illuminance of π is as bright as an emission of 1.
+    pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PointLight> {
+        let lamp = |&node: &usize| {
+            let light = &model.lights[model.nodes[node].light?];
+            let matrix = pose.world_from_node[node];
+            let (position, forward) = (placement.place(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z));
+            let power = Vec3::from(light.color) * (light.intensity * self.dimmed);
+            // Where the model was scaled, lights are as bright on it as they were.
+            let square = placement.scale() * placement.scale();
+            let lamp = PointLight {
+                range: light.range.map(|range| range * placement.scale()),
+                ..PointLight::new(position, power * square)
+            };
+            Some(match light.kind {
+                LightKind::Point => lamp,
+                LightKind::Spot { inner_angle, outer_angle } => {
+                    PointLight { cone: Some(Cone { axis: forward, inner_angle, outer_angle }), ..lamp }
+                }
+                LightKind::Directional => {
+                    let away = FAR * self.size;
+                    PointLight::new(self.middle - forward * away, power * (away * away))
+                }
+            })
+        };
+        self.nodes.iter().filter_map(lamp).collect()
+    }
+}
+
+/// The view of a node's camera in a pose; parallel ones are drawn from far away. `corners`: of the model in the world.
+pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Camera {
+    let matrix = pose.world_from_node[node];
+    let (position, forward, up) =
+        (placement.place(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z), along(&matrix, Vec3::Y));
+    let middle = 0.5 * (corners.0 + corners.1);
+    let ahead = (middle - position).dot(forward).max(0.1 * corners.0.distance(corners.1)).max(1e-3);
+    let seen = model.nodes[node].camera.map(|number| &model.cameras[number]);
+    let near = seen.map_or(0.0, |camera| camera.near * placement.scale());
+    let of = |position: Vec3, target: Vec3, fov_y: f32, near: f32| Camera { position, target, up, fov_y, near };
+    match seen.map(|camera| camera.projection) {
+        Some(Projection::Orthographic { half_height, .. }) => {
+            let distance = (half_height.abs() * placement.scale()).max(1e-4) / (0.5 * NEARLY_PARALLEL).tan();
+            let target = position + forward * ahead;
+            let eye = target - forward * distance;
+            of(eye, target, NEARLY_PARALLEL, ((position - eye).dot(forward) + near).max(1e-3 * distance))
+        }
+        Some(Projection::Perspective { vertical_angle, .. }) => of(
+            position,
+            position + forward * ahead,
+            vertical_angle.clamp(0.01, 2.9),
+            near.clamp(1e-4 * ahead, 0.5 * ahead),
+        ),
+        None => Camera::looking_at(position, position + forward * ahead, 35.0),
+    }
+}
+
+/// A direction of a node in the world.
+fn along(matrix: &Mat4, direction: Vec3) -> Vec3 {
+    ours(matrix.transform_vector3(direction)).normalize_or(Vec3::NEG_Y)
+}

@@ -1,0 +1,69 @@
+//! Which of a model's materials are measured ones.
+
+use std::str::FromStr;
+
+use serde::{Serialize, Serializer};
+
+use super::named::{NamedFile, worn_by};
+use crate::error::SceneError;
+use crate::fitted::wear;
+use leadr_measured::fit_file::FitFile;
+use leadr_models::Model;
+
+/// What `leadr fit` wrote, for a material; written `MATERIAL=FIT.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredMaterial(pub NamedFile);
+
+impl FromStr for MeasuredMaterial {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "write MATERIAL=FIT.json, as in body=paint.json";
+        NamedFile::read(text, form, |file| (file, ())).map(|(named, ())| Self(named))
+    }
+}
+
+impl Serialize for MeasuredMaterial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&self.0)
+    }
+}
+
+/// Gives materials of the model the facets and the body of measured ones; relief, occlusion, emission and holes stay its own.
+///
+/// # Errors
+/// A name that no material has (those that exist are listed), or a file that is no fit.
+pub fn measure(model: &mut Model, asked: &[MeasuredMaterial]) -> Result<(), SceneError> {
+    for MeasuredMaterial(NamedFile { material, file }) in asked {
+        let worn = worn_by(model, material.as_deref())?;
+        let fit = FitFile::load(file)?;
+        for index in worn {
+            wear(&fit, &mut model.materials[index]);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::material::Material;
+
+    #[test]
+    fn measured_materials_are_read_as_they_are_written() {
+        for text in ["body=paint.json", "*=a/b=c.json"] {
+            let read: MeasuredMaterial = text.parse().unwrap();
+            assert_eq!(serde_json::to_value(&read).unwrap(), text);
+        }
+        for text in ["paint.json", "=paint.json", "body="] {
+            assert!(text.parse::<MeasuredMaterial>().unwrap_err().contains("MATERIAL=FIT.json"), "{text}");
+        }
+    }
+
+    #[test]
+    fn unknown_names_are_refused_before_any_file_is_read() {
+        let mut model = Model { materials: vec![Material::new("rust"), Material::new("bone")], ..Model::default() };
+        let error = measure(&mut model, &["skin=none.json".parse().unwrap()]).unwrap_err().to_string();
+        assert!(error.contains("no material is called skin; there are: rust, bone"), "{error}");
+    }
+}

@@ -1,0 +1,219 @@
+//! A glTF model on open ground: it stands on the soil, is seen from a little above, and plays its animation over and over.
+
+mod charts;
+pub mod displacement;
+mod dress;
+mod join;
+mod lights;
+pub mod measured;
+pub mod named;
+mod parts;
+mod places;
+mod relief;
+mod remarks;
+mod surface;
+
+use std::sync::Arc;
+
+use glam::{Affine3A, Vec3};
+
+use super::error::SceneError;
+use super::ground::{RELIEF, ground};
+use super::stage::{Stage, Views};
+use charts::Charts;
+use leadr_models::Model;
+use leadr_render::camera::Camera;
+use leadr_render::scene::{Object, Pose};
+use leadr_render::surfaces::object::MAX_OBJECTS;
+use lights::Lamps;
+use parts::{Parts, Placement};
+use places::Places;
+use surface::Surface;
+
+/// A model and the animation that it plays.
+#[derive(Clone, Debug)]
+pub struct ModelChoice {
+    /// The model.
+    pub model: Model,
+    /// Number of the animation; `None` at rest.
+    pub animation: Option<usize>,
+    /// The node whose camera it is looked at with; `None` for views of ours.
+    pub camera: Option<usize>,
+}
+
+impl ModelChoice {
+    /// A model that plays the animation of this name, or without a name its first.
+    ///
+    /// # Errors
+    /// If it has no animation of this name; those that it has are listed.
+    pub fn new(model: Model, animation: Option<&str>) -> Result<Self, SceneError> {
+        let animation = match animation {
+            None => (!model.animations.is_empty()).then_some(0),
+            Some(name) => match model.animation_named(name) {
+                Some(number) => Some(number),
+                None => {
+                    let names: Vec<&str> = model.animations.iter().map(|a| a.name.as_str()).collect();
+                    let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+                    return Err(SceneError::Model(format!("no animation is called {name}; there are: {there}")));
+                }
+            },
+        };
+        Ok(Self { model, animation, camera: None })
+    }
+
+    /// The same seen by a camera of the file: the one of this name, of this number from 1, or the first.
+    ///
+    /// # Errors
+    /// If it shows no such camera; those that it has are listed.
+    pub fn seen_by(self, camera: Option<&str>) -> Result<Self, SceneError> {
+        let model = &self.model;
+        let nodes: Vec<usize> = model.shown_nodes().into_iter().filter(|&n| model.nodes[n].camera.is_some()).collect();
+        let name = |node: usize| {
+            let camera = model.nodes[node].camera.map_or("", |number| model.cameras[number].name.as_str());
+            if camera.is_empty() { model.nodes[node].name.as_str() } else { camera }
+        };
+        let numbered = |wanted: &str| wanted.parse::<usize>().ok().and_then(|n| nodes.get(n.checked_sub(1)?).copied());
+        let found = match camera {
+            None => nodes.first().copied(),
+            Some(wanted) => nodes.iter().copied().find(|&n| name(n) == wanted).or_else(|| numbered(wanted)),
+        };
+        let Some(node) = found else {
+            let names: Vec<String> = nodes
+                .iter()
+                .enumerate()
+                .map(|(i, &n)| format!("{} {}", i + 1, name(n)).trim_end().to_owned())
+                .collect();
+            let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            let wanted = camera.map_or("it has no camera".to_owned(), |name| format!("no camera is called {name}"));
+            return Err(SceneError::Model(format!("{wanted}; there are: {there}")));
+        };
+        Ok(Self { camera: Some(node), ..self })
+    }
+}
+
+/// Times at which an animated model is measured.
+const MEASURED: u32 = 24;
+
+/// The model as a stage. Coordinates become ours, z up and its front along -y; a model that is not between a foot and a hundred feet
+/// long is scaled to three metres.
+///
+/// # Errors
+/// If it shows nothing, or has more materials than the renderer has objects.
+pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
+    let ModelChoice { mut model, animation, camera } = choice;
+    join::join_plain(&mut model);
+    let parts = Parts::of(&model);
+    if parts.objects.is_empty() {
+        let fault = "it shows no triangles, and points and lines are not drawn; export meshes with it";
+        return Err(SceneError::Model(fault.into()));
+    }
+    if parts.objects.len() >= MAX_OBJECTS {
+        let fault =
+            format!("its {} materials are more than the {} that a scene has", parts.objects.len(), MAX_OBJECTS - 1);
+        return Err(SceneError::Model(format!("{fault}; join some of them")));
+    }
+    remarks::of(&model, &parts, camera).iter().for_each(|remark| tracing::warn!("{}: {remark}", model.name));
+    let duration = animation.map_or(0.0, |number| model.animations[number].duration);
+    let times = if duration > 0.0 { MEASURED } else { 1 };
+    let time = |i: u32| duration * i as f32 / times as f32;
+    let (low, high) = (0..times)
+        .map(|i| parts.bounds(&model, &model.pose(animation, time(i))))
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (a, b)| (low.min(a), high.max(b)));
+    if !low.is_finite() || !high.is_finite() || !low.distance(high).is_finite() {
+        let fault = "its nodes scale or move its vertices beyond what numbers hold; give them sizes in metres";
+        return Err(SceneError::Model(fault.into()));
+    }
+    let placement = Placement::on_ground(low, high);
+    // What lies flat lies on the bumps of the soil; other things may sink into it to their ankles.
+    let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
+    let placement =
+        if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
+    let rest = model.pose(animation, 0.0);
+    let poses = || (0..times).map(|i| parts.all_posed(&model, &model.pose(animation, time(i)), &placement));
+    let displaced = parts.objects.iter().any(|object| model.materials[object.material].relief.is_some());
+    let corners_of = |i: usize| {
+        let charts = Charts::of(&model.materials[parts.objects[i].material], &|set| parts.reached(&model, i, set)).0;
+        parts.triangles(&model, i, &charts).0
+    };
+    let triangles: Vec<Vec<[u32; 3]>> =
+        if displaced { (0..parts.objects.len()).map(corners_of).collect() } else { Vec::new() };
+    let places = displaced.then(|| Places::of(&poses().collect::<Vec<_>>(), &triangles));
+    let surface = Surface {
+        rims: places.as_ref().map_or(Vec::new(), |places| places.rims(&triangles)),
+        places,
+        placement,
+        size: low.distance(high) * placement.scale(),
+    };
+    let at_rest = surface.posed(&model, &parts, &rest);
+    let mut objects: Vec<Object> =
+        (0..).zip(at_rest).map(|(i, rest)| dress::object(&model, &parts, &surface, i, rest)).collect();
+    objects.push(ground());
+    let corners = (placement.place(low), placement.place(high));
+    let corners = (corners.0.min(corners.1), corners.0.max(corners.1));
+    let views = views(corners.0, corners.1);
+    let lamps = Lamps::of(&model, &rest, &placement, corners);
+    if lamps.dimmed < 1.0 {
+        tracing::warn!(
+            "{}: its lights are dimmed to {:.2e} of what they are: they would outshine the picture",
+            model.name,
+            lamps.dimmed
+        );
+    }
+    let model = Arc::new(model);
+    let pose = {
+        let model = model.clone();
+        move |seconds: f64| {
+            let at = if duration > 0.0 { seconds.rem_euclid(f64::from(duration)) as f32 } else { 0.0 };
+            model.pose(animation, at)
+        }
+    };
+    let (lit, pose_of_lamps) = (model.clone(), pose.clone());
+    let (seen, pose_of_camera) = (model.clone(), pose.clone());
+    let motion = move |seconds: f64| {
+        let posed = surface.posed(&model, &parts, &pose(seconds)).into_iter().map(Pose::Vertices);
+        posed.chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
+    };
+    let stage = Stage::moving(objects, views, motion, |_| Vec3::ZERO)
+        .with_lamps(move |seconds| lamps.at(&lit, &pose_of_lamps(seconds), &placement));
+    Ok(match camera {
+        None => stage,
+        Some(node) => stage
+            .with_own_camera(move |seconds| lights::camera(&seen, node, &pose_of_camera(seconds), &placement, corners)),
+    })
+}
+
+/// Share of the middle view's height and of its width (at 4:3) that a model fills.
+const FILLED: f32 = 0.8;
+
+/// Views of what lies between two corners, from its front, a little to the side and from above; flat things are looked at more squarely.
+fn views(low: Vec3, high: Vec3) -> Views {
+    let (centre, size) = (0.5 * (low + high), (high - low).max(Vec3::splat(1e-4)));
+    let (wide, upright) = (size.x.max(size.y), size.z);
+    let direction = if size.y < 0.2 * size.x.max(upright) {
+        Vec3::new(0.25, -1.0, 0.12)
+    } else if size.x < 0.2 * size.y.max(upright) {
+        Vec3::new(1.0, -0.35, 0.15)
+    } else if upright < 0.2 * wide {
+        Vec3::new(0.5, -0.8, 0.75)
+    } else {
+        Vec3::new(0.65, -0.8, 0.28)
+    };
+    let degrees: f32 = 35.0;
+    let from = |factor: f32| {
+        let eye = direction.normalize();
+        let right = Vec3::Z.cross(eye).normalize();
+        let up = eye.cross(right);
+        let tangent = FILLED * (0.5 * degrees.to_radians()).tan();
+        let needed = |corner: usize| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 };
+            let c = size * Vec3::new(pick(0), pick(1), pick(2));
+            let across = (c.dot(right).abs() / (tangent * 4.0 / 3.0)).max(c.dot(up).abs() / tangent);
+            across + c.dot(eye)
+        };
+        let fits = (0..8).map(needed).fold(0.0, f32::max);
+        let position = centre + eye * (fits * factor);
+        // Never below the ground.
+        Camera::looking_at(position.max(Vec3::new(f32::MIN, f32::MIN, 0.02 * fits)), centre, degrees)
+    };
+    Views { near: from(0.55), mid: from(1.0), far: from(8.0) }
+}

@@ -1,0 +1,208 @@
+//! What of a model is drawn together: its triangles by material, carried to where they are at a time.
+
+use glam::{Vec2, Vec3};
+
+use super::charts::{Chart, Charts};
+use leadr_models::{Model, Pose, Primitive};
+use leadr_render::scene::TriangleCharts;
+use leadr_render::surfaces::patch_mesh::PosedVertices;
+
+/// The triangles of one primitive as a node shows them.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    pub node: usize,
+    pub primitive: usize,
+}
+
+impl Part {
+    fn shown_in<'a>(&self, model: &'a Model) -> &'a Primitive {
+        let mesh = model.nodes[self.node].mesh.unwrap_or_default();
+        &model.meshes[mesh].primitives[self.primitive]
+    }
+}
+
+/// Where the corners of triangles lie in the charts of their material.
+#[derive(Debug)]
+pub struct Places {
+    /// In that of slopes and heights.
+    pub slopes: Vec<[Vec2; 3]>,
+    /// In those of its images, if they are others.
+    pub images: Option<Vec<TriangleCharts>>,
+}
+
+/// All that is shown of one material.
+#[derive(Clone, Debug)]
+pub struct Parted {
+    /// Its number.
+    pub material: usize,
+    /// What wears it.
+    pub parts: Vec<Part>,
+}
+
+/// The triangles of a model by material.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    pub objects: Vec<Parted>,
+}
+
+impl Parts {
+    /// What the model's scene shows.
+    pub fn of(model: &Model) -> Self {
+        let mut objects: Vec<Parted> = Vec::new();
+        for node in model.shown_nodes() {
+            let Some(mesh) = model.nodes[node].mesh else { continue };
+            for (primitive, shown) in model.meshes[mesh].primitives.iter().enumerate() {
+                if shown.triangles.is_empty() {
+                    continue;
+                }
+                let part = Part { node, primitive };
+                match objects.iter_mut().find(|object| object.material == shown.material) {
+                    Some(object) => object.parts.push(part),
+                    None => objects.push(Parted { material: shown.material, parts: vec![part] }),
+                }
+            }
+        }
+        Self { objects }
+    }
+
+    /// Corners of what a pose reaches, in the model's coordinates.
+    pub fn bounds(&self, model: &Model, pose: &Pose) -> (Vec3, Vec3) {
+        let mut corners = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for part in self.objects.iter().flat_map(|object| &object.parts) {
+            for position in model.posed_vertices(pose, part.node, part.primitive).positions {
+                let position = Vec3::from(position);
+                corners = (corners.0.min(position), corners.1.max(position));
+            }
+        }
+        corners
+    }
+
+    /// The vertices of all objects in a pose.
+    pub fn all_posed(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PosedVertices> {
+        (0..self.objects.len()).map(|object| self.posed(model, pose, object, placement)).collect()
+    }
+
+    /// The vertices of an object in a pose.
+    pub fn posed(&self, model: &Model, pose: &Pose, object: usize, placement: &Placement) -> PosedVertices {
+        let mut posed = PosedVertices::default();
+        for part in &self.objects[object].parts {
+            let part = model.posed_vertices(pose, part.node, part.primitive);
+            posed.positions.extend(part.positions.iter().map(|&p| placement.place(Vec3::from(p))));
+            posed.normals.extend(part.normals.iter().map(|&n| ours(Vec3::from(n))));
+        }
+        posed
+    }
+
+    /// The corners of an object's triangles among its vertices, counter-clockwise, and where they lie in the charts of its material.
+    pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, Places) {
+        let (mut corners, mut first) = (Vec::new(), 0);
+        let mut places = Places { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
+        let pose = model.pose(None, 0.0);
+        for part in &self.objects[object].parts {
+            let primitive = part.shown_in(model);
+            let mirrored = model.posed_vertices(&pose, part.node, part.primitive).mirrored;
+            for &[a, b, c] in &primitive.triangles {
+                let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
+                corners.push(triangle.map(|v| first + v));
+                let place = |chart: &Chart, vertex: u32| chart.place(&|set| coordinates(primitive, set, vertex));
+                places.slopes.push(triangle.map(|v| place(&charts.slopes, v)));
+                if let Some(images) = &mut places.images {
+                    images.push(charts.images.map(|chart| triangle.map(|v| place(&chart, v))));
+                }
+            }
+            first += primitive.positions.len() as u32;
+        }
+        (corners, places)
+    }
+
+    /// Corners of what a set of texture coordinates reaches on an object.
+    pub fn reached(&self, model: &Model, object: usize, set: usize) -> (Vec2, Vec2) {
+        let parts = self.objects[object].parts.iter().map(|part| part.shown_in(model));
+        let used = parts.flat_map(|primitive| {
+            primitive.triangles.iter().flatten().map(move |&vertex| coordinates(primitive, set, vertex))
+        });
+        used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+    }
+
+    /// Opacity of an object's vertices, 0 to 1.
+    pub fn opacities(&self, model: &Model, object: usize) -> Vec<f32> {
+        let of_part = |part: &Part| {
+            let primitive = part.shown_in(model);
+            let alpha = |vertex: usize| primitive.colors.as_ref().map_or(1.0, |colors| colors[vertex][3]);
+            (0..primitive.positions.len()).map(alpha).collect::<Vec<f32>>()
+        };
+        self.objects[object].parts.iter().flat_map(of_part).collect()
+    }
+
+    /// Colours of an object's vertices, linear; white where they have none.
+    pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
+        let mut all = Vec::new();
+        for part in &self.objects[object].parts {
+            let primitive = part.shown_in(model);
+            match &primitive.colors {
+                Some(colors) => all.extend(colors.iter().map(|&[r, g, b, _]| [r, g, b, 1.0])),
+                None => all.extend(std::iter::repeat_n([1.0; 4], primitive.positions.len())),
+            }
+        }
+        all
+    }
+}
+
+/// Texture coordinates of a vertex; the origin where the file has none.
+fn coordinates(primitive: &Primitive, set: usize, vertex: u32) -> Vec2 {
+    primitive.texcoords.get(set).map_or(Vec2::ZERO, |all| Vec2::from(all[vertex as usize]))
+}
+
+/// From glTF's coordinates, y up and the front along z, to ours, z up and the front along -y.
+pub fn ours(v: Vec3) -> Vec3 {
+    Vec3::new(v.x, -v.z, v.y)
+}
+
+/// Where a model stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    scale: f32,
+    offset: Vec3,
+}
+
+impl Placement {
+    /// On the ground, in the middle. `low`, `high`: corners of the model in its own coordinates.
+    pub fn on_ground(low: Vec3, high: Vec3) -> Self {
+        let size = low.distance(high);
+        let scale = if (0.3..=30.0).contains(&size) { 1.0 } else { 3.0 / size.max(1e-20) };
+        let (a, b) = (ours(low), ours(high));
+        let (low, high) = (a.min(b), a.max(b));
+        Self { scale, offset: -scale * (0.5 * (low + high)).with_z(low.z) }
+    }
+
+    /// The same so many metres higher.
+    pub fn lifted(self, metres: f32) -> Self {
+        Self { offset: self.offset + metres * Vec3::Z, ..self }
+    }
+
+    /// Metres in the world of a metre of the model.
+    pub fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// A point of the model in the world.
+    pub fn place(&self, point: Vec3) -> Vec3 {
+        ours(point) * self.scale + self.offset
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_stand_in_the_middle_of_the_ground() {
+        let place = Placement::on_ground(Vec3::new(1.0, 2.0, 3.0), Vec3::new(3.0, 5.0, 4.0));
+        assert_eq!(place.place(Vec3::new(2.0, 2.0, 3.5)), Vec3::ZERO);
+        // Its top is up, its front toward -y.
+        assert_eq!(place.place(Vec3::new(2.0, 5.0, 3.5)), 3.0 * Vec3::Z);
+        assert_eq!(place.place(Vec3::new(2.0, 2.0, 4.0)), -0.5 * Vec3::Y);
+        let huge = Placement::on_ground(Vec3::ZERO, Vec3::new(0.0, 300.0, 0.0));
+        assert!((huge.place(Vec3::new(0.0, 300.0, 0.0)) - 3.0 * Vec3::Z).length() < 1e-5);
+    }
+}

@@ -1,0 +1,162 @@
+//! A model's relief: heights in metres over its texture coordinates, or over coordinates that are made where it has none.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::surface::Surface;
+use crate::cover::{Cover, Stroke};
+use leadr_maps::material::Material;
+use leadr_render::scene::Object;
+use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::patch_mesh::PatchMesh;
+use leadr_render::surfaces::triplanar;
+
+/// How often a map repeats along the diagonal of a model without texture coordinates.
+const REPEATS: f32 = 8.0;
+
+/// How a relief lies on triangles whose texture coordinates have no area, where no texture of the material follows them: seen along the
+/// axes, blended if all of the mesh is like that, and otherwise on each triangle along the axis that it faces most. `size`: the model's
+/// diagonal, metres.
+pub fn cover_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
+    let textures = Material { relief: None, ..material.clone() };
+    if material.relief.is_none() || textures.coordinate_sets() > 0 {
+        return;
+    }
+    let repeat = size / REPEATS;
+    if mesh.texcoords.iter().all(|texcoords| chart_area(texcoords) == 0.0) {
+        mesh.triplanar = Some(repeat);
+        return;
+    }
+    for (patch, texcoords) in mesh.patches.iter().zip(&mut mesh.texcoords) {
+        if chart_area(texcoords) != 0.0 {
+            continue;
+        }
+        let corners = patch.map(|vertex| mesh.positions[vertex as usize]);
+        let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize_or(Vec3::Z);
+        let foremost = normal.abs().max_position();
+        *texcoords = corners.map(|corner| triplanar::projections(corner, normal, repeat)[foremost].texcoord);
+    }
+}
+
+/// Twice the area of a triangle in texture coordinates.
+fn chart_area(t: &[Vec2; 4]) -> f32 {
+    (t[1] - t[0]).perp_dot(t[3] - t[0]).abs()
+}
+
+/// Metres per unit of texture coordinate, over all triangles; `None` where their coordinates have no area.
+pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
+    if mesh.triplanar.is_some() {
+        return mesh.triplanar;
+    }
+    let (mut metres, mut units) = (0.0f64, 0.0f64);
+    for (patch, texcoords) in mesh.patches.iter().zip(&mesh.texcoords) {
+        let corners = patch.map(|vertex| mesh.positions[vertex as usize]);
+        let (area, chart) = ((corners[1] - corners[0]).cross(corners[3] - corners[0]).length(), chart_area(texcoords));
+        if area > 0.0 && chart > 0.0 {
+            metres += f64::from(area);
+            units += f64::from(chart);
+        }
+    }
+    (units > 0.0).then(|| (metres / units).sqrt() as f32)
+}
+
+/// The object with the heights and the slopes of its material.
+pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: &Surface) -> Object {
+    let (width, height) = relief_size(material, cover);
+    let size = Vec2::new(width as f32, height as f32);
+    let places = 0..width as usize * height as usize;
+    let place = |index: usize| {
+        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+        Vec2::new(x, y) / size
+    };
+    let scale = match &material.relief {
+        None => 0.0,
+        Some(relief) => match relief.scale {
+            Some(scale) => scale * surface.placement.scale(),
+            None => metres_per_unit(&object.mesh).map_or(0.0, |repeat| cover.unit(repeat) * repeat),
+        },
+    };
+    let height_at = |index| (cover.height(place(index)) - cover.middle) * scale;
+    let texels = places.clone().into_par_iter().map(height_at).collect();
+    let object = object.with_heights(HeightField { width, height, texels, border: Border::Wrap }, 1.0);
+    // Heights alone keep the slopes of their own triangles, which have no place for a further variance.
+    let brushed = cover.is_brushed() && (cover.has_slopes() || !cover.has_heights());
+    if !cover.has_slopes() && !brushed {
+        return object;
+    }
+    let object =
+        object.with_slopes(places.clone().into_par_iter().map(|index| cover.slope(place(index)).to_array()).collect());
+    if !brushed {
+        return object;
+    }
+    // The bitangent goes against t.
+    let spread = |index| {
+        let Stroke { along, variance } = cover.stroke(place(index));
+        [along.x * along.x, along.y * along.y, -along.x * along.y].map(|square| square * variance)
+    };
+    object.with_slope_spread(places.into_par_iter().map(spread).collect())
+}
+
+/// Texels of the finer of the height map and the normal map.
+fn relief_size(material: &Material, cover: &Cover) -> (u32, u32) {
+    if cover.is_brushed() {
+        return cover.size;
+    }
+    let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
+    let normals = material.normal_map.as_ref().map(|map| (map.texture.raster.width(), map.texture.raster.height()));
+    heights.into_iter().chain(normals).fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::HeightMap;
+
+    fn triangle(corners: [Vec3; 3], texcoords: [Vec2; 3]) -> PatchMesh {
+        let [a, b, c] = texcoords;
+        PatchMesh {
+            positions: corners.to_vec(),
+            patches: vec![[0, 1, 2, 2]],
+            texcoords: vec![[a, b, c, c]],
+            triangles: true,
+            ..PatchMesh::default()
+        }
+    }
+
+    #[test]
+    fn charts_are_measured() {
+        let mesh = triangle([Vec3::ZERO, 3.0 * Vec3::X, 3.0 * Vec3::Y], [Vec2::ZERO, Vec2::Y * 0.5, Vec2::X * 0.5]);
+        assert!((metres_per_unit(&mesh).unwrap() - 6.0).abs() < 1e-5);
+        assert_eq!(metres_per_unit(&triangle([Vec3::ZERO, Vec3::X, Vec3::Y], [Vec2::ZERO; 3])), None);
+    }
+
+    #[test]
+    fn bare_triangles_see_the_map_upright_from_outside() {
+        let mut material = Material::new("bare");
+        material.relief = Some(leadr_maps::material::Relief {
+            map: HeightMap { width: 1, height: 1, texels: vec![0.0] },
+            scale: None,
+            in_widths: false,
+            middle: 0.0,
+        });
+        let bare = triangle([Vec3::ZERO, Vec3::X, Vec3::Y], [Vec2::ZERO; 3]);
+        let mut whole = bare.clone();
+        cover_bare_triangles(&mut whole, &material, REPEATS);
+        assert_eq!((whole.triplanar, metres_per_unit(&whole)), (Some(1.0), Some(1.0)));
+        // Beside a triangle with coordinates the others keep to one axis. Counter-clockwise from outside, every chart is clockwise in
+        // coordinates whose t runs down.
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            for outward in [axis, -axis] {
+                let (a, b) = (outward.any_orthonormal_pair(), outward);
+                assert!(a.0.cross(a.1).dot(b) > 0.99);
+                let mut mesh = triangle([b, b + a.0, b + a.1], [Vec2::ZERO; 3]);
+                mesh.patches.push([0, 1, 2, 2]);
+                mesh.texcoords.push([Vec2::ZERO, Vec2::X, -Vec2::Y, -Vec2::Y]);
+                cover_bare_triangles(&mut mesh, &material, REPEATS);
+                let t = mesh.texcoords[0];
+                assert!(((t[1] - t[0]).perp_dot(t[3] - t[0]) + 1.0).abs() < 1e-5, "{outward}: {t:?}");
+                assert_eq!(metres_per_unit(&mesh), Some(1.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The waves of a sea, in the units of the command line.
+
+use serde::Serialize;
+
+use super::sea::{RESOLUTION, ocean};
+use super::spectrum::Sea;
+use leadr_render::surfaces::ocean::Ocean;
+
+/// A sea.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Waves {
+    /// Wind speed 10 m above the water, m/s.
+    pub wind: f64,
+    /// Where the wind blows to, degrees counter-clockwise from +x.
+    pub wind_direction: f64,
+    /// Distance over which it has blown, metres.
+    pub fetch: f64,
+    /// Depth of the water, metres.
+    pub depth: f64,
+    /// Factor on the horizontal movement, which sharpens the crests: 0 to 1.
+    pub choppiness: f64,
+    /// Samples along the edge of a tile of waves: a power of two, 64 to 512.
+    pub fft: u32,
+}
+
+impl Default for Waves {
+    fn default() -> Self {
+        let sea = Sea::default();
+        Self {
+            wind: sea.wind_speed,
+            wind_direction: sea.wind_direction.to_degrees(),
+            fetch: sea.fetch,
+            depth: sea.depth,
+            choppiness: 1.0,
+            fft: RESOLUTION,
+        }
+    }
+}
+
+impl Waves {
+    /// What the renderer takes.
+    #[must_use]
+    pub fn ocean(&self) -> Ocean {
+        Ocean { choppiness: self.choppiness as f32, ..ocean(&self.sea(), self.fft, 1) }
+    }
+
+    /// The spectrum's parameters.
+    #[must_use]
+    pub fn sea(&self) -> Sea {
+        Sea {
+            wind_speed: self.wind,
+            wind_direction: self.wind_direction.to_radians(),
+            fetch: self.fetch,
+            depth: self.depth,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_the_spectrums() {
+        let (sea, default) = (Waves::default().sea(), Sea::default());
+        assert!((sea.wind_direction - default.wind_direction).abs() < 1e-12);
+        assert_eq!(Sea { wind_direction: default.wind_direction, ..sea }, default);
+    }
+}

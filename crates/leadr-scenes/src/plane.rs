@@ -1,0 +1,72 @@
+//! A square of patches in the plane z = 0 with a repeating height map: the ground, and the `plane` scene.
+
+use glam::{Vec2, Vec3};
+use leadr_render::scene::Object;
+use leadr_render::surfaces::patch_mesh::PatchMesh;
+
+/// A smooth floor for things to stand on; it casts no shadow.
+#[must_use]
+pub fn floor(mesh: PatchMesh) -> Object {
+    Object::new("floor", mesh).without_shadow()
+}
+
+/// A square plane of half width `half`, with `n × n` patches spaced by `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`, so
+/// that a large ground can have small patches in the middle. One repeat of the map covers `repeat` metres.
+#[must_use]
+pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f32) -> f32) -> PatchMesh {
+    let mut mesh = PatchMesh { flat_repeat: Some(repeat), ..PatchMesh::default() };
+    let at = |i: u32| half * spacing(2.0 * i as f32 / n as f32 - 1.0);
+    for j in 0..=n {
+        for i in 0..=n {
+            mesh.positions.push(Vec3::new(at(i), at(j), 0.0));
+        }
+    }
+    mesh.normals = vec![Vec3::Z; mesh.positions.len()];
+    mesh.colors = vec![color; mesh.positions.len()];
+    mesh.accessibility = vec![1.0; mesh.positions.len()];
+    for j in 0..n {
+        for i in 0..n {
+            let v = j * (n + 1) + i;
+            let patch = [v, v + 1, v + n + 2, v + n + 1];
+            mesh.patches.push(patch);
+            mesh.texcoords.push(patch.map(|v| {
+                let p = mesh.positions[v as usize];
+                Vec2::new(p.x, p.y) / repeat
+            }));
+        }
+    }
+    mesh
+}
+
+/// Even spacing for [`plane`].
+#[must_use]
+pub fn even(t: f32) -> f32 {
+    t
+}
+
+/// Spacing for a wide ground: patches near the middle are a thousand times smaller than at the rim.
+#[must_use]
+pub fn toward_horizon(t: f32) -> f32 {
+    let steepness = 7.6f32;
+    (steepness * t).sinh() / steepness.sinh()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_render::surfaces::topology::Topology;
+
+    #[test]
+    fn planes_face_up_and_share_edges() {
+        let mesh = plane(10.0, 8, 2.0, [0.5; 4], toward_horizon);
+        for patch in &mesh.patches {
+            let p = patch.map(|v| mesh.positions[v as usize]);
+            assert!((p[1] - p[0]).cross(p[3] - p[0]).z > 0.0);
+        }
+        // 8 × 9 edges each way; the 32 on the rim have one patch.
+        let topology = Topology::new(&mesh.patches);
+        assert_eq!(topology.edges.len(), 144);
+        assert_eq!(topology.irregular_edges(), 32);
+        assert!((mesh.positions.last().unwrap().x - 10.0).abs() < 1e-4);
+    }
+}

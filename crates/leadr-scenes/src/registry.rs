@@ -1,0 +1,434 @@
+//! The scenes, each declared once: its name, a line of help, what its user can choose, and how it is made.
+//!
+//! The command line, its help, the reports and the bench read this table. A new scene is a file of its own and a row here.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+use super::deform::{self, Deformation};
+use super::error::SceneError;
+use super::model::{self, ModelChoice};
+use super::ocean::sea;
+use super::ocean::waves::Waves;
+use super::shore::{self, shore_stage};
+use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
+use super::trex::Trex;
+use super::trex::stage::{trex_stage, unbaked_body};
+use super::{dressed, pillow, setting, snake, spheres};
+use leadr_gpu::machine_memory;
+use leadr_maps::HeightMap;
+use leadr_maps::material::Material;
+use leadr_render::scene::{Object, Tiling};
+use leadr_render::surfaces::budget::Room;
+
+/// A property of a scene that its user can choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// A height map or a material instead of the generated one.
+    HeightMap,
+    /// The roughness of its displaced surfaces.
+    Roughness,
+    /// The size of the tiles of its displacement atlas.
+    AtlasTile,
+    /// How high the relief is that displaces its surfaces, and whether it does.
+    Relief,
+    /// How its objects are divided into triangles, kept in maps and shaded, as waves are not: curvature under a pixel, what relief and
+    /// large shapes hide.
+    Objects,
+    /// How far its objects are stretched.
+    Stretch,
+    /// Whether its maps repeat.
+    Tiling,
+    /// Whether anything stands around it.
+    Bare,
+    /// The waves of its sea.
+    Waves,
+}
+
+impl Choice {
+    /// Why a scene that does not offer it has none, as the end of a sentence about that scene.
+    fn lacking(self) -> &'static str {
+        match self {
+            Self::HeightMap => "has surfaces of its own",
+            Self::Roughness => "has a roughness of its own",
+            Self::AtlasTile => "has no displacement atlas",
+            Self::Relief => "has no relief of heights",
+            Self::Objects => "has no objects, only waves",
+            Self::Stretch => "shows a sea, which keeps its shape",
+            Self::Tiling => "has maps of its own",
+            Self::Bare => "is one with what surrounds it",
+            Self::Waves => "shows no sea",
+        }
+    }
+}
+
+/// What a scene is made from.
+#[derive(Clone, Debug)]
+pub struct SceneOptions {
+    /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` for generated ones.
+    pub height_map: Option<HeightMap>,
+    /// What a baked file tells besides those heights.
+    pub baked: Option<BakedRelief>,
+    /// Instead, a material with everything it has.
+    pub material: Option<Material>,
+    /// The model, for the scene that is one.
+    pub model: Option<ModelChoice>,
+    /// Metres from the 0 of those heights to their 1; `None` for what the file tells, or what is usual. A material has its own.
+    pub height: Option<f32>,
+    /// Metres after which heights and materials repeat; `None` for the scene's own.
+    pub repeat: Option<f32>,
+    /// How maps cover the surface of scenes with [`Choice::Tiling`].
+    pub tiling: Tiling,
+    /// Whether scenes with [`Choice::Bare`] show nothing but their surface.
+    pub bare: bool,
+    /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
+    pub atlas_tile: u32,
+    /// The sea of scenes with [`Choice::Waves`]; `None` for their own.
+    pub waves: Option<Waves>,
+    /// Memory that the maps must fit into, asked before they are baked where that takes long.
+    pub room: Option<Room>,
+}
+
+/// Bytes of memory for each texel of the T-rex's atlas while it is baked: 4.5 GB with tiles of 128.
+const TREX_BAKING: u64 = 46;
+
+impl SceneOptions {
+    /// Refuses an object whose maps the device cannot hold, or whose making takes more memory than the machine has: so many bytes for
+    /// each texel of its heights. Only its sizes matter.
+    fn room_for(&self, object: Object, making: u64, remedy: &'static str) -> Result<(), SceneError> {
+        let Some(room) = self.room else { return Ok(()) };
+        let texels = object.heights.as_ref().map_or(0, |map| u64::from(map.width) * u64::from(map.height));
+        let what = format!("the maps of {}", object.name);
+        room.check(&[object])?;
+        let needs = texels * making;
+        match machine_memory() {
+            Some(left) if left < needs => Err(SceneError::Memory { what, needs, left, remedy }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses a T-rex that is too large.
+    fn room_for_trex(&self) -> Result<(), SceneError> {
+        self.room_for(unbaked_body(self.atlas_tile), TREX_BAKING, "a smaller --atlas-tile")
+    }
+
+    /// Refuses a material on the plane that is too large, before it is spread over its finest texels.
+    fn room_for_plane(&self, material: &Material) -> Result<(), SceneError> {
+        self.room_for(dressed::undressed_plane(material), dressed::DRESSING, "smaller maps")
+    }
+}
+
+impl Default for SceneOptions {
+    /// Generated heights, fine tiles, the usual sea.
+    fn default() -> Self {
+        Self {
+            height_map: None,
+            baked: None,
+            material: None,
+            model: None,
+            height: None,
+            repeat: None,
+            tiling: Tiling::Repeats,
+            bare: false,
+            atlas_tile: 64,
+            waves: None,
+            room: None,
+        }
+    }
+}
+
+/// Receives the finished share of a scene, 0 to 1, from any thread.
+pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
+
+/// A scene: one row of [`SCENES`].
+pub struct Scene {
+    /// Its name on the command line and in reports.
+    pub name: &'static str,
+    /// What it shows, for the command's help.
+    pub help: &'static str,
+    /// What its user can choose.
+    pub choices: &'static [Choice],
+    /// The sea that it shows unless its user chooses another.
+    pub sea: Option<fn() -> Waves>,
+    /// What takes long in making it, shown beside the progress.
+    pub making: Option<&'static str>,
+    make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
+}
+
+/// Every scene, in the order of the help; the first is the default.
+pub static SCENES: [Scene; 11] = [
+    Scene {
+        name: "trex",
+        help: "A displaced T-rex walks over dry ground",
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: MAKING_THE_TREX,
+        make: |options, progress| {
+            options.room_for_trex()?;
+            Ok(trex_stage(options.atlas_tile, progress)?)
+        },
+    },
+    Scene {
+        name: "plane",
+        help: "A square plane with a height map, in a kerb",
+        choices: &[
+            Choice::HeightMap,
+            Choice::Relief,
+            Choice::Objects,
+            Choice::Stretch,
+            Choice::Roughness,
+            Choice::Tiling,
+            Choice::Bare,
+        ],
+        sea: None,
+        making: None,
+        make: |options, _| {
+            let (bare, tiling) = (options.bare, options.tiling);
+            options.material.as_ref().map_or(Ok(()), |material| options.room_for_plane(material))?;
+            let mut stage = match &options.material {
+                Some(material) => dressed::plane_stage(material, options.repeat),
+                None => plane_stage(relief(options)),
+            };
+            stage.objects.iter_mut().for_each(|plane| plane.tiling = tiling);
+            Ok(if bare { stage } else { setting::around_plane(stage) })
+        },
+    },
+    Scene {
+        name: "sphere",
+        help: "A sphere with a height map, on a plinth",
+        choices: &[
+            Choice::HeightMap,
+            Choice::AtlasTile,
+            Choice::Relief,
+            Choice::Objects,
+            Choice::Stretch,
+            Choice::Roughness,
+            Choice::Bare,
+        ],
+        sea: None,
+        making: None,
+        make: |options, _| {
+            let bare = options.bare;
+            let stage = match &options.material {
+                Some(material) => dressed::sphere_stage(material, options.repeat, options.atlas_tile),
+                None => sphere_stage(relief(options)),
+            };
+            Ok(if bare { stage } else { setting::around_sphere(stage) })
+        },
+    },
+    Scene {
+        name: "spheres",
+        help: "Sixteen spheres of known roughness",
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: None,
+        make: |_, _| Ok(spheres::grid::stage()),
+    },
+    Scene {
+        name: "stretch",
+        help: "A quad, a sphere and a cylinder that are stretched and squeezed",
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: None,
+        make: |_, _| Ok(deform::stage(Deformation::Stretch)),
+    },
+    Scene {
+        name: "shear",
+        help: "A quad, a sphere and a cylinder that are sheared",
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: None,
+        make: |_, _| Ok(deform::stage(Deformation::Shear)),
+    },
+    Scene {
+        name: "height-scale",
+        help: "A quad, a sphere and a cylinder whose bumps sink until they are smooth",
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: None,
+        make: |_, _| Ok(deform::stage(Deformation::HeightScale)),
+    },
+    Scene {
+        name: "pillow",
+        help: "A quilted cushion",
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: None,
+        make: |options, _| Ok(pillow::stage(options.atlas_tile)),
+    },
+    Scene {
+        name: "snake",
+        help: "A coiled snake among four lamps",
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
+        sea: None,
+        making: None,
+        make: |options, _| Ok(snake::stage(options.atlas_tile)),
+    },
+    Scene {
+        name: "ocean",
+        help: "The open sea under a wind of 8 m/s",
+        choices: &[Choice::Waves],
+        sea: Some(Waves::default),
+        making: None,
+        make: |options, _| Ok(sea::stage(options.waves.unwrap_or_default().ocean())),
+    },
+    Scene {
+        name: "shore",
+        help: "The T-rex on a beach with the sea behind it",
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness, Choice::Waves],
+        sea: Some(shore::waves),
+        making: MAKING_THE_TREX,
+        make: |options, progress| {
+            options.room_for_trex()?;
+            let waves = options.waves.unwrap_or_else(shore::waves);
+            Ok(shore_stage(options.atlas_tile, &waves, progress)?)
+        },
+    },
+];
+
+/// The scene that a glTF file makes; it is named by the file instead of here.
+pub static MODEL: Scene = Scene {
+    name: "model",
+    help: "A glTF model on open ground",
+    choices: &[Choice::Relief, Choice::Objects, Choice::Stretch],
+    sea: None,
+    making: None,
+    make: |options, _| match options.model {
+        Some(choice) => model::stage(choice),
+        None => Err(SceneError::Model("no model is named; give --scene FILE.glb".into())),
+    },
+};
+
+const FIRST_TILE: u32 = 8;
+
+const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
+
+fn relief(options: SceneOptions) -> Relief {
+    let SceneOptions { height_map: map, baked, height, repeat, atlas_tile: tile, .. } = options;
+    Relief { map, baked, height, repeat, tile, ..Relief::default() }
+}
+
+impl Scene {
+    /// The scene of this name.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        SCENES.iter().find(|scene| scene.name == name)
+    }
+
+    /// Whether it offers this choice.
+    #[must_use]
+    pub fn offers(&self, choice: Choice) -> bool {
+        self.choices.contains(&choice)
+    }
+
+    /// Refuses a `flag` that makes a choice which this scene does not offer.
+    ///
+    /// # Errors
+    /// A sentence that names the scenes which do.
+    pub fn check_offers(&self, flag: &str, choice: Choice) -> Result<(), String> {
+        if self.offers(choice) {
+            return Ok(());
+        }
+        let names = choice.scenes().collect::<Vec<_>>().join(", ");
+        let models = if MODEL.offers(choice) { " and for models" } else { "" };
+        Err(format!("{flag} is for the scenes {names}{models}; {} {}", self.name, choice.lacking()))
+    }
+
+    /// The sea that it shows unless its user chooses another; the open sea for scenes without one.
+    #[must_use]
+    pub fn waves(&self) -> Waves {
+        self.sea.map_or_else(Waves::default, |waves| waves())
+    }
+
+    /// The atlas tile of a first picture, which stands long before one with tiles of `tile` texels. What it is too coarse for is roughness in it, so
+    /// from where bumps are small it looks the same. None for scenes without an atlas, and while the finer one would have to be made.
+    #[must_use]
+    pub fn first_tile(&self, tile: u32) -> Option<u32> {
+        let at_hand = self.making.is_none() || Trex::is_kept(tile);
+        (self.offers(Choice::AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
+    }
+
+    /// Makes its stage.
+    ///
+    /// # Errors
+    /// If it cannot be made from these options.
+    pub fn stage(&self, options: SceneOptions, progress: Progress<'_>) -> Result<Stage, SceneError> {
+        (self.make)(options, progress)
+    }
+}
+
+impl Choice {
+    /// Names of the scenes that offer it, in the order of [`SCENES`].
+    pub fn scenes(self) -> impl Iterator<Item = &'static str> {
+        SCENES.iter().filter(move |scene| scene.offers(self)).map(|scene| scene.name)
+    }
+}
+
+impl PartialEq for Scene {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl Serialize for Scene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn first_pictures_have_coarser_atlases() {
+        let first = |name: &str, tile: u32| Scene::find(name).unwrap().first_tile(tile);
+        assert_eq!(first("sphere", 64), Some(FIRST_TILE));
+        // It has no atlas; nothing is coarser.
+        assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
+        // One that is not kept is made before anything is shown: nobody has kept tiles of this size.
+        assert_eq!(first("trex", 1024), None);
+    }
+
+    #[test]
+    fn names_are_unique_and_found() {
+        for scene in &SCENES {
+            assert_eq!(Scene::find(scene.name), Some(scene));
+            assert_eq!(SCENES.iter().filter(|s| s.name == scene.name).count(), 1);
+        }
+        assert_eq!(Scene::find("cube"), None);
+    }
+
+    #[test]
+    fn scenes_offer_what_their_surfaces_can_do() {
+        // The animal's scenes are left out: baking it takes minutes.
+        for scene in SCENES.iter().filter(|scene| scene.making.is_none()) {
+            let waves = scene.sea.map(|waves| Waves { fft: 64, ..waves() });
+            let options = SceneOptions { atlas_tile: 8, waves, ..Default::default() };
+            let mut stage = scene.stage(options, &|_| ()).unwrap();
+            let displaced = stage.objects.iter().any(|object| object.heights.is_some());
+            for choice in [Choice::Roughness, Choice::Relief] {
+                assert_eq!(scene.offers(choice), displaced, "{scene:?} {choice:?}");
+            }
+            assert_eq!(scene.offers(Choice::Objects), !stage.objects.is_empty(), "{scene:?}");
+            assert_eq!(scene.offers(Choice::Stretch), stage.ocean.is_none(), "{scene:?}");
+            assert_eq!(scene.sea.is_some(), stage.ocean.is_some(), "{scene:?}");
+            assert_eq!(scene.offers(Choice::Waves), stage.ocean.is_some(), "{scene:?}");
+            stage.set_roughness(0.5);
+            for object in stage.objects.iter().filter(|object| object.heights.is_some()) {
+                let meshes = std::iter::once(&object.mesh).chain(&object.coarse_mesh);
+                let mut colors = meshes.flat_map(|mesh| &mesh.colors);
+                assert!(colors.all(|color| color[3] == 0.5), "{scene:?}: {}", object.name);
+                let map = object.material.iter().flat_map(|map| &map.colors);
+                assert!(map.into_iter().all(|texel| texel[3] == 255), "{scene:?}: {}", object.name);
+            }
+        }
+    }
+}

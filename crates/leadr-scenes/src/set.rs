@@ -1,0 +1,343 @@
+//! Puts the scene of a configuration on a device: its objects, its light and its view.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::config::{MaterialFiles, SceneConfig};
+use super::daylight;
+use super::deform;
+use super::error::SceneError;
+use super::model::ModelChoice;
+use super::model::displacement::displace;
+use super::model::measured::measure;
+use super::registry::SceneOptions;
+use super::stage::{BakedRelief, Lights, Views};
+use super::view::{Size, View};
+use leadr_gpu::{Gpu, GpuError};
+use leadr_maps::baked::{BakedMap, HeightUnit};
+use leadr_maps::material::{Input, Material, RoughnessMeaning};
+use leadr_maps::{HeightMap, MapFault, RgbImage};
+use leadr_models::{LoadOptions, Model};
+use leadr_render::camera::Camera;
+use leadr_render::frame::Renderer;
+use leadr_render::light::environment::Environment;
+use leadr_render::light::exposure;
+use leadr_render::light::panorama::LightExtraction;
+use leadr_render::light::sky::Sky;
+use leadr_render::scene::FrameState;
+use leadr_render::settings::RenderSettings;
+use leadr_render::surfaces::budget::Room;
+
+/// The files a scene is made from, loaded and checked.
+#[derive(Debug)]
+pub struct Inputs {
+    /// Heights of the plane or sphere.
+    pub height_map: Option<HeightMap>,
+    /// What a baked file tells besides those heights.
+    pub baked: Option<BakedRelief>,
+    /// Material of the plane or sphere, its heights included.
+    pub material: Option<Material>,
+    /// The model, if the scene is one.
+    pub model: Option<ModelChoice>,
+    /// Equirectangular radiance; `None` for the analytic sky.
+    pub environment: Option<RgbImage>,
+}
+
+impl Inputs {
+    /// Loads what `config` names.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of the wrong kind.
+    pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
+        let (mut height_map, mut baked, mut material) = (None, None, None);
+        match &config.height_map {
+            Some(file) if leadr_maps::baked::is_baked(file)? => {
+                let map = BakedMap::load(file)?;
+                map.check_drawable().map_err(|fault| fault.in_file(file))?;
+                let fault = |fault: MapFault| fault.in_file(file);
+                if map.is_material() || config.material != MaterialFiles::default() {
+                    material = Some(config.material.load_over(Material::of_baked(&map).map_err(fault)?)?);
+                } else {
+                    height_map = Some(map.height_map().map_err(fault)?);
+                    let in_widths = map.heights == HeightUnit::Width;
+                    baked = map.into_moments().map(|moments| BakedRelief { moments, in_widths });
+                }
+            }
+            heights => {
+                material = config.material.load(heights.as_deref())?;
+                if material.is_none() {
+                    height_map = heights.as_ref().map(leadr_maps::load_height_map).transpose()?;
+                }
+            }
+        }
+        if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
+            // What is rougher along one direction is so beyond this.
+            material.roughness = Input::constant(alpha);
+            material.roughness_meaning = RoughnessMeaning::Alpha;
+        }
+        if let Some(metres) = config.height {
+            set_height(metres, config, material.as_mut(), baked.as_ref())?;
+        }
+        let model = match &config.model {
+            Some(file) => {
+                let mut model = Model::load(file, LoadOptions { lenient: config.lenient })?;
+                let named = |fault: SceneError| fault.of_file(file);
+                displace(&mut model, file, &config.displacements).map_err(named)?;
+                measure(&mut model, &config.measured).map_err(named)?;
+                let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
+                let seen = config.view == View::Model;
+                Some(if seen { choice.seen_by(config.model_camera.as_deref()).map_err(named)? } else { choice })
+            }
+            None => None,
+        };
+        Ok(Self {
+            height_map,
+            baked,
+            material,
+            model,
+            environment: config.environment.load(config.environment_rotation)?,
+        })
+    }
+}
+
+/// What setting up a scene is busy with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SetUp {
+    /// A part of it begins.
+    Begins(&'static str),
+    /// This share of that part is done, 0 to 1.
+    Share(f32),
+}
+
+/// Is told, from any thread, how far setting up a scene has come.
+pub type Watch<'a> = &'a (dyn Fn(SetUp) + Sync);
+
+/// Says that the heights of `material` are so many metres high, and refuses that where there are none or their file tells.
+fn set_height(
+    metres: f32,
+    config: &SceneConfig,
+    material: Option<&mut Material>,
+    baked: Option<&BakedRelief>,
+) -> Result<(), SceneError> {
+    let refuse = |what: &str, remedy: &str| {
+        let file = config.height_map.as_ref().or(config.material.folder.as_ref());
+        let fault = MapFault::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() };
+        Err(fault.in_file(file.map_or(Path::new("--height"), PathBuf::as_path)).into())
+    };
+    let mut relief = None;
+    if let Some(material) = material {
+        let Some(found) = &mut material.relief else {
+            return refuse("the material has no heights", "give --height-map FILE, or leave --height out");
+        };
+        relief = Some(found);
+    }
+    if relief.as_ref().map_or(baked.is_some_and(|baked| baked.in_widths), |relief| relief.in_widths) {
+        let remedy = "say how wide it is by --repeat METRES, or multiply its heights by --height-scale X";
+        return refuse("its heights are in widths of the map, so --height has nothing to say", remedy);
+    }
+    if let Some(relief) = relief {
+        relief.scale = Some(metres);
+    }
+    Ok(())
+}
+
+/// The scene at a time in seconds.
+pub type Animation = Box<dyn Fn(f64) -> FrameState>;
+
+/// A scene on the device.
+pub struct Set {
+    /// Holds the objects.
+    pub renderer: Renderer,
+    /// The scene at any time, seen by `camera`, which follows what moves.
+    pub animation: Animation,
+    /// Where the scene is seen from, relative to what it follows.
+    pub camera: Camera,
+    /// The scene's own views, relative to the same.
+    pub views: Views,
+    /// Texels of its largest map of heights, across and down, if it has any.
+    pub map_size: Option<(u32, u32)>,
+    /// Makes other environments for it.
+    pub surroundings: SkyOrPicture,
+}
+
+/// Makes environments: the sky over a scene, or a picture whose brightest places become lights.
+#[derive(Clone, Debug)]
+pub struct SkyOrPicture {
+    /// The sky.
+    pub sky: Sky,
+    /// What becomes a light.
+    pub lights: LightExtraction,
+    /// By which pictures are turned counter-clockwise seen from above, degrees.
+    pub rotation: f32,
+    /// Whether pictures are exposed for what they shine on level ground.
+    pub auto_exposure: bool,
+}
+
+impl SkyOrPicture {
+    /// Under the sky, and pictures as they are.
+    #[must_use]
+    pub fn under(sky: Sky) -> Self {
+        Self { sky, lights: LightExtraction::default(), rotation: 0.0, auto_exposure: false }
+    }
+
+    /// Exposure factor for what `picture` lights.
+    #[must_use]
+    pub fn metered(&self, picture: Option<&RgbImage>) -> f32 {
+        picture.filter(|_| self.auto_exposure).map_or(1.0, exposure::metered)
+    }
+
+    /// The environment of an equirectangular `picture`, or without one of the sky.
+    ///
+    /// # Errors
+    /// Memory that is short, or a failed submission.
+    pub fn make(&self, gpu: &Arc<Gpu>, picture: Option<&RgbImage>) -> Result<Environment, GpuError> {
+        match picture {
+            Some(picture) => Environment::from_panorama(gpu, Environment::FACE_SIZE, picture, self.lights),
+            None => Environment::from_sky(gpu, Environment::FACE_SIZE, &self.sky),
+        }
+    }
+}
+
+/// Uploads the scene that `config` names, and tells `watch` how far it has come. `first`: settings of the first frames, whose pipelines
+/// are made meanwhile.
+///
+/// # Errors
+/// If the scene cannot be made or the device fails.
+pub fn set(
+    config: &SceneConfig,
+    inputs: Inputs,
+    gpu: &Arc<Gpu>,
+    first: Option<&RenderSettings>,
+    watch: Watch<'_>,
+) -> Result<Set, SceneError> {
+    let options = SceneOptions {
+        height_map: inputs.height_map,
+        baked: inputs.baked,
+        material: inputs.material,
+        model: inputs.model,
+        height: config.height,
+        repeat: config.repeat,
+        tiling: config.tiling,
+        bare: config.bare,
+        atlas_tile: config.atlas_tile,
+        waves: Some(config.waves),
+        room: Some(Room::on(gpu, config.map_precision)),
+    };
+    let named = |fault: SceneError| match &config.model {
+        Some(file) => fault.of_file(file),
+        None => fault,
+    };
+    watch(SetUp::Begins(config.scene.making.unwrap_or("making the scene")));
+    let mut stage = config.scene.stage(options, &|share| watch(SetUp::Share(share))).map_err(named)?;
+    if let Some(roughness) = config.roughness {
+        stage.set_roughness(roughness);
+    }
+    let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
+    let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
+    let surroundings = SkyOrPicture {
+        sky,
+        lights: config.environment_lights,
+        rotation: config.environment_rotation,
+        auto_exposure: config.auto_exposure,
+    };
+    let metered = surroundings.metered(inputs.environment.as_ref());
+    watch(SetUp::Begins("filtering the light from all around"));
+    let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
+    // A picture of an environment brings its own suns.
+    let sky = inputs.environment.is_none().then_some(sky);
+    let views = stage.views;
+    let own = stage.own_camera.take();
+    let camera = own.as_ref().map_or_else(|| camera(config, views), |own| own(0.0));
+    let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
+    let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
+    let lights = Lights { sky, metered, ..Default::default() };
+    let mut scene = leadr_render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
+    let follows_relief = config.shading.integral().and_then(|integral| integral.relief_color).unwrap_or(false);
+    scene.objects.iter_mut().for_each(|object| object.follows_relief = follows_relief);
+    let (height_scale, stretch) = (config.height_scale, config.stretch);
+    let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
+    let animation: Animation = Box::new(move |time| {
+        let mut state = stage.state(time, &camera, &lights);
+        if let Some(own) = &own {
+            state.camera = own(time);
+        }
+        state.height_scale *= height_scale;
+        deform::stretch(&mut state, stretch);
+        daylight::pass(&mut state, time * hours_per_second);
+        state
+    });
+    watch(SetUp::Begins("uploading maps and making pipelines"));
+    let renderer = match first {
+        Some(first) => Renderer::for_frames_like(gpu, scene, environment, &animation(0.0), first)?,
+        None => Renderer::new(gpu, scene, environment)?,
+    };
+    Ok(Set { renderer, animation, camera, views, map_size, surroundings })
+}
+
+impl Set {
+    /// The scene at `time` seconds, seen from another of its views in a picture of this size.
+    #[must_use]
+    pub fn state_from(&self, time: f64, view: View, size: Size) -> FrameState {
+        let state = (self.animation)(time);
+        // The camera of the animation has moved with what it follows.
+        let moved = state.camera.position - self.camera.position;
+        let camera = camera_of(view, self.views, size);
+        let camera = Camera { position: camera.position + moved, target: camera.target + moved, ..camera };
+        FrameState { camera, ..state }
+    }
+}
+
+/// Middle views are composed for pictures with an aspect of 4:3 and wider; for narrower ones the camera steps back until the same
+/// width fits.
+fn fitted(camera: Camera, size: Size) -> Camera {
+    let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
+    camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
+}
+
+fn camera(config: &SceneConfig, views: Views) -> Camera {
+    let camera = camera_of(config.view, views, config.size);
+    config.distance.map_or(camera, |metres| camera.at_distance(metres))
+}
+
+fn camera_of(view: View, views: Views, size: Size) -> Camera {
+    match view {
+        View::Near => views.near,
+        View::Mid | View::Model => fitted(views.mid, size),
+        View::Far => views.far,
+        View::Pose(pose) => pose.camera(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::save::save_png_grey16;
+
+    #[test]
+    fn a_height_in_metres_is_for_heights_whose_unit_nobody_tells() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        let bumps = HeightMap::new(4, 4, (0..16).map(|i| i as f32 / 15.0).collect()).unwrap();
+        save_png_grey16(file("x_Displacement.png"), &bumps, 0.0, 1.0).unwrap();
+        let scale = |config: &SceneConfig| {
+            let inputs = Inputs::load(config).map_err(|error| error.to_string())?;
+            Ok::<_, String>(inputs.material.and_then(|material| material.relief?.scale))
+        };
+        let of_folder = SceneConfig {
+            height: Some(0.03),
+            material: MaterialFiles { folder: Some(folder.path().to_path_buf()), ..MaterialFiles::default() },
+            ..SceneConfig::default()
+        };
+        assert_eq!(scale(&of_folder), Ok(Some(0.03)));
+        // Heights alone are no material; their scene is told.
+        let alone = SceneConfig {
+            height_map: Some(file("x_Displacement.png")),
+            material: MaterialFiles::default(),
+            ..of_folder.clone()
+        };
+        assert_eq!(scale(&alone), Ok(None));
+        let metal = MaterialFiles { metal: Some("gold"), ..MaterialFiles::default() };
+        let flat = SceneConfig { material: metal, ..of_folder };
+        assert!(scale(&flat).unwrap_err().contains("no heights"));
+    }
+}

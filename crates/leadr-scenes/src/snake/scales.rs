@@ -1,0 +1,162 @@
+//! The snake's skin: overlapping keeled scales on the back and sides, wide plates under the belly, and its colours.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+
+use super::body::to_snout;
+use leadr_maps::noise::{fractal, hash, unit};
+
+/// Scales around the body.
+pub const AROUND: f32 = 30.0;
+/// Length of a scale over its width.
+const LENGTH: f32 = 1.25;
+
+/// The skin at one place.
+#[derive(Clone, Copy, Debug)]
+pub struct Skin {
+    /// Height over the smooth body in widths of a scale there.
+    pub height: f32,
+    /// Linear albedo.
+    pub color: Vec3,
+    /// Beckmann roughness.
+    pub roughness: f32,
+}
+
+fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// A scale under a point.
+#[derive(Clone, Copy)]
+struct Scale {
+    height: f32,
+    /// 0 at its edge, 1 inside.
+    inside: f32,
+    /// Middle of the scale in lattice coordinates.
+    centre: Vec2,
+    id: u32,
+}
+
+/// The highest of the scales over `p`, in widths around and lengths along (toward the head).
+fn scale_at(p: Vec2) -> Scale {
+    let mut best = Scale { height: 0.0, inside: 0.0, centre: p, id: 0 };
+    // Rows half a length apart, every other one shifted by half a width.
+    let row = (p.y * 2.0).round() as i32;
+    for k in row - 2..=row + 2 {
+        let shift = 0.5 * (k & 1) as f32;
+        let column = (p.x - shift).round();
+        for c in [column - 1.0, column, column + 1.0] {
+            let centre = Vec2::new(c + shift, 0.5 * k as f32);
+            // From the root, under the scale in front, to the free tip.
+            let t = (centre.y - p.y) / 1.3 + 0.5;
+            let q = (p.x - centre.x) / 0.56;
+            if !(0.0..=1.0).contains(&t) {
+                continue;
+            }
+            // A leaf: widest before the middle, its tip rounded.
+            let half = if t < 0.42 { 1.0 } else { (1.0 - ((t - 0.42) / 0.58).powi(2)).max(0.0).sqrt() };
+            let edge = half - q.abs();
+            if edge <= 0.0 {
+                continue;
+            }
+            let inside = smoothstep(0.0, 0.22, edge);
+            let keel = (-(q / 0.13).powi(2)).exp() * smoothstep(0.1, 0.45, t) * (1.0 - smoothstep(0.85, 1.0, t));
+            let dome = (1.0 - q * q) * 0.09;
+            let height = 0.03 + inside * (0.21 * t + dome + 0.055 * keel);
+            if height > best.height {
+                let wrapped = (centre.x * 2.0).rem_euclid(AROUND * 2.0) as i32;
+                best = Scale { height, inside, centre, id: hash(17, wrapped, k) };
+            }
+        }
+    }
+    best
+}
+
+/// Wide plates under the belly, one over the next: height and id.
+fn belly_at(y: f32) -> (f32, u32) {
+    let t = 1.0 - (y - y.floor());
+    (0.17 * t * smoothstep(0.0, 0.12, 1.0 - t), hash(23, y.floor() as i32, 0))
+}
+
+/// The skin at `angle` around the body (0 on the left, a quarter turn on top), `girths` of length along it, `x` from the
+/// tail (0) to the snout (1).
+#[must_use]
+pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
+    let p = Vec2::new(angle / TAU * AROUND, girths * AROUND / LENGTH);
+    // From the middle of the back, half way around: 0 on top, 1 below.
+    let down = ((angle / TAU - 0.25 + 0.5).rem_euclid(1.0) - 0.5).abs() * 2.0;
+    let belly = smoothstep(0.71, 0.77, down);
+    let scale = scale_at(p);
+    let (plate, plate_id) = belly_at(p.y * LENGTH / 1.7);
+    let d = to_snout(x);
+    let head = smoothstep(0.42, 0.25, d);
+    // Toward the two ends, which close to a point, the pattern fades out.
+    let end = smoothstep(0.03, 0.0, d).max(smoothstep(0.006, 0.0, x));
+    let mut height = scale.height * (1.0 - belly) + plate * belly;
+    // Scales of the head are flat.
+    height *= (1.0 - 0.55 * head) * (1.0 - end);
+
+    // Saddles along the back, dark with a black rim and a lighter heart, and spots between them on the sides.
+    let at = Vec2::new(down, scale.centre.y / 15.0);
+    let wobble = 0.22 * fractal(5, p.x * 0.2 + 40.0, p.y * 0.2, 1 << 20, 3, 0.5);
+    let saddle = {
+        let along = (at.y - at.y.round()).abs() * 2.0;
+        0.30 + 0.14 * (TAU * at.y.round() * 0.37).sin() - (along * along * 0.34 + down * down * 0.9).sqrt() * 0.9
+            + wobble * 0.35
+    };
+    let spot = {
+        let along = (at.y + 0.5 - (at.y + 0.5).round()).abs() * 2.0;
+        0.2 - ((down - 0.52) * (down - 0.52) + along * along * 0.14).sqrt() + wobble * 0.25
+    };
+    let sand = Vec3::new(0.47, 0.33, 0.15).lerp(Vec3::new(0.62, 0.5, 0.28), smoothstep(0.25, 0.7, down));
+    let mut color = sand;
+    let fade = 0.5 * smoothstep(0.16, 0.05, d) + 0.5 * end;
+    for (mark, heart) in [(saddle - fade, Vec3::new(0.23, 0.105, 0.04)), (spot - fade, Vec3::new(0.19, 0.1, 0.045))] {
+        color = color.lerp(Vec3::new(0.018, 0.014, 0.012), smoothstep(-0.02, 0.015, mark));
+        color = color.lerp(heart, smoothstep(0.05, 0.09, mark));
+    }
+    // A dark band from the eye to the corner of the jaw.
+    let band = (1.0 - ((down - 0.5 - 0.25 * (0.12 - d)) / 0.06).powi(2)).max(0.0);
+    let band = band * smoothstep(0.38, 0.3, d) * smoothstep(0.04, 0.08, d);
+    color = color.lerp(Vec3::new(0.02, 0.015, 0.012), smoothstep(0.1, 0.5, band));
+    // The mouth is a groove around the snout and back below the eyes; two nostrils.
+    let lip =
+        (1.0 - ((down - 0.60 - 0.12 * smoothstep(0.1, 0.0, d)) / 0.014).powi(2)).max(0.0) * smoothstep(0.27, 0.2, d);
+    let nostril = (1.0 - ((down - 0.33) / 0.05).powi(2) - ((d - 0.034) / 0.007).powi(2)).max(0.0);
+    let cut = lip.max(nostril);
+    height -= 0.25 * cut;
+    let cream = Vec3::new(0.66, 0.58, 0.42) * (0.85 + 0.25 * unit(plate_id));
+    color = color.lerp(cream, belly);
+    // No two scales are alike; the skin between them is dark.
+    color *= 1.0 + (0.44 * unit(scale.id) - 0.22) * (1.0 - belly) * (1.0 - end);
+    color = color.lerp(color * 0.32, (1.0 - scale.inside) * (1.0 - belly) * (1.0 - end));
+    color = color.lerp(Vec3::new(0.03, 0.018, 0.012), smoothstep(0.0, 0.6, cut));
+    Skin { height, color: color.min(Vec3::splat(0.95)), roughness: 0.34 - 0.08 * belly }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_skin_closes_around_the_body_and_stays_thin() {
+        for i in 0..2000 {
+            let (angle, girths) = (i as f32 * 0.37 % TAU, i as f32 * 0.0031);
+            let (here, around) = (skin(angle, girths, 0.5), skin(angle + TAU, girths, 0.5));
+            assert!((here.height - around.height).abs() < 2e-2, "{angle} {girths}");
+            assert!((-0.25..0.4).contains(&here.height) && here.color.min_element() > 0.0);
+        }
+    }
+
+    #[test]
+    fn scales_overlap_toward_the_tail() {
+        // Along a row of keels the height climbs from root to tip and then drops: more ways up than down.
+        let heights: Vec<f32> = (0..4000).map(|i| scale_at(Vec2::new(7.0, 40.0 - i as f32 * 0.002)).height).collect();
+        let up = heights.windows(2).filter(|w| w[1] > w[0]).count();
+        let down = heights.windows(2).filter(|w| w[1] < w[0]).count();
+        assert!(up > 2 * down, "{up} {down}");
+        assert!(heights.iter().all(|&h| h > 0.03), "no gaps");
+    }
+}

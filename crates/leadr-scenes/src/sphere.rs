@@ -1,0 +1,179 @@
+//! A sphere of patches, displaced by any height map without poles or seams: the map is projected along the three
+//! axes and blended into one tile per patch.
+
+use glam::{Vec2, Vec3};
+use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::patch::{Patch, PatchPoint};
+use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
+use leadr_render::surfaces::triplanar;
+use rayon::prelude::*;
+
+/// A unit sphere of `6 · n²` patches: a cube whose edges are divided into equal angles. Texture coordinates run
+/// over `[0, 1]²` on every face, so the twelve cube edges are seams where the charts disagree.
+#[must_use]
+pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
+    let mut mesh = PatchMesh::default();
+    let mut index = std::collections::HashMap::new();
+    for face in 0..6usize {
+        let mut vertex = |i: u32, j: u32| {
+            let angle = |k: u32| (2 * k) as f32 / n as f32 - 1.0;
+            // Integer keys weld the faces exactly.
+            let (a, b) = (2 * i as i32 - n as i32, 2 * j as i32 - n as i32);
+            let key = face_axes(face, n as i32, a, b);
+            *index.entry(key).or_insert_with(|| {
+                let tangent = |k: u32| (angle(k) * std::f32::consts::FRAC_PI_4).tan();
+                let [x, y, z] = face_axes_f(face, tangent(i), tangent(j));
+                let p = Vec3::new(x, y, z).normalize();
+                mesh.positions.push(p);
+                mesh.normals.push(p);
+                (mesh.positions.len() - 1) as u32
+            })
+        };
+        for j in 0..n {
+            for i in 0..n {
+                let patch = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+                let texcoord = |i: u32, j: u32| Vec2::new(i as f32, j as f32) / n as f32;
+                mesh.patches.push(patch);
+                mesh.texcoords.push([texcoord(i, j), texcoord(i + 1, j), texcoord(i + 1, j + 1), texcoord(i, j + 1)]);
+            }
+        }
+    }
+    mesh.colors = vec![color; mesh.positions.len()];
+    mesh.accessibility = vec![1.0; mesh.positions.len()];
+    mesh
+}
+
+fn face_axes<T: Copy + std::ops::Neg<Output = T>>(face: usize, one: T, a: T, b: T) -> [T; 3] {
+    match face {
+        0 => [one, a, b],
+        1 => [-one, -a, b],
+        2 => [-a, one, b],
+        3 => [a, -one, b],
+        4 => [a, b, one],
+        _ => [a, -b, -one],
+    }
+}
+
+fn face_axes_f(face: usize, a: f32, b: f32) -> [f32; 3] {
+    face_axes(face, 1.0, a, b)
+}
+
+/// Gives every patch of `mesh` a tile of so many texels along a side.
+pub fn lay_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
+    let layout = TileLayout::new(mesh.patches.len() as u32, tile);
+    mesh.texcoords = (0..mesh.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
+    layout
+}
+
+/// Gives every patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface; returns
+/// the layout and the atlas, row by row. Gutters continue the surface beyond the patch.
+#[must_use]
+pub fn bake_tiles<T: Copy + Default + Send + Sync>(
+    mesh: &mut PatchMesh,
+    tile: u32,
+    value: impl Fn(Vec3, Vec3) -> T + Sync,
+) -> (TileLayout, Vec<T>) {
+    bake_patches(mesh, tile, |_, _, point| value(point.position, point.normal))
+}
+
+/// As [`bake_tiles`], with `value(patch, uv, point)`: the index of the patch and the place on it, `[0, 1]²` and somewhat
+/// beyond in the gutters.
+#[must_use]
+pub fn bake_patches<T: Copy + Default + Send + Sync>(
+    mesh: &mut PatchMesh,
+    tile: u32,
+    value: impl Fn(usize, Vec2, PatchPoint) -> T + Sync,
+) -> (TileLayout, Vec<T>) {
+    let layout = lay_tiles(mesh, tile);
+    let (width, height) = layout.size();
+    let mut atlas = vec![T::default(); width as usize * height as usize];
+    let mesh = &*mesh;
+    atlas.par_chunks_mut(width as usize * tile as usize).enumerate().for_each(|(row, texels)| {
+        for column in 0..layout.columns as usize {
+            let index = row * layout.columns as usize + column;
+            let Some(patch) = mesh.patches.get(index) else { break };
+            let surface =
+                Patch::new(patch.map(|v| mesh.positions[v as usize]), patch.map(|v| mesh.normals[v as usize]));
+            for y in 0..tile {
+                for x in 0..tile {
+                    let uv = (Vec2::new(x as f32, y as f32) + 0.5 - layout.gutter as f32) / layout.inner() as f32;
+                    texels[y as usize * width as usize + column * tile as usize + x as usize] =
+                        value(index, uv, surface.at(uv));
+                }
+            }
+        }
+    });
+    (layout, atlas)
+}
+
+/// A unit sphere displaced by a repeating map: one repeat of it covers `repeat` metres of surface. Heights are in units of
+/// the map's own values and centred on its mean.
+#[must_use]
+pub fn displaced_sphere(
+    map: &HeightField,
+    repeat: f32,
+    n: u32,
+    tile: u32,
+    color: [f32; 4],
+) -> (PatchMesh, HeightField) {
+    let mut mesh = cube_sphere(n, color);
+    let mean = (map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / map.texels.len() as f64) as f32;
+    let (layout, texels) =
+        bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| map.bicubic(t)) - mean);
+    let (width, height) = layout.size();
+    (mesh, HeightField { width, height, texels, border: Border::Tiles(layout) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_render::surfaces::topology::Topology;
+
+    #[test]
+    fn the_sphere_is_closed_and_faces_outwards() {
+        let mesh = cube_sphere(4, [0.5; 4]);
+        assert_eq!(mesh.positions.len(), 6 * 16 + 2);
+        assert_eq!(Topology::new(&mesh.patches).irregular_edges(), 0);
+        for patch in &mesh.patches {
+            let p = patch.map(|v| mesh.positions[v as usize]);
+            let centre: Vec3 = p.iter().sum();
+            assert!((p[2] - p[0]).cross(p[3] - p[1]).dot(centre) > 0.0);
+        }
+    }
+
+    #[test]
+    fn tiles_agree_on_shared_edges() {
+        let map = HeightField {
+            width: 16,
+            height: 16,
+            texels: (0..256).map(|i| ((i * 29) % 17) as f32 / 17.0).collect(),
+            border: Border::Wrap,
+        };
+        let (mesh, field) = displaced_sphere(&map, 1.5, 4, 32, [0.5; 4]);
+        let topology = Topology::new(&mesh.patches);
+        // The texel beyond an edge continues the neighbour: compare the reconstructed height on both sides.
+        let Border::Tiles(layout) = field.border else { panic!() };
+        let read = |patch: usize, side: usize, t: f32| {
+            let c = layout.texcoords(patch as u32);
+            let texcoord = c[side].lerp(c[(side + 1) & 3], t);
+            field.bilinear(texcoord)
+        };
+        let mut first: Vec<Option<(usize, usize, bool)>> = vec![None; topology.edges.len()];
+        let mut worst = 0.0f32;
+        for (patch, edges) in topology.patch_edges.iter().enumerate() {
+            for (side, code) in edges.iter().enumerate() {
+                let (edge, flipped) = ((code >> 1) as usize, code & 1 == 1);
+                if let Some((p, s, f)) = first[edge] {
+                    for k in 1..8 {
+                        let t = k as f32 / 8.0;
+                        let at = |flipped: bool| if flipped { 1.0 - t } else { t };
+                        worst = worst.max((read(p, s, at(f)) - read(patch, side, at(flipped))).abs());
+                    }
+                } else {
+                    first[edge] = Some((patch, side, flipped));
+                }
+            }
+        }
+        assert!(worst < 0.01, "tiles disagree by {worst}");
+    }
+}

@@ -1,0 +1,116 @@
+//! One sphere as a cell of the supplement's tables shows it, and the three lightings of the tables.
+
+use glam::{Affine3A, Vec2, Vec3};
+
+use super::surface::{Detail, Frequency, Surface};
+use crate::stage::{Lights, Stage, Views};
+use crate::studio::studio;
+use leadr_maps::RgbImage;
+use leadr_render::camera::Camera;
+use leadr_render::scene::{Object, Pose, Sun};
+
+/// What the facets are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Facets {
+    /// White, without a specular reflection at any angle.
+    Diffuse,
+    /// Mirrors of reflectance 1 at every angle.
+    Mirror,
+}
+
+impl Facets {
+    /// [`Object::specular_f0`].
+    #[must_use]
+    pub fn specular_f0(self) -> f32 {
+        match self {
+            Self::Diffuse => 0.0,
+            Self::Mirror => 1.0,
+        }
+    }
+}
+
+/// Smallest roughness that the eight bits of a vertex colour hold: a mirror, its lobe 0.2° wide.
+pub const MIRROR_ROUGHNESS: f32 = 1.0 / 255.0;
+
+/// Metres from the camera of a table to the centre of the unit sphere.
+pub const DISTANCE: f32 = 12.0;
+
+/// Share of the picture's height that the smooth sphere fills in a table.
+pub const FILL: f32 = 0.8;
+
+/// Seconds in which the sphere turns once about its poles.
+pub const TURN: f64 = 20.0;
+
+impl Surface {
+    /// The surface as an object whose steeper slope has the standard deviation `steep`.
+    #[must_use]
+    pub fn object(&self, name: &str, steep: f32, facets: Facets) -> Object {
+        let mut mesh = self.mesh.clone();
+        mesh.colors = vec![[1.0, 1.0, 1.0, MIRROR_ROUGHNESS]; mesh.positions.len()];
+        Object::new(name, mesh).with_heights(self.heights.clone(), steep).with_specular_f0(facets.specular_f0())
+    }
+
+    /// The stage of one cell. A frame state's `height_scale` multiplies `steep`, so that one upload serves all rows whose
+    /// slopes are in the ratio of this surface. The sphere turns about its poles in [`TURN`] seconds, which leaves its
+    /// statistics as they are: moments of time are independent pictures of one roughness.
+    #[must_use]
+    pub fn stage(&self, steep: f32, facets: Facets) -> Stage {
+        let object = self.object("sphere", steep, facets);
+        let turn =
+            |time: f64| vec![Pose::Rigid(Affine3A::from_rotation_z((time / TURN * std::f64::consts::TAU) as f32))];
+        Stage::moving(vec![object], views(), turn, |_| Vec3::ZERO)
+    }
+}
+
+/// The table's view (`mid`), single bumps (`near`), and the sphere as small as a few pixels (`far`).
+#[must_use]
+pub fn views() -> Views {
+    // The outline of a unit sphere at distance d is seen under asin(1 / d).
+    let tangent = 1.0 / (DISTANCE * DISTANCE - 1.0).sqrt();
+    let fov = 2.0 * (tangent / FILL).atan().to_degrees();
+    let mid = Camera::looking_at(-Vec3::Y * DISTANCE, Vec3::ZERO, fov);
+    Views { near: mid.at_distance(2.0), mid, far: mid.at_distance(10.0 * DISTANCE) }
+}
+
+/// A sphere with slopes of standard deviations `sigma = (σ_θ, σ_φ)` (supplement 2.1), at the size for tables. Bakes the
+/// surface, in seconds; rows whose slopes are in one ratio can share a [`Surface`].
+#[must_use]
+pub fn cell(sigma: Vec2, frequency: Frequency, facets: Facets) -> Stage {
+    Surface::bake(sigma, frequency, Detail::TABLE).stage(sigma.max_element(), facets)
+}
+
+/// The light of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lighting {
+    /// One directional light from the camera, of irradiance π: a white diffuse plane that faces it has radiance 1. No
+    /// environment. Tables 4 and 5.
+    Front,
+    /// The studio as irradiance on diffuse facets. Tables 6 and 7.
+    Irradiance,
+    /// The studio in mirror facets. Tables 8 to 10.
+    Environment,
+}
+
+impl Lighting {
+    /// What the tables show in this light.
+    #[must_use]
+    pub fn facets(self) -> Facets {
+        if self == Self::Environment { Facets::Mirror } else { Facets::Diffuse }
+    }
+
+    /// Lights beside the environment, for the cameras of [`views`].
+    #[must_use]
+    pub fn lights(self) -> Lights {
+        let front = Sun { direction: -Vec3::Y, irradiance: Vec3::splat(std::f32::consts::PI) };
+        Lights { sun: (self == Self::Front).then_some(front), ..Default::default() }
+    }
+
+    /// The panorama that the environment is made of, for `Environment::from_equirect`.
+    #[must_use]
+    pub fn panorama(self) -> RgbImage {
+        match self {
+            Self::Front => RgbImage { width: 2, height: 1, texels: vec![[0.0; 3]; 2] },
+            Self::Irradiance | Self::Environment => studio(),
+        }
+    }
+}

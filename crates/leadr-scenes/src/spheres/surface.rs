@@ -1,0 +1,195 @@
+//! [`SphereNoise`] baked into the tiles of a cube sphere.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DVec2, Vec2};
+
+use super::noise::SphereNoise;
+use crate::sphere::{bake_tiles, cube_sphere, lay_tiles};
+use leadr_maps::cache::remembered;
+use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::patch_mesh::PatchMesh;
+
+/// How large the bumps are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Frequency {
+    /// Bumps that can be seen and counted.
+    Low,
+    /// Bumps far smaller than the pixels of a table: as small as the tiles can hold.
+    High,
+}
+
+/// Size of the mesh and of its tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Detail {
+    /// Patches along the edge of a cube face; the sphere has `6 n²`.
+    pub patches: u32,
+    /// Texels along a tile, gutter included; up to 64, each of its texels gets a vertex in a reference picture.
+    pub tile: u32,
+}
+
+impl Detail {
+    /// For tables: 1536 patches, 3840 texels around the equator. A reference tessellated to the texels draws some
+    /// 6 million triangles; the maps take 200 MB on the device.
+    pub const TABLE: Self = Self { patches: 16, tile: 64 };
+    /// For pictures with many spheres: 1920 texels around the equator, 50 MB.
+    pub const PICTURE: Self = Self { patches: 8, tile: 64 };
+
+    /// Angle of the longest texel, radians: in the middle of a face.
+    #[must_use]
+    pub fn texel(&self) -> f64 {
+        FRAC_PI_2 / f64::from(self.patches * (self.tile - 4))
+    }
+}
+
+/// Mean over the sphere of the square of a texel's side, in squares of [`Detail::texel`]: texels shrink to the edges of
+/// the cube's faces.
+const MEAN_SQUARE_TEXEL: f64 = 0.876;
+
+/// A baked sphere, to be scaled: the steeper of its slopes has standard deviation 1.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// The unit sphere.
+    pub mesh: PatchMesh,
+    /// Heights of unit slope.
+    pub heights: HeightField,
+    /// Radians around the poles where the ratio of the slopes is not as prescribed ([`SphereNoise::cap`]).
+    pub cap: f32,
+    /// Standard deviation of the kernel along the steeper direction, radians; heights there are correlated over twice as
+    /// much.
+    pub length: f32,
+}
+
+/// Standard deviation of the kernel along the steeper direction, radians, for slopes in the ratio `aspect`.
+fn kernel_length(aspect: f64, frequency: Frequency, detail: Detail) -> f64 {
+    match frequency {
+        // A stretched kernel is made narrower, so that it is not so long that pixels no longer cover it.
+        Frequency::High => detail.texel() * (4.0 - (aspect.log2() - 1.0).clamp(0.0, 2.0) * 0.5),
+        Frequency::Low => 0.03 / aspect.cbrt(),
+    }
+}
+
+/// Standard deviation of the kernel for such slopes.
+fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
+    kernel_length(f64::from(sigma.max_element()) / f64::from(sigma.min_element()), frequency, detail)
+}
+
+impl Surface {
+    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in their scale. The slopes
+    /// are those of the triangles between texels, on the average over the sphere: 0.12 / w² of their variance is lost where
+    /// the kernel is `w` texels, and made up for here.
+    #[must_use]
+    pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
+        Self::of_length(sigma, length_of(sigma, frequency, detail), detail)
+    }
+
+    /// The same, from the user's cache if it holds it.
+    #[must_use]
+    pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
+        let programs = [
+            include_str!("surface.rs"),
+            include_str!("noise.rs"),
+            include_str!("../sphere.rs"),
+            leadr_render::surfaces::patch::SOURCE,
+        ];
+        let length = length_of(sigma, frequency, detail);
+        Self::with(sigma, length, detail, |count, make| {
+            let of = format!("{sigma:?} {length:?} {detail:?}");
+            remembered("rough-sphere", &[&programs[..], &[&of]].concat(), count, make)
+        })
+    }
+
+    /// The same with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
+    #[must_use]
+    pub fn of_length(sigma: Vec2, length: f64, detail: Detail) -> Self {
+        Self::with(sigma, length, detail, |_, make| make())
+    }
+
+    /// `known`: so many texels, which are made unless they are known.
+    fn with(
+        sigma: Vec2,
+        length: f64,
+        detail: Detail,
+        known: impl FnOnce(usize, &dyn Fn() -> Vec<f32>) -> Vec<f32>,
+    ) -> Self {
+        let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
+        // C(0) − C(t) of the kernel's autocorrelation, to the fourth order: a twelfth of ∫f″² / ∫f′² per squared deviation.
+        let texels = DVec2::splat(length) / unit / detail.texel();
+        let seen = DVec2::ONE - 0.133 * MEAN_SQUARE_TEXEL / (texels * texels);
+        let noise = SphereNoise::new(1, unit / DVec2::new(seen.x.sqrt(), seen.y.sqrt()), length);
+        let mut mesh = cube_sphere(detail.patches, [1.0; 4]);
+        let layout = lay_tiles(&mut mesh, detail.tile);
+        let (width, height) = layout.size();
+        let make = || bake_tiles(&mut mesh.clone(), detail.tile, |p, _| noise.at(p.normalize())).1;
+        let texels = known(width as usize * height as usize, &make);
+        let heights = HeightField { width, height, texels, border: Border::Tiles(layout) };
+        Self { mesh, heights, cap: noise.cap(), length: length as f32 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use leadr_render::surfaces::patch::Patch;
+
+    /// Slopes along `(ω_θ, ω_φ)` in the middle of four texels of a tile, with the place: the mean of the triangles there,
+    /// which has lost `0.3 / w²` of their variance.
+    fn slopes(surface: &Surface) -> Vec<(Vec3, DVec2)> {
+        let Border::Tiles(layout) = surface.heights.border else { panic!("tiles") };
+        let mut slopes = Vec::new();
+        for (index, patch) in surface.mesh.patches.iter().enumerate() {
+            let patch = Patch::new(
+                patch.map(|v| surface.mesh.positions[v as usize]),
+                patch.map(|v| surface.mesh.normals[v as usize]),
+            );
+            let (x0, y0) = layout.origin(index as u32);
+            let at = |x: u32, y: u32| surface.heights.texels[((y0 + y) * surface.heights.width + x0 + x) as usize];
+            for y in (2..layout.tile - 2).step_by(3) {
+                for x in (2..layout.tile - 2).step_by(3) {
+                    let inner = layout.inner() as f32;
+                    let point = patch.at((Vec2::new(x as f32, y as f32) + 1.0 - layout.gutter as f32) / inner);
+                    let [near, right, down, far] = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
+                    let hu = 0.5 * (right + far - near - down) * inner;
+                    let hv = 0.5 * (down + far - near - right) * inner;
+                    // The gradient g on the surface has g·du = hu and g·dv = hv.
+                    let n = point.du.cross(point.dv);
+                    let gradient = (hu * point.dv.cross(n) + hv * n.cross(point.du)) / n.length_squared();
+                    let east = Vec3::Z.cross(point.position).normalize();
+                    let south = east.cross(point.position.normalize());
+                    slopes.push((point.position, DVec2::new(gradient.dot(south).into(), gradient.dot(east).into())));
+                }
+            }
+        }
+        slopes
+    }
+
+    #[test]
+    fn baked_slopes_are_as_prescribed() {
+        for sigma in [Vec2::ONE, Vec2::new(0.2, 0.4), Vec2::new(0.01, 0.04), Vec2::new(0.2, 1.6)] {
+            for frequency in [Frequency::High, Frequency::Low] {
+                let detail = Detail { patches: 6, tile: 64 };
+                let surface = Surface::bake(sigma, frequency, detail);
+                let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
+                // Twice the cap: where the excess at its rim has gone.
+                let rim = (2.0 * surface.cap).cos().max(0.0);
+                let slopes = slopes(&surface);
+                let inside: Vec<DVec2> =
+                    slopes.iter().filter(|(p, _)| p.z.abs() <= rim).map(|(_, s)| *s / unit).collect();
+                let n = inside.len() as f64;
+                let mean = inside.iter().sum::<DVec2>() / n;
+                let square = inside.iter().map(|s| *s * *s).sum::<DVec2>() / n;
+                let cross = inside.iter().map(|s| s.x * s.y).sum::<f64>() / n;
+                let fourth = inside.iter().map(|s| *s * *s * *s * *s).sum::<DVec2>() / n;
+                let kurtosis = fourth / (square * square);
+                println!("{sigma} {frequency:?}: mean {mean} square {square} cross {cross:.4} kurtosis {kurtosis}");
+                // One field strays from its expectation, the more the fewer bumps there are.
+                let (variance, fourth) = if frequency == Frequency::High { (0.06, 0.15) } else { (0.08, 0.2) };
+                assert!(mean.abs().max_element() < 0.02, "{sigma} {frequency:?}: {mean}");
+                assert!((square - 1.0).abs().max_element() < variance, "{sigma} {frequency:?}: {square}");
+                assert!(cross.abs() < 0.05, "{sigma} {frequency:?}: {cross}");
+                assert!((kurtosis - 3.0).abs().max_element() < fourth, "{sigma} {frequency:?}: {kurtosis}");
+            }
+        }
+    }
+}

@@ -1,0 +1,432 @@
+//! A scene ready to be rendered: objects made once, and where everything is at any time.
+
+use glam::Vec3;
+
+use super::plane::{even, plane};
+use super::sphere::displaced_sphere;
+use leadr_maps::cache::{MapCache, remembered};
+use leadr_maps::{HeightMap, LeadrMap, procedural};
+use leadr_render::camera::Camera;
+use leadr_render::light::exposure::exposure;
+use leadr_render::light::sky::Sky;
+use leadr_render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
+use leadr_render::surfaces::displacement::HeightField;
+use leadr_render::surfaces::ocean::Ocean;
+use leadr_render::surfaces::patch_mesh::PatchMesh;
+use leadr_render::surfaces::tessellation::MAX_FACTOR;
+
+/// Standard views of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Views {
+    /// Close enough to see single bumps.
+    pub near: Camera,
+    /// The scene fills the picture.
+    pub mid: Camera,
+    /// The scene is small.
+    pub far: Camera,
+}
+
+/// Distances of a camera that moves away evenly: each step multiplies its distance by the same factor.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Sweep {
+    /// Metres at the first step, above 0.
+    pub near: f32,
+    /// Metres at the last step, above 0.
+    pub far: f32,
+}
+
+impl Sweep {
+    /// Metres at `step` of `steps`; the first if there is only one.
+    #[must_use]
+    pub fn distance(&self, step: u32, steps: u32) -> f32 {
+        let share = f64::from(step) / f64::from(steps.max(2) - 1);
+        (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
+    }
+
+    /// All distances, in order.
+    pub fn distances(self, steps: u32) -> impl Iterator<Item = f32> {
+        (0..steps).map(move |step| self.distance(step, steps))
+    }
+}
+
+/// Degrees that a camera has gone round its target at `step` of `steps` that make one turn: the step after the last would be
+/// the first again.
+#[must_use]
+pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
+    (360.0 * f64::from(step) / f64::from(steps.max(1))) as f32
+}
+
+impl Views {
+    /// From the near to the far view's distance from its target; along the line of sight of `mid`, for cameras made by
+    /// [`Camera::at_distance`] from it.
+    #[must_use]
+    pub fn sweep(&self) -> Sweep {
+        let distance = |camera: &Camera| camera.position.distance(camera.target);
+        Sweep { near: distance(&self.near), far: distance(&self.far) }
+    }
+}
+
+/// Light on a stage besides its environment image.
+#[derive(Clone, Debug)]
+pub struct Lights {
+    /// The analytic sky with its sun, unless the environment is an image.
+    pub sky: Option<Sky>,
+    /// A directional light instead of the sky's sun.
+    pub sun: Option<Sun>,
+    /// Point lights.
+    pub points: Vec<PointLight>,
+    /// Exposure factor where there is no sky to decide it: what was metered of an image, or 1.
+    pub metered: f32,
+}
+
+impl Default for Lights {
+    /// None, seen without exposure.
+    fn default() -> Self {
+        Self { sky: None, sun: None, points: Vec::new(), metered: 1.0 }
+    }
+}
+
+impl Lights {
+    /// A sky with its sun.
+    #[must_use]
+    pub fn under(sky: &Sky) -> Self {
+        Self { sky: Some(*sky), ..Self::default() }
+    }
+}
+
+type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
+type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
+type Scale = Box<dyn Fn(f64) -> f32 + Send>;
+type Lamps = Box<dyn Fn(f64) -> Vec<PointLight> + Send>;
+type OwnCamera = Box<dyn Fn(f64) -> Camera + Send>;
+
+/// Objects and their motion.
+pub struct Stage {
+    /// What is drawn, to be handed to the renderer (which keeps it).
+    pub objects: Vec<Object>,
+    /// Where to look from, relative to the anchor.
+    pub views: Views,
+    /// Lights that belong to the scene, beside those of the sky.
+    pub points: Vec<PointLight>,
+    /// The sea, to be handed to the renderer as the objects are.
+    pub ocean: Option<Ocean>,
+    /// Linear albedo of what lies below the horizon of a sky around it.
+    pub below_horizon: [f32; 3],
+    motion: Motion,
+    anchor: Anchor,
+    relief: Scale,
+    lamps: Lamps,
+    /// A camera that belongs to the scene, by the time in seconds; it follows nothing but itself.
+    pub own_camera: Option<OwnCamera>,
+}
+
+impl Stage {
+    /// A stage whose objects move by `motion` (one pose per object) around a point of interest `anchor`, both
+    /// functions of the time in seconds.
+    pub fn moving(
+        objects: Vec<Object>,
+        views: Views,
+        motion: impl Fn(f64) -> Vec<Pose> + Send + 'static,
+        anchor: impl Fn(f64) -> Vec3 + Send + 'static,
+    ) -> Self {
+        let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
+        let (lamps, own_camera) = (Box::new(|_| Vec::new()), None);
+        let below_horizon = Sky::default().ground_albedo;
+        Self {
+            objects,
+            views,
+            points: Vec::new(),
+            ocean: None,
+            below_horizon,
+            motion,
+            anchor,
+            relief,
+            lamps,
+            own_camera,
+        }
+    }
+
+    /// A stage where nothing moves.
+    #[must_use]
+    pub fn still(objects: Vec<Object>, views: Views) -> Self {
+        let count = objects.len();
+        Self::moving(objects, views, move |_| vec![Pose::REST; count], |_| Vec3::ZERO)
+    }
+
+    /// The same stage whose displacement is scaled by `relief` of the time in seconds.
+    #[must_use]
+    pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
+        Self { relief: Box::new(relief), ..self }
+    }
+
+    /// The same stage in or beside a sea.
+    #[must_use]
+    pub fn with_ocean(self, ocean: Ocean) -> Self {
+        Self { ocean: Some(ocean), ..self }
+    }
+
+    /// The same stage with point lights of its own, at most four together with those of its [`Lights`].
+    #[must_use]
+    pub fn with_points(self, points: Vec<PointLight>) -> Self {
+        Self { points, ..self }
+    }
+
+    /// The same stage with lamps, whose unit is that of its emission: what faces an irradiance of π with an albedo of 1 is as bright
+    /// as what emits 1. They move with the time in seconds.
+    #[must_use]
+    pub fn with_lamps(self, lamps: impl Fn(f64) -> Vec<PointLight> + Send + 'static) -> Self {
+        Self { lamps: Box::new(lamps), ..self }
+    }
+
+    /// The same stage with a camera of its own.
+    #[must_use]
+    pub fn with_own_camera(self, camera: impl Fn(f64) -> Camera + Send + 'static) -> Self {
+        Self { own_camera: Some(Box::new(camera)), ..self }
+    }
+
+    /// Gives every displaced object the Beckmann roughness `alpha`, in `(0, 1]`, instead of its own. Smooth objects (eyes,
+    /// teeth, the floor under the spheres) keep theirs.
+    pub fn set_roughness(&mut self, alpha: f32) {
+        for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
+            let meshes = std::iter::once(&mut object.mesh).chain(&mut object.coarse_mesh);
+            meshes.flat_map(|mesh| &mut mesh.colors).for_each(|color| color[3] = alpha);
+            // The map multiplies the colours of the vertices.
+            if let Some(map) = &mut object.material {
+                map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);
+                map.two_lobes = None;
+            }
+        }
+    }
+
+    /// Takes what a renderer keeps: the objects and the sea, with the user's cache.
+    #[must_use]
+    pub fn take_scene(&mut self) -> Scene {
+        let objects = std::mem::take(&mut self.objects);
+        Scene { objects, ocean: self.ocean.take(), cache: MapCache::of_user(), ..Scene::default() }
+    }
+
+    /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
+    #[must_use]
+    pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
+        let anchor = (self.anchor)(time);
+        // Emission and lamps are told in parts of what a picture shows as white, whose radiance the exposure decides. It is that of the
+        // beginning: in the evening, lamps begin to shine.
+        let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
+        let lamps = (self.lamps)(time).into_iter();
+        let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
+        FrameState {
+            time,
+            camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
+            poses: (self.motion)(time),
+            anchor,
+            sky: lights.sky,
+            sun: lights.sun.or(lights.sky.as_ref().map(Sun::of)),
+            point_lights: self
+                .points
+                .iter()
+                .chain(&lights.points)
+                .copied()
+                .chain(lamps)
+                .take(MAX_POINT_LIGHTS)
+                .collect(),
+            height_scale: (self.relief)(time),
+            emission_scale: white,
+            metered: lights.metered,
+        }
+    }
+}
+
+/// Metres from a map's 0 to its 1 where nothing tells.
+pub const USUAL_RELIEF: f32 = 0.12;
+/// Factor on that for generated rock, which is steeper than most scans.
+pub const GENERATED_HEIGHT: f32 = 0.6;
+
+/// What a baked file tells of a relief besides its heights.
+#[derive(Clone, Debug)]
+pub struct BakedRelief {
+    /// Moments of its slopes on all levels.
+    pub moments: LeadrMap,
+    /// Whether its heights are in widths of the map, not in a unit that nothing tells.
+    pub in_widths: bool,
+}
+
+/// Material and relief of the plane and sphere scenes.
+#[derive(Clone, Debug)]
+pub struct Relief {
+    /// One repeat of the heights; `None` for a generated rock.
+    pub map: Option<HeightMap>,
+    /// What a baked file tells besides its heights.
+    pub baked: Option<BakedRelief>,
+    /// Metres from the map's 0 to its 1, before the frame's own factor; `None` for what is usual, or what the baked file tells.
+    pub height: Option<f32>,
+    /// Metres after which the map repeats; `None` for the scene's own.
+    pub repeat: Option<f32>,
+    /// Beckmann roughness `α` of the base material.
+    pub roughness: f32,
+    /// Texels along a tile of the sphere's atlas.
+    pub tile: u32,
+}
+
+impl Default for Relief {
+    fn default() -> Self {
+        Self { map: None, baked: None, height: None, repeat: None, roughness: 0.35, tile: 64 }
+    }
+}
+
+/// The relief of surfaces without a map.
+fn rock() -> HeightMap {
+    let programs = [procedural::SOURCE, leadr_maps::noise::SOURCE];
+    let [width, height] = [1024; 2];
+    let make = || procedural::rock(width, height, 1).texels;
+    HeightMap { width, height, texels: remembered("rock", &programs, (width * height) as usize, make) }
+}
+
+impl Relief {
+    /// Metres for each unit of the map, one of whose repeats has so many.
+    fn metres_per_unit(&self, repeat: f32) -> f32 {
+        let usual = match &self.baked {
+            Some(baked) if baked.in_widths => repeat,
+            _ if self.map.is_none() => GENERATED_HEIGHT * USUAL_RELIEF,
+            _ => USUAL_RELIEF,
+        };
+        self.height.unwrap_or(usual)
+    }
+
+    fn field(&mut self) -> HeightField {
+        HeightField::repeating(self.map.take().unwrap_or_else(rock))
+    }
+
+    fn color(&self) -> [f32; 4] {
+        [0.27, 0.23, 0.19, self.roughness]
+    }
+}
+
+/// Metres after which maps repeat on the plane, and on the sphere, where nobody says otherwise.
+pub const PLANE_REPEAT: f32 = 2.0;
+/// See [`PLANE_REPEAT`].
+pub const SPHERE_REPEAT: f32 = 1.2;
+
+/// A unit sphere with the relief; the map repeats every 1.2 m unless it says otherwise. Its moments are those of the sphere's own tiles.
+#[must_use]
+pub fn sphere_stage(mut relief: Relief) -> Stage {
+    let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
+    let metres = relief.metres_per_unit(repeat);
+    let (mesh, heights) = displaced_sphere(&relief.field(), repeat, 16, relief.tile, relief.color());
+    Stage::still(vec![Object::new("sphere", mesh).with_heights(heights, metres)], sphere_views())
+}
+
+/// Views of a unit sphere.
+#[must_use]
+pub fn sphere_views() -> Views {
+    let from =
+        |distance: f32| Camera::looking_at(Vec3::new(0.66, -0.66, 0.35).normalize() * distance, Vec3::ZERO, 30.0);
+    Views { near: from(2.2), mid: from(4.8), far: from(36.0) }
+}
+
+/// Largest map of which the plane of the reference has a vertex for every texel.
+pub const LARGEST_PLANE_MAP: u32 = 4096;
+
+/// A plane of 8 m with the relief; the map repeats every 2 m unless it says otherwise, row 0 at `y = 0` and rows along `+y`. Its
+/// patches are as small as the map needs for a vertex at every texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
+#[must_use]
+pub fn plane_stage(mut relief: Relief) -> Stage {
+    let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
+    let metres = relief.metres_per_unit(repeat);
+    let heights = relief.field();
+    let (mesh, coarse) = plane_meshes(heights.width.max(heights.height), repeat, relief.color());
+    let mut object = Object::new("plane", mesh).with_heights(heights, metres);
+    object.coarse_mesh = coarse;
+    object.moments = relief.baked.take().map(|baked| baked.moments);
+    Stage::still(vec![object], plane_views())
+}
+
+/// Half the side of the plane, metres.
+const PLANE_HALF: f32 = 4.0;
+/// Patches along the plane, as few as pictures need.
+const PLANE_PATCHES: u32 = 32;
+
+/// A plane for a map of so many texels, a side or 0, that repeats after so many metres: patches that can have a vertex at every
+/// texel, and if those are more than pictures need, fewer.
+#[must_use]
+pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
+    let mesh = |patches| plane(PLANE_HALF, patches, repeat, color, even);
+    let most = 2.0 * PLANE_HALF / PLANE_REPEAT * LARGEST_PLANE_MAP.div_ceil(MAX_FACTOR as u32) as f32;
+    let fine = 2.0 * PLANE_HALF / repeat * texels.div_ceil(MAX_FACTOR as u32) as f32;
+    let patches = (fine.min(most).ceil() as u32).max(PLANE_PATCHES);
+    (mesh(patches), (patches > PLANE_PATCHES).then(|| mesh(PLANE_PATCHES)))
+}
+
+/// Views of a plane of 8 m.
+#[must_use]
+pub fn plane_views() -> Views {
+    let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
+    Views { near: from(2.0), mid: from(7.0), far: from(60.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_of_the_plane_has_a_vertex_for_every_texel() {
+        for (size, patches) in [(64, 32), (504, 32), (512, 36), (1024, 68), (4096, 264)] {
+            let map = HeightMap::new(size, 1, (0..size).map(|i| (i % 7) as f32).collect()).unwrap();
+            let stage = plane_stage(Relief { map: Some(map), ..Relief::default() });
+            let object = &stage.objects[0];
+            assert_eq!(object.mesh.patches.len(), patches * patches, "{size}");
+            let [first, second, ..] = object.mesh.texcoords[0];
+            let texels = (second - first).length() * size as f32;
+            assert!(texels <= MAX_FACTOR + 1e-3, "{size}: {texels} texels along a patch");
+        }
+    }
+
+    #[test]
+    fn heights_and_repeats_are_metres() {
+        let stage = |relief: Relief| {
+            let map = HeightMap::new(256, 1, (0..256).map(|i| (i % 7) as f32).collect()).ok();
+            plane_stage(Relief { map, ..relief }).objects.remove(0)
+        };
+        let metres = stage(Relief { height: Some(0.05), repeat: Some(0.5), ..Relief::default() });
+        assert_eq!((metres.height_scale, stage(Relief::default()).height_scale), (0.05, USUAL_RELIEF));
+        // 16 repeats of 5 patches each, at half a metre a repeat.
+        assert_eq!(metres.mesh.patches.len(), 80 * 80);
+        let [first, second, ..] = metres.mesh.texcoords[0];
+        assert!(((second - first).length() - 0.1 / 0.5).abs() < 1e-5);
+        // However small a repeat is, the plane has no more patches than for the largest map.
+        let most = stage(Relief { repeat: Some(0.01), ..Relief::default() }).mesh.patches.len();
+        assert_eq!(most, 264 * 264);
+        assert_eq!(Relief::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);
+    }
+
+    #[test]
+    fn sweeps_are_geometric() {
+        let sweep = Sweep { near: 2.0, far: 32.0 };
+        let distances: Vec<f32> = sweep.distances(5).collect();
+        for (distance, expected) in distances.iter().zip([2.0, 4.0, 8.0, 16.0, 32.0]) {
+            assert!((distance / expected - 1.0).abs() < 1e-6, "{distances:?}");
+        }
+        assert_eq!(sweep.distances(1).collect::<Vec<_>>(), [2.0]);
+        assert_eq!(Sweep { near: 3.0, far: 3.0 }.distance(4, 9), 3.0);
+    }
+
+    #[test]
+    fn a_turntable_goes_once_round_and_does_not_repeat_its_start() {
+        let degrees: Vec<f32> = (0..5).map(|step| turntable_degrees(step, 5)).collect();
+        assert_eq!(degrees, [0.0, 72.0, 144.0, 216.0, 288.0]);
+        assert_eq!(turntable_degrees(0, 1), 0.0);
+    }
+
+    #[test]
+    fn cameras_follow_the_anchor() {
+        let views = Views {
+            near: Camera::looking_at(Vec3::X, Vec3::ZERO, 30.0),
+            mid: Camera::looking_at(Vec3::X * 2.0, Vec3::ZERO, 30.0),
+            far: Camera::looking_at(Vec3::X * 9.0, Vec3::ZERO, 30.0),
+        };
+        let stage = Stage::moving(Vec::new(), views, |_| Vec::new(), |time| Vec3::Y * time as f32);
+        let state = stage.state(3.0, &views.mid, &Lights::under(&Sky::default()));
+        assert_eq!(state.camera.position, Vec3::new(2.0, 3.0, 0.0));
+        assert_eq!(state.camera.target, Vec3::Y * 3.0);
+        assert!(state.sun.unwrap().irradiance.min_element() > 0.0);
+    }
+}

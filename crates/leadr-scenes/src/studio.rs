@@ -1,0 +1,112 @@
+//! A photographer's studio as an environment: soft boxes with sharp edges, a strip light, a broad gradient of walls and
+//! floor, and small bulbs: features that a rough mirror must blur and a smooth one must not.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use leadr_maps::RgbImage;
+
+/// Texels across the panorama; half as many down.
+pub const WIDTH: u32 = 1024;
+
+/// A flat lamp, part of a sphere around the viewer: a rounded rectangle.
+struct Lamp {
+    /// Azimuth counter-clockwise from +x and elevation of its middle, degrees.
+    at: Vec2,
+    /// Half its width and height, tangents of angles.
+    half: Vec2,
+    /// Radius of the corners.
+    corner: f32,
+    /// Radiance.
+    color: Vec3,
+}
+
+const fn lamp(azimuth: f32, elevation: f32, half: [f32; 2], corner: f32, color: [f32; 3]) -> Lamp {
+    Lamp { at: Vec2::new(azimuth, elevation), half: Vec2::from_array(half), corner, color: Vec3::from_array(color) }
+}
+
+/// Cameras of tables look along +y: what they see reflected in the middle of a sphere lies toward −y.
+const LAMPS: [Lamp; 7] = [
+    // The key light, up and to the left behind the viewer, and a large cool fill to the right.
+    lamp(-128.0, 38.0, [0.42, 0.42], 0.06, [9.0, 8.4, 7.4]),
+    lamp(-38.0, 16.0, [0.34, 0.62], 0.06, [1.7, 2.3, 3.1]),
+    // A strip above, a warm one low on the left, a rim light on either side behind the subject.
+    lamp(-90.0, 76.0, [0.9, 0.1], 0.1, [6.0, 6.0, 6.0]),
+    lamp(-165.0, -4.0, [0.07, 0.8], 0.07, [5.5, 2.6, 0.9]),
+    lamp(35.0, 12.0, [0.16, 0.9], 0.04, [3.4, 3.9, 4.6]),
+    lamp(140.0, 22.0, [0.3, 0.3], 0.3, [6.5, 3.2, 2.4]),
+    // A bulb.
+    lamp(-72.0, -22.0, [0.05, 0.05], 0.05, [16.0, 13.0, 8.0]),
+];
+
+/// Scale that makes the irradiance on a plane facing up about π: white cloth there is then as bright as a sheet of paper.
+const EXPOSURE: f32 = 0.62;
+
+/// Radiance toward a unit direction, z up.
+fn radiance(d: Vec3) -> Vec3 {
+    // Walls, lighter above; a warm floor with the pool of light of the key.
+    let wall = Vec3::new(0.16, 0.18, 0.22).lerp(Vec3::new(0.5, 0.52, 0.56), (0.5 + 0.5 * d.z).powi(2));
+    let pool = (-(d + Vec3::Z * 0.9 + Vec3::Y * 0.3).length_squared() * 2.5).exp();
+    let floor = Vec3::new(0.14, 0.11, 0.09) + pool * Vec3::new(0.55, 0.47, 0.38);
+    let mut sum = floor.lerp(wall, ((d.z + 0.03) / 0.06).clamp(0.0, 1.0));
+    for lamp in &LAMPS {
+        let (azimuth, elevation) = (lamp.at.x.to_radians(), lamp.at.y.to_radians());
+        let towards = Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
+        let right = Vec3::new(azimuth.sin(), -azimuth.cos(), 0.0);
+        let depth = d.dot(towards);
+        if depth > 0.1 {
+            let p = Vec2::new(d.dot(right), d.dot(right.cross(towards))) / depth;
+            let corner = Vec2::splat(lamp.corner);
+            let outside = (p.abs() - lamp.half + corner).max(Vec2::ZERO).length() - lamp.corner;
+            // An edge two texels wide, and cloth that is brighter in the middle.
+            let edge = (0.5 - outside / (4.0 * PI / WIDTH as f32)).clamp(0.0, 1.0);
+            let cloth = 1.0 - 0.35 * (p / lamp.half).length_squared().min(2.0) / 2.0;
+            sum = sum.lerp(lamp.color * cloth, edge);
+        }
+    }
+    sum * EXPOSURE
+}
+
+/// The panorama in the convention of `render::equirect`: z up, +x in the middle, columns clockwise from above.
+#[must_use]
+pub fn studio() -> RgbImage {
+    let (width, height) = (WIDTH, WIDTH / 2);
+    let texels = (0..width * height)
+        .into_par_iter()
+        .map(|i| {
+            let (u, v) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            let (phi, theta) = ((0.5 - u / width as f32) * TAU, v / height as f32 * PI);
+            radiance(Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())).to_array()
+        })
+        .collect();
+    RgbImage { width, height, texels }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_reflectance::color::luminance;
+
+    #[test]
+    fn the_studio_has_sharp_lamps_on_dim_walls() {
+        let image = studio();
+        let of = |texel: &[f32; 3]| luminance(Vec3::from(*texel).as_dvec3()) as f32;
+        let luminance: Vec<f32> = image.texels.iter().map(of).collect();
+        assert!(luminance.iter().all(|&l| l > 0.03 && l < 20.0));
+        let bright = luminance.iter().filter(|&&l| l > 1.0).count() as f32 / luminance.len() as f32;
+        assert!((0.02..0.25).contains(&bright), "{bright}");
+        let height = image.height as usize;
+        let irradiance: f32 = (0..height / 2)
+            .map(|row| {
+                let theta = (row as f32 + 0.5) / height as f32 * PI;
+                let sum: f32 = luminance[row * WIDTH as usize..][..WIDTH as usize].iter().sum();
+                sum * theta.cos() * theta.sin() * (TAU / WIDTH as f32) * (PI / height as f32)
+            })
+            .sum();
+        assert!((irradiance / PI - 1.0).abs() < 0.3, "{}", irradiance / PI);
+        let sharpest = luminance.windows(2).map(|w| (w[0] - w[1]).abs()).fold(0.0, f32::max);
+        assert!(sharpest > 2.0, "{sharpest}");
+    }
+}

@@ -1,0 +1,429 @@
+//! The displacement and colour atlas: one tile per cage quad.
+//!
+//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal, skin
+//! relief included. A displaced point folds over only where `1 + hκ` turns negative, so the reach of the
+//! displacement is bounded per vertex by the curvature of the patches around it.
+//!
+//! Edges are evaluated once and shared by both tiles; gutters are the point reflection of the tile through its edge
+//! values, so that bilinear filtering on the edge returns the edge value exactly, at every mip level in which the
+//! gutter survives.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::noise::smooth_step as ss;
+use super::sdf::TrexSdf;
+use super::skin::Skin;
+use leadr_maps::material::alpha_code;
+use leadr_render::surfaces::patch::{Patch, PatchPoint};
+use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
+
+/// Furthest displacement inwards and outwards, metres.
+const REACH: [f32; 2] = [0.16, 0.10];
+/// Least ratio of displaced to undisplaced area (in projection along the normal) that a bound allows.
+const LEAST_AREA: f32 = 0.3;
+/// Behind this x the full model has only fingers and dew claws more than the cage's, which are props.
+const HEAD_X: f32 = 3.0;
+
+/// The two textures of the body.
+pub struct Atlas {
+    /// Displacement along the patch normal, metres, row by row.
+    pub heights: Vec<f32>,
+    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
+    pub colors: Vec<[u8; 4]>,
+}
+
+/// Height and appearance of one point: height, linear albedo, `α`.
+type Sample = [f32; 5];
+
+/// Root distance along the normal and what depends smoothly on the place.
+#[derive(Clone, Copy, Default)]
+struct Node {
+    distance: f32,
+    /// Share of the skin relief to apply: little on walls nearly parallel to the normal.
+    relief: f32,
+    mouth: f32,
+}
+
+struct Baker<'a> {
+    sdf: &'a TrexSdf,
+    skin: &'a Skin,
+    mesh: &'a PatchMesh,
+    patches: Vec<Patch>,
+    /// Per vertex: bounds inwards and outwards (both positive), metres.
+    bounds: Vec<[f32; 2]>,
+}
+
+/// `x` limited to `±bound` without a kink: identity up to 60 % of the bound.
+fn soft_limit(x: f32, [inward, outward]: [f32; 2]) -> f32 {
+    let bound = if x < 0.0 { inward } else { outward };
+    let r = x.abs() / bound;
+    if r <= 0.6 { x } else { (bound * (0.6 + 0.4 * ((r - 0.6) / 0.4).tanh())).copysign(x) }
+}
+
+/// Largest displacement either way that keeps the projected area at every sample of the patch.
+fn patch_bounds(patch: &Patch) -> [f32; 2] {
+    let mut bounds = REACH;
+    let center = patch.at(Vec2::splat(0.5));
+    let usual = center.du.cross(center.dv).length();
+    for i in 0..36 {
+        let uv = Vec2::new((i % 6) as f32, (i / 6) as f32) / 5.0;
+        let p = patch.at(uv);
+        let area = |h: f32| (p.du + p.normal_du * h).cross(p.dv + p.normal_dv * h).dot(p.normal);
+        // Where the limit surface itself degenerates nothing is gained by displacing it.
+        let least = LEAST_AREA * area(0.0).max(0.05 * usual);
+        for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
+            let mut h = 0.002;
+            while h < *bound && area(sign * h) >= least {
+                h *= 1.15;
+            }
+            *bound = bound.min(h);
+        }
+    }
+    bounds
+}
+
+impl<'a> Baker<'a> {
+    fn new(sdf: &'a TrexSdf, skin: &'a Skin, mesh: &'a PatchMesh) -> Self {
+        let patches: Vec<Patch> = mesh
+            .patches
+            .iter()
+            .map(|q| Patch::new(q.map(|v| mesh.positions[v as usize]), q.map(|v| mesh.normals[v as usize])))
+            .collect();
+        let per_patch: Vec<[f32; 2]> = patches.par_iter().map(patch_bounds).collect();
+        let mut bounds = vec![REACH; mesh.positions.len()];
+        for (quad, limit) in mesh.patches.iter().zip(&per_patch) {
+            for &v in quad {
+                let b = &mut bounds[v as usize];
+                *b = [b[0].min(limit[0]), b[1].min(limit[1])];
+            }
+        }
+        Self { sdf, skin, mesh, patches, bounds }
+    }
+
+    fn field(&self, p: Vec3) -> f32 {
+        if p.x < HEAD_X { self.sdf.coarse_distance(p) } else { self.sdf.distance(p) }
+    }
+
+    /// First crossing of the surface along `n`, inwards from outside and outwards from inside; the reach where there
+    /// is none. Depends on nothing but its arguments, so neighbours agree.
+    fn cross(&self, x: Vec3, n: Vec3) -> f32 {
+        let start = self.field(x);
+        let sign = if start > 0.0 { -1.0 } else { 1.0 };
+        let reach = if sign < 0.0 { 1.5 * REACH[0] } else { 1.5 * REACH[1] };
+        // Distances along the march; `value` is positive until the surface is crossed.
+        let (mut near, mut value) = (0.0_f32, start.abs());
+        if value < 1e-6 {
+            return 0.0;
+        }
+        for _ in 0..80 {
+            let far = near + (0.9 * value).max(4e-4);
+            let beyond = -sign * self.field(x + n * (sign * far));
+            if beyond <= 0.0 {
+                return sign * self.refine(x, n, sign, [near, far], [value, beyond]);
+            }
+            (near, value) = (far, beyond);
+            if near > reach {
+                break;
+            }
+        }
+        sign * near.min(reach)
+    }
+
+    /// Root in a bracket by the Illinois method.
+    fn refine(&self, x: Vec3, n: Vec3, sign: f32, [mut a, mut b]: [f32; 2], [mut fa, mut fb]: [f32; 2]) -> f32 {
+        for _ in 0..12 {
+            if (b - a).abs() < 2e-6 || fa - fb < 1e-9 {
+                break;
+            }
+            let c = a + (b - a) * (fa / (fa - fb));
+            let fc = -sign * self.field(x + n * (sign * c));
+            if fc > 0.0 {
+                (a, fa) = (c, fc);
+                fb *= 0.5;
+            } else {
+                (b, fb) = (c, fc);
+                fa *= 0.5;
+            }
+            if fc.abs() < 2e-6 {
+                return c;
+            }
+        }
+        if fa - fb < 1e-9 { a } else { a + (b - a) * (fa / (fa - fb)) }
+    }
+
+    fn node(&self, x: Vec3, n: Vec3, bounds: [f32; 2]) -> Node {
+        let distance = self.cross(x, n);
+        let p = x + n * soft_limit(distance, bounds);
+        let e = 3e-3;
+        let d = |axis: Vec3| self.field(p + axis * e) - self.field(p - axis * e);
+        let gradient = Vec3::new(d(Vec3::X), d(Vec3::Y), d(Vec3::Z)).normalize_or(n);
+        let mouth = if p.x > 3.3 { 1.0 - ss(0.002, 0.014, self.sdf.mouth_distance(p)) } else { 0.0 };
+        Node { distance, relief: ss(0.1, 0.6, gradient.dot(n)), mouth }
+    }
+
+    fn sample(&self, x: Vec3, n: Vec3, bounds: [f32; 2], node: &Node) -> Sample {
+        let p = x + n * soft_limit(node.distance, bounds);
+        let relief = self.skin.relief(p, node.mouth);
+        let h = soft_limit(node.distance + relief.height * node.relief, bounds);
+        let c = self.skin.shade(p, &relief, node.mouth);
+        [h, c[0], c[1], c[2], c[3]]
+    }
+
+    fn exact(&self, x: Vec3, n: Vec3, bounds: [f32; 2]) -> Sample {
+        self.sample(x, n, bounds, &self.node(x, n, bounds))
+    }
+
+    fn bounds_at(&self, patch: usize, uv: Vec2) -> [f32; 2] {
+        let c = self.mesh.patches[patch].map(|v| self.bounds[v as usize]);
+        let at = |k: usize| {
+            let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
+            lerp(lerp(c[0][k], c[1][k], uv.x), lerp(c[3][k], c[2][k], uv.x), uv.y)
+        };
+        [at(0), at(1)]
+    }
+}
+
+/// Exact samples on vertices and edges, each evaluated once.
+struct Borders {
+    corners: Vec<Sample>,
+    /// Per edge `inner` samples from its lower to its higher vertex.
+    edges: Vec<Sample>,
+    index: HashMap<[u32; 2], usize>,
+    inner: usize,
+}
+
+/// Corner pairs of the edges v=0, u=1, v=1, u=0, each along growing u or v.
+const SIDES: [[usize; 2]; 4] = [[0, 1], [1, 2], [3, 2], [0, 3]];
+
+fn side_uv(side: usize, s: f32) -> Vec2 {
+    match side {
+        0 => Vec2::new(s, 0.0),
+        1 => Vec2::new(1.0, s),
+        2 => Vec2::new(s, 1.0),
+        _ => Vec2::new(0.0, s),
+    }
+}
+
+impl Borders {
+    fn new(baker: &Baker, inner: usize) -> Self {
+        let mesh = baker.mesh;
+        let corners = (0..mesh.positions.len())
+            .into_par_iter()
+            .map(|v| baker.exact(mesh.positions[v], mesh.normals[v], baker.bounds[v]))
+            .collect();
+        let mut index = HashMap::new();
+        let mut owners = Vec::new();
+        for (patch, quad) in mesh.patches.iter().enumerate() {
+            for (side, [a, b]) in SIDES.iter().map(|s| s.map(|k| quad[k])).enumerate() {
+                index.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                    owners.push((patch, side, a > b));
+                    owners.len() - 1
+                });
+            }
+        }
+        let edges = (0..owners.len() * inner)
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|i| {
+                let (patch, side, reversed) = owners[i / inner];
+                let s = ((i % inner) as f32 + 0.5) / inner as f32;
+                let uv = side_uv(side, if reversed { 1.0 - s } else { s });
+                let at = baker.patches[patch].at(uv);
+                baker.exact(at.position, at.normal, baker.bounds_at(patch, uv))
+            })
+            .collect();
+        Self { corners, edges, index, inner }
+    }
+
+    /// Sample `i` of a side of a quad, along growing u or v.
+    fn edge(&self, quad: &[u32; 4], side: usize, i: usize) -> &Sample {
+        let [a, b] = SIDES[side].map(|k| quad[k]);
+        let start = self.index[&[a.min(b), a.max(b)]] * self.inner;
+        &self.edges[start + if a > b { self.inner - 1 - i } else { i }]
+    }
+}
+
+/// Which lattice nodes a texel is interpolated from: first node and cubic weights, and the linear fraction.
+struct Tap {
+    first: usize,
+    cubic: [f32; 4],
+    fraction: f32,
+}
+
+fn taps(inner: usize, intervals: usize) -> Vec<Tap> {
+    let tap = |i: usize| {
+        let s = (i as f32 + 0.5) / inner as f32 * intervals as f32;
+        let first = (s as usize).min(intervals - 1);
+        let t = s - first as f32;
+        let (t2, t3) = (t * t, t * t * t);
+        let cubic =
+            [-0.5 * t + t2 - 0.5 * t3, 1.0 - 2.5 * t2 + 1.5 * t3, 0.5 * t + 2.0 * t2 - 1.5 * t3, -0.5 * t2 + 0.5 * t3];
+        Tap { first, cubic, fraction: t }
+    };
+    (0..inner).map(tap).collect()
+}
+
+/// Nodes of one tile with a ring of linearly continued distances around them.
+struct Lattice {
+    nodes: Vec<Node>,
+    padded: Vec<f32>,
+    intervals: usize,
+}
+
+impl Lattice {
+    fn new(baker: &Baker, patch: usize, intervals: usize) -> Self {
+        let side = intervals + 1;
+        let nodes: Vec<Node> = (0..side * side)
+            .map(|i| {
+                let uv = Vec2::new((i % side) as f32, (i / side) as f32) / intervals as f32;
+                let at = baker.patches[patch].at(uv);
+                baker.node(at.position, at.normal, baker.bounds_at(patch, uv))
+            })
+            .collect();
+        let wide = side + 2;
+        let mut padded = vec![0.0; wide * wide];
+        for j in 0..side {
+            for i in 0..side {
+                padded[(j + 1) * wide + i + 1] = nodes[j * side + i].distance;
+            }
+            let row = (j + 1) * wide;
+            padded[row] = 2.0 * padded[row + 1] - padded[row + 2];
+            padded[row + wide - 1] = 2.0 * padded[row + wide - 2] - padded[row + wide - 3];
+        }
+        for i in 0..wide {
+            padded[i] = 2.0 * padded[wide + i] - padded[2 * wide + i];
+            let last = (wide - 1) * wide + i;
+            padded[last] = 2.0 * padded[last - wide] - padded[last - 2 * wide];
+        }
+        Self { nodes, padded, intervals }
+    }
+
+    fn at(&self, u: &Tap, v: &Tap) -> Node {
+        let wide = self.intervals + 3;
+        let mut distance = 0.0;
+        for (j, wv) in v.cubic.iter().enumerate() {
+            let row = &self.padded[(v.first + j) * wide + u.first..][..4];
+            distance += wv * (row[0] * u.cubic[0] + row[1] * u.cubic[1] + row[2] * u.cubic[2] + row[3] * u.cubic[3]);
+        }
+        let side = self.intervals + 1;
+        let k = v.first * side + u.first;
+        let n = [&self.nodes[k], &self.nodes[k + 1], &self.nodes[k + side], &self.nodes[k + side + 1]];
+        let (low, high) = n.iter().fold((f32::MAX, f32::MIN), |(l, h), q| (l.min(q.distance), h.max(q.distance)));
+        // Where the root jumps (into the mouth, under a lid) a cubic would ring.
+        let slack = 0.25 * (high - low) + 1e-4;
+        let blend = |f: fn(&Node) -> f32| {
+            let bottom = f(n[0]) + (f(n[1]) - f(n[0])) * u.fraction;
+            bottom + (f(n[2]) + (f(n[3]) - f(n[2])) * u.fraction - bottom) * v.fraction
+        };
+        Node {
+            distance: distance.clamp(low - slack, high + slack),
+            relief: blend(|q| q.relief),
+            mouth: blend(|q| q.mouth),
+        }
+    }
+}
+
+/// Samples of tile `patch`, gutter included, row by row.
+fn bake_tile(baker: &Baker, borders: &Borders, layout: &TileLayout, taps: &[Tap], patch: usize) -> Vec<Sample> {
+    let (inner, gutter, size) = (layout.inner() as usize, layout.gutter as usize, layout.tile as usize);
+    let intervals = intervals(inner);
+    let lattice = Lattice::new(baker, patch, intervals);
+    let quad = &baker.mesh.patches[patch];
+    let mut tile = vec![[0.0; 5]; size * size];
+    for j in 0..inner {
+        for i in 0..inner {
+            let uv = (Vec2::new(i as f32, j as f32) + 0.5) / inner as f32;
+            let PatchPoint { position, normal, .. } = baker.patches[patch].at(uv);
+            let node = lattice.at(&taps[i], &taps[j]);
+            tile[(j + gutter) * size + i + gutter] = baker.sample(position, normal, baker.bounds_at(patch, uv), &node);
+        }
+    }
+    let reflect = |about: &Sample, q: &Sample| std::array::from_fn(|k| 2.0 * about[k] - q[k]);
+    let last = gutter + inner - 1;
+    // Gutters right and left of the inner rows, then whole rows below and above.
+    for j in 0..inner {
+        let row = (j + gutter) * size;
+        for k in 0..gutter {
+            tile[row + gutter - 1 - k] = reflect(borders.edge(quad, 3, j), &tile[row + gutter + k]);
+            tile[row + last + 1 + k] = reflect(borders.edge(quad, 1, j), &tile[row + last - k]);
+        }
+    }
+    let corner = |k: usize| &borders.corners[quad[k] as usize];
+    for side in [0, 2] {
+        let edge = |i: usize| -> Sample {
+            if i < gutter {
+                reflect(corner(if side == 0 { 0 } else { 3 }), borders.edge(quad, side, gutter - 1 - i))
+            } else if i > last {
+                reflect(corner(if side == 0 { 1 } else { 2 }), borders.edge(quad, side, inner - 1 - (i - last - 1)))
+            } else {
+                *borders.edge(quad, side, i - gutter)
+            }
+        };
+        for i in 0..size {
+            let about = edge(i);
+            for k in 0..gutter {
+                let (to, from) = if side == 0 { (gutter - 1 - k, gutter + k) } else { (last + 1 + k, last - k) };
+                tile[to * size + i] = reflect(&about, &tile[from * size + i]);
+            }
+        }
+    }
+    tile
+}
+
+/// Lattice intervals per tile edge: fine tiles interpolate the root distance.
+fn intervals(inner: usize) -> usize {
+    inner.min(20)
+}
+
+fn encode(c: &Sample) -> [u8; 4] {
+    let srgb = |x: f32| {
+        let x = x.clamp(0.0, 1.0);
+        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        (y * 255.0 + 0.5) as u8
+    };
+    [srgb(c[1]), srgb(c[2]), srgb(c[3]), alpha_code(c[4])]
+}
+
+/// Bakes all tiles of `mesh` in `layout`; `progress` receives the share done, from any thread.
+///
+/// The mesh is in the bind pose and each of its edges joins two patches; `layout` holds a tile per patch.
+#[must_use]
+pub fn bake(
+    sdf: &TrexSdf,
+    skin: &Skin,
+    mesh: &PatchMesh,
+    layout: &TileLayout,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Atlas {
+    let inner = layout.inner() as usize;
+    let baker = Baker::new(sdf, skin, mesh);
+    let borders = Borders::new(&baker, inner);
+    let taps = taps(inner, intervals(inner));
+    let (width, height) = layout.size();
+    let (width, tile) = (width as usize, layout.tile as usize);
+    let mut heights = vec![0.0; width * height as usize];
+    let mut colors = vec![[0; 4]; width * height as usize];
+    let done = AtomicUsize::new(0);
+    let columns = layout.columns as usize;
+    heights.par_chunks_mut(width * tile).zip(colors.par_chunks_mut(width * tile)).enumerate().for_each(
+        |(row, (heights, colors))| {
+            let end = ((row + 1) * columns).min(mesh.patches.len());
+            for patch in row * columns..end {
+                let samples = bake_tile(&baker, &borders, layout, &taps, patch);
+                let left = (patch - row * columns) * tile;
+                for (i, sample) in samples.iter().enumerate() {
+                    let at = i / tile * width + left + i % tile;
+                    heights[at] = sample[0];
+                    colors[at] = encode(sample);
+                }
+                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+                progress(count as f32 / mesh.patches.len() as f32);
+            }
+        },
+    );
+    Atlas { heights, colors }
+}

@@ -1,0 +1,234 @@
+//! The control mesh: one closed all-quad surface around the coarse distance field.
+//!
+//! Signs on a warped grid whose cells shrink where detail is needed, dual marching cubes, relaxation onto the
+//! field. The grid spacing steps through a list until the result is a topological ball.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::dual::{QuadSurface, SampledGrid, extract};
+use super::relax::{relax, unfold, vertex_normals};
+use super::sdf::TrexSdf;
+use super::topology::{Topology, neighbors};
+use super::weights::skin_weights;
+use leadr_render::surfaces::patch_mesh::PatchMesh;
+
+/// Grid spacings tried in order, metres.
+const SPACINGS: [f32; 6] = [0.11, 0.109, 0.108, 0.106, 0.105, 0.104];
+
+/// Low and high corner of the grid before warping, metres; `y` is symmetric about half a cell.
+const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
+const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
+
+/// Where cells shrink: centre, radius, and by how much at the centre (0.6: to 0.4 of the spacing).
+const WARPS: [([f32; 3], f32, f32); 9] = [
+    ([4.15, 0.0, 3.80], 1.75, 0.56),
+    ([0.0, 0.48, 0.75], 0.80, 0.30),
+    ([0.0, -0.48, 0.75], 0.80, 0.30),
+    ([4.30, 0.0, 3.20], 1.00, 0.26),
+    ([0.62, 0.45, 0.10], 1.15, 0.77),
+    ([0.62, -0.45, 0.10], 1.15, 0.77),
+    ([2.15, 0.57, 1.95], 0.55, 0.60),
+    ([2.15, -0.57, 1.95], 0.55, 0.60),
+    ([-6.6, 0.0, 2.70], 1.7, 0.72),
+];
+
+/// Why no cage could be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CageError {
+    /// Every spacing gave a broken surface.
+    #[error("no grid spacing gives one closed surface of genus zero (last try: {0:?}); change SPACINGS or WARPS")]
+    Broken(Topology),
+}
+
+/// Builds the cage: positions, normals, accessibility, skin and patches. Colours and texture coordinates stay empty.
+///
+/// # Errors
+/// [`CageError::Broken`] if no spacing gives a topological ball.
+pub fn build(sdf: &TrexSdf) -> Result<PatchMesh, CageError> {
+    let mut last = None;
+    for spacing in SPACINGS {
+        let mut surface = extract(&sample(sdf, spacing));
+        match Topology::of(&surface).check() {
+            Ok(()) => {
+                tracing::debug!(spacing, quads = surface.quads.len(), "cage");
+                relax(&mut surface, sdf);
+                return Ok(finish(surface, sdf));
+            }
+            Err(topology) => last = Some(topology),
+        }
+    }
+    Err(CageError::Broken(last.expect("there are spacings")))
+}
+
+/// Moves a grid point towards the centres of detail.
+fn warp(u: Vec3) -> Vec3 {
+    let mut p = u;
+    for (center, radius, strength) in WARPS {
+        let d = u - Vec3::from(center);
+        let w = (1.0 - d.length_squared() / (radius * radius)).max(0.0);
+        p -= d * (strength * w * w);
+    }
+    p
+}
+
+fn sample(sdf: &TrexSdf, spacing: f32) -> SampledGrid {
+    let half = (GRID_HIGH.y / spacing).ceil();
+    let low = Vec3::new(GRID_LOW.x, (0.5 - half) * spacing, GRID_LOW.z);
+    let extent = (GRID_HIGH - GRID_LOW) / spacing;
+    let size = [extent.x.ceil() as usize, 2 * half as usize, extent.z.ceil() as usize];
+    let [_, ny, nz] = size;
+    let points: Vec<Vec3> = (0..size[0] * ny * nz)
+        .map(|i| {
+            let node = Vec3::new((i / (ny * nz)) as f32, (i / nz % ny) as f32, (i % nz) as f32);
+            warp(low + node * spacing)
+        })
+        .collect();
+    // Far outside the animal the field is not worth evaluating.
+    let outside = |p: Vec3| p.x < -7.0 || p.x > 5.2 || p.y.abs() > 1.2 || p.z < -0.3 || p.z > 4.7;
+    let values =
+        points.par_iter().with_min_len(1024).map(|&p| if outside(p) { 1.0 } else { sdf.coarse_distance(p) }).collect();
+    SampledGrid { size, points, values }
+}
+
+fn finish(mut surface: QuadSurface, sdf: &TrexSdf) -> PatchMesh {
+    let ring = neighbors(&surface);
+    unfold(&mut surface, &ring);
+    let normals = vertex_normals(&surface, &ring);
+    let accessibility = accessibility(sdf, &surface.positions, &normals);
+    let skin = skin_weights(sdf, &surface.positions, &ring);
+    PatchMesh {
+        skin,
+        positions: surface.positions,
+        normals,
+        accessibility,
+        patches: surface.quads,
+        ..PatchMesh::default()
+    }
+}
+
+/// Directions of the accessibility's cones over the hemisphere.
+const CONES: usize = 36;
+
+/// Cosine-weighted part of the hemisphere above each point that the animal itself leaves open, in `[0, 1]`.
+/// Cones are marched through the full field out to a metre; the ground is not included.
+fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32> {
+    let cosine_directions: Vec<Vec3> = (0..CONES)
+        .map(|i| {
+            // Golden-angle spiral over the disk, lifted to the hemisphere (Malley).
+            let r2 = (i as f32 + 0.5) / CONES as f32;
+            let phi = i as f32 * 2.399_963;
+            Vec3::new(r2.sqrt() * phi.cos(), r2.sqrt() * phi.sin(), (1.0 - r2).sqrt())
+        })
+        .collect();
+    let open = |p: Vec3, n: Vec3| {
+        let (mut start, mut n) = (p, n);
+        for _ in 0..3 {
+            let gradient = sdf.gradient(start);
+            start -= gradient.normalize_or_zero() * sdf.distance(start).clamp(-0.05, 0.05);
+            n = (n + gradient).normalize_or(n);
+        }
+        let (t, b) = n.any_orthonormal_pair();
+        let sum: f32 = cosine_directions
+            .iter()
+            .map(|d| {
+                let direction = t * d.x + b * d.y + n * d.z;
+                let (mut distance, mut visible) = (0.025_f32, 1.0_f32);
+                while distance < 1.0 && visible > 0.0 {
+                    let clearance = sdf.distance(start + direction * distance + n * 0.004);
+                    // A cone of half-angle 0.2 is half closed where the surface touches its axis.
+                    visible = visible.min((0.5 + clearance / (0.4 * distance)).clamp(0.0, 1.0));
+                    distance += (0.5 * distance).max(clearance * 0.7);
+                }
+                visible
+            })
+            .sum();
+        sum / CONES as f32
+    };
+    positions.par_iter().zip(normals).with_min_len(32).map(|(&p, &n)| open(p, n)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trex::topology::quad_shape;
+    use glam::Vec2;
+    use leadr_render::surfaces::patch::Patch;
+    use std::time::Instant;
+
+    fn percentiles(mut values: Vec<f32>) -> [f32; 4] {
+        values.sort_by(f32::total_cmp);
+        [0.5, 0.95, 0.99, 1.0].map(|q| values[((values.len() - 1) as f32 * q) as usize])
+    }
+
+    #[test]
+    fn cage_is_a_ball_of_good_quads_near_the_surface() {
+        let start = Instant::now();
+        let sdf = TrexSdf::new();
+        let fields = start.elapsed();
+        let mesh = build(&sdf).unwrap();
+        println!(
+            "{} vertices, {} quads; field {fields:?}, field and cage {:?}",
+            mesh.positions.len(),
+            mesh.patches.len(),
+            start.elapsed()
+        );
+        let surface = QuadSurface { positions: mesh.positions.clone(), quads: mesh.patches.clone() };
+        assert_eq!(Topology::of(&surface).check(), Ok(()));
+        let mut valence = [0; 9];
+        neighbors(&surface).iter().for_each(|r| valence[r.len().min(8)] += 1);
+        let shapes: Vec<_> = mesh.patches.iter().map(|q| quad_shape(q.map(|i| mesh.positions[i as usize]))).collect();
+        let of = |f: fn(&crate::trex::topology::QuadShape) -> f32| percentiles(shapes.iter().map(f).collect());
+        println!("valence {valence:?}\naspect {:.2?} off plane {:.3?}", of(|s| s.aspect), of(|s| s.off_plane));
+        let angles = of(|s| -s.min_angle).map(|a| -a);
+        println!(
+            "min angle {angles:.1?} edge {:.3?} area {:.2}",
+            of(|s| s.edge),
+            shapes.iter().map(|s| s.area).sum::<f32>()
+        );
+        let (mut off, mut slope, mut folds, mut samples, mut bad) = (Vec::new(), Vec::new(), 0, 0, Vec::new());
+        for q in &mesh.patches {
+            let patch = Patch::new(q.map(|i| mesh.positions[i as usize]), q.map(|i| mesh.normals[i as usize]));
+            let (mut worst, mut here) = (0.0_f32, 0);
+            for i in 0..25 {
+                let point = patch.at(Vec2::new((i % 5) as f32, (i / 5) as f32) / 4.0);
+                let d = sdf.coarse_distance(point.position);
+                off.push(d.abs());
+                worst = worst.max(d.abs());
+                slope.push(-sdf.coarse_normal(point.position).dot(point.normal));
+                samples += 1;
+                here += usize::from(point.du.cross(point.dv).dot(point.normal) <= 0.0);
+            }
+            if here > 0 {
+                println!("   {here} folds at {:.2}", patch.at(Vec2::splat(0.5)).position);
+            }
+            folds += here;
+            if worst > 0.025 {
+                bad.push(q.map(|i| mesh.positions[i as usize]).iter().sum::<Vec3>() / 4.0);
+            }
+        }
+        println!(
+            "patch to field {:.4?} m, normal cosine {:.3?}, folded {folds} of {samples}",
+            percentiles(off.clone()),
+            percentiles(slope).map(|c| -c)
+        );
+        println!("{} patches off by more than 25 mm", bad.len());
+        for b in bad.iter().take(20) {
+            println!("   {b:.2}");
+        }
+        let a = percentiles(mesh.accessibility.clone());
+        println!("accessibility {a:.2?}, least {:.2}", mesh.accessibility.iter().copied().fold(1.0, f32::min));
+        assert!(of(|s| s.aspect)[1] < 1.7 && angles[1] > 45.0);
+        assert!(percentiles(off)[2] < 0.03 && folds * 1000 < samples);
+        assert!(mesh.normals.iter().all(|n| n.is_normalized()));
+        assert!(mesh.accessibility.iter().all(|a| (0.0..=1.0).contains(a)));
+    }
+
+    #[test]
+    fn the_same_cage_every_time() {
+        let sdf = TrexSdf::new();
+        let (a, b) = (build(&sdf).unwrap(), build(&sdf).unwrap());
+        assert!(a.positions == b.positions && a.normals == b.normals && a.patches == b.patches);
+        assert!(a.skin == b.skin && a.accessibility == b.accessibility);
+    }
+}

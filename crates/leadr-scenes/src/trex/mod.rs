@@ -1,0 +1,147 @@
+//! The walking Tyrannosaurus: its shape as a distance field, its skin as a function of the rest position, baked into
+//! a mesh of patches with one displacement tile each.
+
+pub mod atlas;
+pub mod attach;
+pub mod baked;
+#[cfg(test)]
+mod baked_tests;
+pub mod cage;
+pub mod dual;
+pub mod gait;
+pub mod noise;
+pub mod parts;
+pub mod primitive;
+pub mod props;
+pub mod relax;
+pub mod sdf;
+pub mod skeleton;
+pub mod skin;
+pub mod stage;
+pub mod topology;
+pub mod walk;
+pub mod weights;
+
+use baked::Baked;
+use leadr_maps::cache::MapCache;
+use leadr_maps::checksum::checksum;
+use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
+use sdf::TrexSdf;
+use skin::Skin;
+
+/// The generator's own source text: whatever changes what is baked changes the cache key.
+const SOURCES: [&str; 14] = [
+    include_str!("atlas.rs"),
+    include_str!("baked.rs"),
+    include_str!("cage.rs"),
+    include_str!("dual.rs"),
+    include_str!("mod.rs"),
+    include_str!("noise.rs"),
+    include_str!("parts.rs"),
+    include_str!("primitive.rs"),
+    include_str!("relax.rs"),
+    include_str!("sdf.rs"),
+    include_str!("skin.rs"),
+    include_str!("topology.rs"),
+    include_str!("weights.rs"),
+    leadr_render::surfaces::patch::SOURCE,
+];
+
+/// The animal in its bind pose, ready for the renderer.
+pub struct Trex {
+    /// The body: patches displaced by the atlas, with texture coordinates and skin weights.
+    pub body: PatchMesh,
+    /// How the atlas is laid out: one tile per patch of the body.
+    pub layout: TileLayout,
+    /// Displacement along the patch normal, metres, row by row.
+    pub heights: Vec<f32>,
+    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
+    pub colors: Vec<[u8; 4]>,
+    /// Teeth, claws, eyes, tongue, fingers: undisplaced, coloured per vertex, each rigid to one joint.
+    pub props: PatchMesh,
+    /// The same in fewer patches, for distances at which those of `props` are smaller than pixels.
+    pub coarse_props: PatchMesh,
+}
+
+/// Why there is no animal.
+#[derive(Debug, thiserror::Error)]
+pub enum TrexError {
+    /// Tiles must be powers of two from 8 to 128 texels.
+    #[error("tiles of {0} texels cannot be baked; choose 8, 16, 32, 64 or 128")]
+    Tile(u32),
+    /// The control mesh could not be made.
+    #[error(transparent)]
+    Cage(#[from] cage::CageError),
+}
+
+/// Identifies what the generator would make: its source and the tile size.
+fn key(tile: u32) -> u64 {
+    let sums: Vec<u64> = SOURCES.iter().map(|s| checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
+    checksum(bytemuck::cast_slice(&sums))
+}
+
+/// What the cache calls it.
+fn kind(tile: u32) -> String {
+    format!("trex-{tile}")
+}
+
+fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
+    let (sdf, skin) = (TrexSdf::new(), Skin::new());
+    let mut body = cage::build(&sdf)?;
+    let layout = TileLayout::new(body.patches.len() as u32, tile);
+    body.texcoords = (0..body.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
+    // Mean skin colour per vertex, for whoever draws without the atlas.
+    body.colors = body
+        .positions
+        .iter()
+        .map(|&p| skin.shade(p, &skin::Relief { height: 0.001, top: 0.7, fold: 0.0 }, 0.0))
+        .collect();
+    let atlas = atlas::bake(&sdf, &skin, &body, &layout, progress);
+    Ok(Baked { body, layout, atlas })
+}
+
+impl Trex {
+    /// The animal with tiles of `tile` texels (64: full detail, 16: a quick look), from the cache if it holds one,
+    /// else baked (and stored for the next time). `progress` receives the share baked, in `[0, 1]`, from any thread.
+    ///
+    /// A cache that is damaged, unreadable or unwritable only costs a warning.
+    ///
+    /// # Errors
+    /// [`TrexError`] if the tile size is not one of those possible or the cage cannot be closed.
+    pub fn load(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+        Self::load_from(MapCache::of_user().as_ref(), tile, progress)
+    }
+
+    /// Whether one with tiles of so many texels is in the user's cache, so that it need not be made.
+    #[must_use]
+    pub fn is_kept(tile: u32) -> bool {
+        MapCache::of_user().is_some_and(|cache| cache.holds(&kind(tile), key(tile)))
+    }
+
+    /// As [`Self::load`], with this cache or none.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+        if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
+            return Err(TrexError::Tile(tile));
+        }
+        let Some(cache) = cache else { return Ok(Self::assemble(generate(tile, progress)?)) };
+        let read = |content: &[u8]| Baked::from_bytes(content, tile).inspect(|_| progress(1.0));
+        let make = || {
+            let baked = generate(tile, progress)?;
+            let content = baked.to_bytes();
+            Ok((baked, content))
+        };
+        cache.remember(&kind(tile), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
+    }
+
+    fn assemble(Baked { body, layout, atlas }: Baked) -> Self {
+        let [props, coarse_props] = [props::Detail::Fine, props::Detail::Coarse].map(|detail| {
+            let mut props = props::build(&Skin::new(), detail);
+            attach::attach(&mut props, &body);
+            props
+        });
+        Self { body, layout, heights: atlas.heights, colors: atlas.colors, props, coarse_props }
+    }
+}

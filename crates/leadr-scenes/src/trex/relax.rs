@@ -1,0 +1,152 @@
+//! Moves the vertices of the extracted surface to even, square quads that follow the distance field.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::dual::QuadSurface;
+use super::sdf::TrexSdf;
+use super::topology::neighbors;
+use leadr_render::surfaces::patch::Patch;
+
+/// Longest Newton step, metres.
+const STEP_LIMIT: f32 = 0.03;
+/// Rounds of tangential smoothing, and of square fitting after it.
+const SMOOTHING_ROUNDS: usize = 24;
+const SQUARING_ROUNDS: usize = 30;
+
+/// Smooths, evens and projects.
+pub fn relax(surface: &mut QuadSurface, sdf: &TrexSdf) {
+    let ring = neighbors(surface);
+    let around = quads_around(surface);
+    // Taubin's pair of steps removes the staircase of the grid without shrinking.
+    for pass in 0..6 {
+        let step = if pass % 2 == 0 { 0.55 } else { -0.25 };
+        let pull = laplacian(&surface.positions, &ring);
+        surface.positions.iter_mut().zip(&pull).for_each(|(p, d)| *p += *d * step);
+    }
+    for round in 0..SMOOTHING_ROUNDS {
+        let mut pull = laplacian(&surface.positions, &ring);
+        if round % 2 == 1 {
+            let mean = mean_over(&pull, &ring);
+            pull.iter_mut().zip(&mean).for_each(|(d, m)| *d -= *m * 0.35);
+        }
+        move_on_surface(surface, &pull, &ring, sdf);
+    }
+    for _ in 0..SQUARING_ROUNDS {
+        let squares: Vec<[Vec3; 4]> = surface.quads.iter().map(|q| nearest_square(surface, *q)).collect();
+        let pull: Vec<Vec3> = (0..surface.positions.len())
+            .map(|v| {
+                let target: Vec3 = around[v].iter().map(|&(q, k)| squares[q as usize][k as usize]).sum();
+                target / around[v].len() as f32 - surface.positions[v]
+            })
+            .collect();
+        move_on_surface(surface, &pull, &ring, sdf);
+    }
+}
+
+/// Rounds of local smoothing spent on folded patches.
+const UNFOLD_ROUNDS: usize = 30;
+
+/// Smooths the corners of patches that fold, or nearly do: tips and clefts narrower than a quad become rounder than
+/// the field there.
+pub fn unfold(surface: &mut QuadSurface, ring: &[Vec<u32>]) {
+    for _ in 0..UNFOLD_ROUNDS {
+        let normals = vertex_normals(surface, ring);
+        let mut folded = vec![false; surface.positions.len()];
+        for q in surface.quads.iter().filter(|q| folds(surface, &normals, **q)) {
+            q.iter().for_each(|&i| folded[i as usize] = true);
+        }
+        if !folded.contains(&true) {
+            return;
+        }
+        let pull = laplacian(&surface.positions, ring);
+        let moved = surface.positions.iter_mut().zip(&pull).zip(folded).filter(|(_, f)| *f);
+        moved.for_each(|((p, d), _)| *p += *d * 0.2);
+    }
+}
+
+fn folds(surface: &QuadSurface, normals: &[Vec3], quad: [u32; 4]) -> bool {
+    let patch = Patch::new(quad.map(|i| surface.positions[i as usize]), quad.map(|i| normals[i as usize]));
+    (0..25).any(|i| {
+        let point = patch.at(Vec2::new((i % 5) as f32, (i / 5) as f32) / 4.0);
+        point.du.cross(point.dv).normalize_or_zero().dot(point.normal) < 0.05
+    })
+}
+
+/// Area-weighted mean of the face normals, smoothed once: patches then bend evenly where the field has
+/// creases finer than a quad.
+#[must_use]
+pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::ZERO; surface.positions.len()];
+    for q in &surface.quads {
+        let p = q.map(|i| surface.positions[i as usize]);
+        let n = (p[2] - p[0]).cross(p[3] - p[1]);
+        q.iter().for_each(|&i| normals[i as usize] += n);
+    }
+    normals.iter_mut().for_each(|n| *n = n.normalize_or(Vec3::Z));
+    let mean = mean_over(&normals, ring);
+    normals.iter().zip(&mean).map(|(n, m)| (*n + *m * 0.5).normalize_or(*n)).collect()
+}
+
+/// Half a step along the tangential part of `pull`, then two Newton steps towards the field's zero.
+fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], sdf: &TrexSdf) {
+    let steps = difference_steps(&surface.positions, ring);
+    surface.positions.par_iter_mut().zip(pull).zip(&steps).with_min_len(64).for_each(|((p, d), &e)| {
+        let mut n = sdf.coarse_gradient(*p, e).normalize_or_zero();
+        *p += (*d - n * d.dot(n)) * 0.5;
+        *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
+        n = sdf.coarse_gradient(*p, e).normalize_or_zero();
+        *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
+    });
+}
+
+/// Steps of the gradient's differences: a tenth of the local edge length, so that creases finer than the
+/// quads are averaged.
+fn difference_steps(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<f32> {
+    let edge = |v: usize| {
+        ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>() / ring[v].len() as f32
+    };
+    (0..positions.len()).map(|v| (0.1 * edge(v)).clamp(0.003, 0.012)).collect()
+}
+
+/// Mean of the neighbours' values.
+fn mean_over(values: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
+    ring.iter().map(|r| r.iter().map(|&w| values[w as usize]).sum::<Vec3>() / r.len().max(1) as f32).collect()
+}
+
+fn laplacian(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
+    let mut mean = mean_over(positions, ring);
+    mean.iter_mut().zip(positions).for_each(|(m, p)| *m -= *p);
+    mean
+}
+
+/// For every vertex: its quads, and its corner in each.
+fn quads_around(surface: &QuadSurface) -> Vec<Vec<(u32, u8)>> {
+    let mut around = vec![Vec::new(); surface.positions.len()];
+    for (q, quad) in surface.quads.iter().enumerate() {
+        for (k, &v) in quad.iter().enumerate() {
+            around[v as usize].push((q as u32, k as u8));
+        }
+    }
+    around
+}
+
+/// The square in a quad's mean plane that is nearest to its corners (least squares).
+fn nearest_square(surface: &QuadSurface, quad: [u32; 4]) -> [Vec3; 4] {
+    let p = quad.map(|i| surface.positions[i as usize]);
+    let center = (p[0] + p[1] + p[2] + p[3]) * 0.25;
+    let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
+    // Turning corner k back by k right angles brings all four of a square to the same place.
+    let turn = |v: Vec3, k: usize| match k {
+        0 => v,
+        1 => normal.cross(v),
+        2 => -v,
+        _ => v.cross(normal),
+    };
+    let mut arm = Vec3::ZERO;
+    for (k, corner) in p.iter().enumerate() {
+        let flat = *corner - center;
+        arm += turn(flat - normal * flat.dot(normal), (4 - k) % 4) * 0.25;
+    }
+    [0, 1, 2, 3].map(|k| center + turn(arm, k))
+}

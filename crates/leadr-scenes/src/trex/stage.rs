@@ -1,0 +1,82 @@
+//! The T-rex walking over dry ground.
+
+use glam::{Affine3A, Vec3};
+
+use super::{Trex, TrexError, walk};
+use crate::ground::{STEP, ground};
+use crate::stage::{Stage, Views};
+use leadr_render::camera::Camera;
+use leadr_render::scene::{MaterialMap, Object, Pose};
+use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
+
+const BODY: &str = "trex body";
+/// Patches of the body.
+const BODY_PATCHES: u32 = 5920;
+
+/// Body and props of the animal, both skinned by [`walk::pose`].
+#[must_use]
+pub fn animal(trex: Trex) -> [Object; 2] {
+    let (width, height) = trex.layout.size();
+    let mut body = trex.body;
+    // Colours come from the atlas; vertex colours must not tint them.
+    body.colors = vec![[1.0; 4]; body.positions.len()];
+    let body = Object::new(BODY, body)
+        .with_heights(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }, 1.0)
+        .with_material(MaterialMap::new(width, height, trex.colors))
+        // Keratin, slightly above the usual 0.04.
+        .with_specular_f0(0.045);
+    let props = Object::new("trex teeth, claws and eyes", trex.props)
+        .with_coarse_mesh(trex.coarse_props)
+        .with_specular_f0(0.05);
+    [body, props]
+}
+
+/// The body before it is baked: its maps have sizes and nothing else.
+#[must_use]
+pub fn unbaked_body(tile: u32) -> Object {
+    let layout = TileLayout::new(BODY_PATCHES, tile);
+    let (width, height) = layout.size();
+    let heights = HeightField { width, height, texels: Vec::new(), border: Border::Tiles(layout) };
+    let material = MaterialMap::new(width, height, Vec::new());
+    Object::new(BODY, PatchMesh::default()).with_heights(heights, 1.0).with_material(material)
+}
+
+/// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
+///
+/// # Errors
+/// As [`Trex::load`].
+pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+    let (trex, ground) = rayon::join(|| Trex::load(tile, progress), ground);
+    trex.map(|trex| walking_on(trex, ground))
+}
+
+/// The stage on which `trex` walks.
+#[must_use]
+pub fn walking(trex: Trex) -> Stage {
+    walking_on(trex, ground())
+}
+
+fn walking_on(trex: Trex, ground: Object) -> Stage {
+    let [body, props] = animal(trex);
+    let middle = Vec3::new(-0.2, 0.0, 2.0);
+    let views = Views {
+        near: Camera::looking_at(Vec3::new(6.3, -3.0, 3.6), Vec3::new(3.9, 0.0, 3.55), 32.0),
+        mid: Camera::looking_at(Vec3::new(6.8, -11.7, 2.3), middle, 36.0),
+        far: Camera::looking_at(middle + Vec3::new(0.52, -0.82, 0.16).normalize() * 110.0, middle, 36.0),
+    };
+    let motion = |time: f64| {
+        let joints = walk::pose(time).skinning_matrices();
+        // The mesh of the ground follows the animal, so that its small patches are near it.
+        let steps = (walked(time) / STEP).round();
+        let below = Affine3A::from_translation(Vec3::X * steps * STEP);
+        vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]
+    };
+    Stage::moving(vec![body, props, ground], views, motion, |time| Vec3::X * walked(time))
+}
+
+/// Metres walked after `time` seconds.
+#[must_use]
+pub fn walked(time: f64) -> f32 {
+    (time * walk::SPEED) as f32
+}

@@ -1,0 +1,221 @@
+//! The walk: joint matrices at a time. Legs are solved exactly for the foot's place, so feet do not slide.
+
+use glam::{DMat3, DMat4, DVec2, DVec3, Mat4, Vec3};
+
+use super::gait::{Foot, PERIOD, STRIDE, Turn, body_turns, foot, pelvis};
+use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
+
+/// Speed over the ground, metres per second.
+pub const SPEED: f64 = STRIDE / PERIOD;
+
+/// All joints of the animal at one time.
+#[derive(Clone, Debug)]
+pub struct Pose {
+    /// Where the root is, metres: the distance walked plus sway and bob.
+    pub root_translation: Vec3,
+    /// World-from-joint, in the order of [`JOINTS`].
+    pub world_from_joint: [Mat4; JOINT_COUNT],
+}
+
+impl Pose {
+    /// World-from-rest matrix of every joint, for linear blend skinning of rest positions.
+    #[must_use]
+    pub fn skinning_matrices(&self) -> Vec<Mat4> {
+        let joints = self.world_from_joint.iter().zip(&JOINTS);
+        joints.map(|(m, joint)| *m * Mat4::from_translation(-joint.position)).collect()
+    }
+}
+
+/// Pose at a time: walks along +x at [`SPEED`], repeating every [`PERIOD`] seconds [`STRIDE`] metres further on.
+/// At time zero the left foot touches down and the rest pelvis is over the origin.
+#[must_use]
+pub fn pose(time_seconds: f64) -> Pose {
+    let cycles = time_seconds / PERIOD;
+    pose_at(cycles.rem_euclid(1.0), cycles * STRIDE)
+}
+
+/// The pose without travelling, as on a treadmill.
+#[must_use]
+pub fn pose_in_place(time_seconds: f64) -> Pose {
+    pose_at((time_seconds / PERIOD).rem_euclid(1.0), 0.0)
+}
+
+fn rotation(turn: Turn) -> DMat3 {
+    DMat3::from_rotation_z(turn.yaw) * DMat3::from_rotation_x(turn.roll) * DMat3::from_rotation_y(turn.pitch)
+}
+
+fn rest(name: &str) -> DVec3 {
+    JOINTS[joint_index(name)].position.as_dvec3()
+}
+
+fn pose_at(t: f64, travelled: f64) -> Pose {
+    let mut local = [DMat3::IDENTITY; JOINT_COUNT];
+    let mut turns = [Turn::default(); JOINT_COUNT];
+    for (name, turn) in body_turns(t) {
+        let sum = &mut turns[joint_index(name)];
+        *sum = Turn { roll: sum.roll + turn.roll, pitch: sum.pitch + turn.pitch, yaw: sum.yaw + turn.yaw };
+    }
+    local.iter_mut().zip(turns).for_each(|(r, turn)| *r = rotation(turn));
+    let (offset, pelvis_turn) = pelvis(t);
+    local[joint_index("pelvis")] = rotation(pelvis_turn);
+    for (side, sign) in [("L", 1.0), ("R", -1.0)] {
+        let foot = foot(t + if sign < 0.0 { 0.5 } else { 0.0 });
+        solve_leg(&mut local, side, sign, &foot, offset, pelvis_turn);
+    }
+    // Forward kinematics.
+    let root = offset + DVec3::X * travelled;
+    let mut world = [DMat4::IDENTITY; JOINT_COUNT];
+    for (i, joint) in JOINTS.iter().enumerate() {
+        world[i] = match joint.parent {
+            None => DMat4::from_translation(root),
+            Some(p) => {
+                let arm = (joint.position - JOINTS[p].position).as_dvec3();
+                world[p] * DMat4::from_translation(arm) * DMat4::from_mat3(local[i])
+            }
+        };
+    }
+    Pose { root_translation: root.as_vec3(), world_from_joint: world.map(|m| m.as_mat4()) }
+}
+
+/// Angle of a vector in the sagittal plane, growing with positive pitch.
+fn sagittal_angle(v: DVec2) -> f64 {
+    v.x.atan2(v.y)
+}
+
+/// Sets the five joints of a leg and its toes so that the foot is where `foot` says.
+///
+/// The lateral offsets of a leg's bones cancel (hip and metatarsal joint have the same rest `y`), so after yaw and
+/// roll of the hip the problem is planar: the ankle follows from the metatarsus, the knee from two bones.
+fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec3, pelvis_turn: Turn) {
+    let joint = |name: &str| joint_index(&format!("{name}_{side}"));
+    let [hip, knee, ankle, toes] = ["hip", "knee", "ankle", "toes"].map(|n| rest(&format!("{n}_{side}")));
+    let pelvis_rotation = rotation(pelvis_turn);
+    let pelvis_rest = rest("pelvis");
+    let hip_world = root + pelvis_rest + pelvis_rotation * (hip - pelvis_rest);
+    let target = DVec3::new(foot.joint.x + hip.x, sign * foot.joint.y, foot.joint.z);
+    // Feet point ahead: the hip undoes the yaw of the pelvis.
+    let yaw = -pelvis_turn.yaw;
+    let reach = (pelvis_rotation * DMat3::from_rotation_z(yaw)).transpose() * (target - hip_world);
+    let roll = (-reach.y / reach.z).atan();
+    let planar = DMat3::from_rotation_x(-roll) * reach;
+    let sagittal = |v: DVec3| DVec2::new(v.x, v.z);
+    let (femur, tibia, metatarsus) = (sagittal(knee - hip), sagittal(ankle - knee), sagittal(toes - ankle));
+    let shaft = DVec2::new(foot.metatarsus.sin(), -foot.metatarsus.cos()) * metatarsus.length();
+    let ankle_at = sagittal(planar) - shaft;
+    // Two bones, knee forward.
+    let (a, b) = (femur.length(), tibia.length());
+    let distance = ankle_at.length().clamp((a - b).abs() + 1e-6, a + b - 1e-6);
+    let direction = ankle_at.normalize();
+    let along = (a * a - b * b + distance * distance) / (2.0 * distance);
+    let ahead = DVec2::new(-direction.y, direction.x);
+    let knee_at = direction * along + ahead * (a * a - along * along).max(0.0).sqrt();
+    let thigh = sagittal_angle(knee_at) - sagittal_angle(femur);
+    let shank = sagittal_angle(direction * distance - knee_at) - sagittal_angle(tibia);
+    let foot_bone = sagittal_angle(shaft) - sagittal_angle(metatarsus);
+    local[joint("hip")] = rotation(Turn { roll, pitch: thigh, yaw });
+    local[joint("knee")] = DMat3::from_rotation_y(shank - thigh);
+    local[joint("ankle")] = DMat3::from_rotation_y(foot_bone - shank);
+    // The foot is level across whatever the leg does.
+    let ankle_world = pelvis_rotation * rotation(Turn { roll, pitch: foot_bone, yaw });
+    local[joint("toes")] = ankle_world.transpose() * DMat3::from_rotation_y(foot.pitch);
+    for (i, name) in ["toe2", "toe3", "toe4"].into_iter().enumerate() {
+        let yaw = foot.closing * sign * [1.0, 0.0, -1.0][i];
+        local[joint(name)] = DMat3::from_rotation_y(foot.toes[i] - foot.pitch) * DMat3::from_rotation_z(yaw);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trex::gait::{DUTY, HEEL_OFF};
+    use crate::trex::sdf::TrexSdf;
+    use leadr_render::surfaces::patch_mesh::PatchMesh;
+
+    #[test]
+    fn the_walk_repeats_a_stride_further() {
+        for k in 0..50 {
+            let time = 0.0321 * f64::from(k);
+            let (a, b) = (pose(time), pose(time + PERIOD));
+            for (m, n) in a.world_from_joint.iter().zip(&b.world_from_joint) {
+                let moved = Mat4::from_translation(Vec3::X * STRIDE as f32) * *m;
+                assert!(moved.abs_diff_eq(*n, 2e-6), "{time}: {moved} {n}");
+            }
+            let (c, d) = (pose_in_place(time), pose_in_place(time + PERIOD));
+            assert!(c.world_from_joint.iter().zip(&d.world_from_joint).all(|(m, n)| m.abs_diff_eq(*n, 2e-6)));
+        }
+    }
+
+    #[test]
+    fn legs_reach_their_feet_and_bend_as_designed() {
+        let mut range = [[f64::MAX, f64::MIN]; 3];
+        for k in 0..200 {
+            let time = PERIOD * f64::from(k) / 200.0;
+            let p = pose(time);
+            for (side, sign, shift) in [("L", 1.0, 0.0), ("R", -1.0, 0.5)] {
+                let at = |n: &str| p.world_from_joint[joint_index(&format!("{n}_{side}"))].w_axis.truncate().as_dvec3();
+                let f = foot(time / PERIOD + shift);
+                let target = DVec3::new(f.joint.x - 0.05 + SPEED * time, sign * f.joint.y, f.joint.z);
+                assert!(at("toes").distance(target) < 1e-5, "{side} {time}");
+                let angles = [
+                    sagittal_angle(DVec2::new((at("knee") - at("hip")).x, (at("knee") - at("hip")).z)),
+                    sagittal_angle(DVec2::new((at("ankle") - at("knee")).x, (at("ankle") - at("knee")).z)),
+                    0.0,
+                ];
+                let knee = (angles[0] - angles[1]).rem_euclid(std::f64::consts::TAU);
+                let reach = at("ankle").distance(at("hip")) / 2.455;
+                for (r, v) in range.iter_mut().zip([knee.to_degrees(), reach, at("toes").z]) {
+                    *r = [r[0].min(v), r[1].max(v)];
+                }
+            }
+        }
+        println!(
+            "angle between femur and tibia {:.1?} deg, reach {:.3?}, foot height {:.3?}",
+            range[0], range[1], range[2]
+        );
+        assert!(range[1][1] < 0.97, "the leg is stretched: {:?}", range[1]);
+    }
+
+    /// Skinned rest positions of the whole cage.
+    fn skinned(mesh: &PatchMesh, pose: &Pose) -> Vec<Vec3> {
+        leadr_render::surfaces::skinning::skin(mesh, &pose.skinning_matrices()).positions
+    }
+
+    #[test]
+    fn planted_feet_do_not_slide_and_nothing_sinks() {
+        let mesh = super::super::cage::build(&TrexSdf::new()).unwrap();
+        let weight = |v: usize, name: &str| {
+            let skin = &mesh.skin[v];
+            (0..4).filter(|&k| usize::from(skin.joints[k]) == joint_index(name)).map(|k| skin.weights[k]).sum::<f32>()
+        };
+        for (side, index) in [("L", 0), ("R", 1)] {
+            let of = |names: &[&str], least: f32| -> Vec<usize> {
+                let held = |v: usize| names.iter().map(|n| weight(v, &format!("{n}_{side}"))).sum::<f32>();
+                (0..mesh.positions.len()).filter(|&v| mesh.positions[v].z < 0.08 && held(v) > least).collect()
+            };
+            // The whole sole while the foot is flat; the middle toe until it leaves the ground.
+            let sole = of(&["toes", "toe2", "toe3", "toe4"], 0.999);
+            for (points, until) in [(sole, HEEL_OFF), (of(&["toe3"], 0.995), DUTY)] {
+                assert!(points.len() > 8, "{}", points.len());
+                let start = PERIOD * (1.0 - 0.5 * f64::from(index));
+                let mut slip = 0.0_f32;
+                let before = skinned(&mesh, &pose(start));
+                for k in 0..=40 {
+                    let now = skinned(&mesh, &pose(start + PERIOD * until * f64::from(k) / 40.0));
+                    slip = points.iter().map(|&v| now[v].distance(before[v])).fold(slip, f32::max);
+                }
+                println!("{side} {} points until {until}: slip {:.4} mm", points.len(), slip * 1e3);
+                assert!(slip < 1e-3);
+                // The comparison sees a foot that is not planted.
+                let late = skinned(&mesh, &pose(start + PERIOD * (DUTY + 0.1)));
+                assert!(points.iter().any(|&v| late[v].distance(before[v]) > 0.05));
+            }
+        }
+        for k in 0..32 {
+            let time = PERIOD * f64::from(k) / 32.0;
+            let now = skinned(&mesh, &pose_in_place(time));
+            let (v, low) = now.iter().enumerate().min_by(|a, b| a.1.z.total_cmp(&b.1.z)).unwrap();
+            println!("{k} lowest {:.1} mm at {:.2}", low.z * 1e3, mesh.positions[v]);
+            assert!((-0.015..=0.005).contains(&low.z), "{k}: {} at {}", low.z, mesh.positions[v]);
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Where a scene is seen from, and how large the picture is.
+
+use std::fmt;
+use std::str::FromStr;
+
+use glam::Vec3;
+use serde::{Serialize, Serializer};
+
+use leadr_render::camera::Camera;
+
+/// Size of a picture in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels across, at least 1.
+    pub width: u32,
+    /// Pixels down, at least 1.
+    pub height: u32,
+}
+
+impl Size {
+    /// Longest side in pixels; every Vulkan 1.3 GPU (and lavapipe) can render to one.
+    pub const MAX_SIDE: u32 = 16_384;
+    /// Most pixels: the linear colours of a picture take 16 bytes each.
+    pub const MAX_PIXELS: u64 = 1 << 26;
+}
+
+/// What stands between the sides of a size.
+pub const TIMES: [char; 3] = ['x', 'X', '×'];
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) = text.split_once(TIMES).ok_or("a size is WIDTHxHEIGHT in pixels, such as 1280x720")?;
+        let side = |text: &str| {
+            let side = text.parse().map_err(|_| format!("'{text}' is not a number of pixels"))?;
+            if (1..=Self::MAX_SIDE).contains(&side) {
+                Ok(side)
+            } else {
+                Err(format!("a side is 1 to {} pixels", Self::MAX_SIDE))
+            }
+        };
+        let size = Self { width: side(width)?, height: side(height)? };
+        if u64::from(size.width) * u64::from(size.height) > Self::MAX_PIXELS {
+            let side = Self::MAX_PIXELS.isqrt();
+            return Err(format!("a picture has at most as many pixels as one of {side}x{side}"));
+        }
+        Ok(size)
+    }
+}
+
+/// A finite number.
+///
+/// # Errors
+/// If `text` is no number, infinite or NaN.
+pub fn finite(text: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("'{text}' is not a finite number")),
+    }
+}
+
+impl Serialize for Size {
+    /// As all sizes are written: `[width, height]`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        [self.width, self.height].serialize(serializer)
+    }
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+/// Where the scene is seen from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum View {
+    /// The scene's close view.
+    Near,
+    /// The scene fills the picture.
+    Mid,
+    /// The scene is small.
+    Far,
+    /// From a camera of the model's file.
+    Model,
+    /// Given by the user.
+    Pose(CameraPose),
+}
+
+/// A perspective camera that looks at a point; metres, z up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CameraPose {
+    /// The eye, metres.
+    pub position: [f32; 3],
+    /// The point in the middle of the picture, metres; apart from `position`.
+    pub target: [f32; 3],
+    /// A direction that points up in the picture; not along the view.
+    pub up: [f32; 3],
+    /// Vertical field of view, degrees, 1 to 170.
+    pub fov_degrees: f32,
+}
+
+impl CameraPose {
+    /// Beyond this, 32-bit coordinates lose millimetres.
+    pub const MAX_METRES: f32 = 100_000.0;
+    /// Vertical field of view where none is said, degrees.
+    pub const FOV_DEGREES: f32 = 35.0;
+
+    /// What is up where nothing is said: +z, or in a view along that +y, as on a map.
+    #[must_use]
+    pub fn usual_up(position: [f32; 3], target: [f32; 3]) -> [f32; 3] {
+        let view = (Vec3::from_array(target) - Vec3::from_array(position)).normalize_or_zero();
+        if view.cross(Vec3::Z).length() < Self::ALONG { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }
+    }
+
+    /// Sine of the angle below which two directions are along each other.
+    const ALONG: f32 = 1e-3;
+
+    /// Whether it describes a camera.
+    ///
+    /// # Errors
+    /// A sentence about what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        let most = Self::MAX_METRES;
+        let (position, target, up) =
+            (Vec3::from_array(self.position), Vec3::from_array(self.target), Vec3::from_array(self.up));
+        let sane = |v: Vec3| v.is_finite() && v.abs().max_element() <= most;
+        if !sane(position) || !sane(target) || !sane(up) {
+            return Err(format!("coordinates must be finite and within {most} metres of the origin"));
+        }
+        let view = (target - position).try_normalize().ok_or("position and target are the same point")?;
+        let up = up.try_normalize().ok_or("up has no direction")?;
+        if view.cross(up).length() < Self::ALONG {
+            return Err("up must not point along the view".to_owned());
+        }
+        if !(1.0..=170.0).contains(&self.fov_degrees) {
+            return Err(format!("fov_degrees is {}, but must be 1 to 170", self.fov_degrees));
+        }
+        Ok(())
+    }
+
+    /// The pose of a renderer's camera.
+    #[must_use]
+    pub fn of(camera: &Camera) -> Self {
+        Self {
+            position: camera.position.to_array(),
+            target: camera.target.to_array(),
+            up: camera.up.to_array(),
+            fov_degrees: camera.fov_y.to_degrees(),
+        }
+    }
+
+    /// The renderer's camera for this pose.
+    #[must_use]
+    pub fn camera(&self) -> Camera {
+        let (position, target) = (Vec3::from_array(self.position), Vec3::from_array(self.target));
+        Camera { up: Vec3::from_array(self.up), ..Camera::looking_at(position, target, self.fov_degrees) }
+    }
+
+    /// The same view from `metres` away from the target.
+    #[must_use]
+    pub fn at_distance(self, metres: f32) -> Self {
+        let target = Vec3::from_array(self.target);
+        let away = (Vec3::from_array(self.position) - target).normalize_or_zero();
+        Self { position: (target + away * metres).to_array(), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_and_cameras_are_the_same_thing() {
+        let pose = CameraPose {
+            position: [0.0, -10.0, 3.0],
+            target: [0.0, 0.0, 3.0],
+            up: [0.0, 1.0, 1.0],
+            fov_degrees: CameraPose::FOV_DEGREES,
+        };
+        assert_eq!(pose.at_distance(4.0).position, [0.0, -4.0, 3.0]);
+        let camera = pose.camera();
+        assert_eq!((camera.position.y, camera.target.z, camera.up.y), (-10.0, 3.0, 1.0));
+        assert!((camera.fov_y - CameraPose::FOV_DEGREES.to_radians()).abs() < 1e-6);
+        let again = CameraPose::of(&camera);
+        assert_eq!((again.position, again.target, again.up), (pose.position, pose.target, [0.0, 1.0, 1.0]));
+        assert!((again.fov_degrees - CameraPose::FOV_DEGREES).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,95 @@
+//! Numbers that other programs computed (`tests/data`), and the comparison with them.
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::DVec3;
+use serde_json::Value;
+
+/// Collects comparisons; the worst one per name is printed, the ones beyond tolerance fail.
+#[derive(Default)]
+pub struct Comparison {
+    worst: BTreeMap<String, Worst>,
+    /// A line for each value that differs by more than it may.
+    pub failures: String,
+}
+
+/// The largest error under one name.
+struct Worst {
+    error: f64,
+    id: String,
+    count: usize,
+}
+
+impl Comparison {
+    /// `|got − want| ≤ tolerance · max(|want|, floor)`.
+    pub fn check(&mut self, name: &str, id: &str, got: f64, want: f64, tolerance: f64, floor: f64) {
+        let error = (got - want).abs() / want.abs().max(floor);
+        self.note(name, Worst { error, id: id.to_owned(), count: 1 });
+        if error > tolerance || error.is_nan() {
+            writeln!(self.failures, "{name} of {id}: {got:.9e} instead of {want:.9e} ({error:.1e})").unwrap();
+        }
+    }
+
+    fn note(&mut self, name: &str, new: Worst) {
+        let Some(old) = self.worst.get_mut(name) else {
+            self.worst.insert(name.to_owned(), new);
+            return;
+        };
+        let count = old.count + new.count;
+        if new.error > old.error || new.error.is_nan() {
+            *old = new;
+        }
+        old.count = count;
+    }
+
+    /// This and another comparison together.
+    #[must_use]
+    pub fn merge(mut self, other: Self) -> Self {
+        for (name, worst) in other.worst {
+            self.note(&name, worst);
+        }
+        self.failures += &other.failures;
+        self
+    }
+
+    /// Fails if a comparison was beyond its tolerance, or if fewer than `at_least` were made.
+    pub fn finish(self, at_least: usize) {
+        for (name, Worst { error, id, count }) in &self.worst {
+            println!("{name:<32} {count:>4} values, worst error {error:.1e} ({id})");
+        }
+        let count: usize = self.worst.values().map(|w| w.count).sum();
+        assert!(count >= at_least, "only {count} comparisons");
+        assert!(self.failures.is_empty(), "{}", self.failures);
+    }
+}
+
+/// The content of `tests/data/<file>`; `tests/data/README.md` says what it holds.
+pub fn oracle(file: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(file);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// A list of an oracle.
+pub fn rows(value: &Value) -> &[Value] {
+    value.as_array().unwrap_or_else(|| panic!("{value} is not a list"))
+}
+
+/// A number of an oracle.
+pub fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+/// Three numbers of an oracle.
+pub fn vector(value: &Value) -> DVec3 {
+    DVec3::new(number(&value[0]), number(&value[1]), number(&value[2]))
+}
+
+/// The environment `smooth` of the files, a radiance of order 2.
+pub fn smooth(d: DVec3) -> f64 {
+    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
+}

@@ -1,0 +1,92 @@
+//! Rays over height fields, marched: what a texel sees, without horizons or slices. For tests and for `examples/21_derived_maps.rs`.
+
+#![allow(dead_code, reason = "each user has its own part")]
+
+use leadr_maps::{HeightMap, Wrap};
+
+/// Heights in texels, linear along the edges between neighbours.
+pub struct HeightRays {
+    width: i64,
+    height: i64,
+    texels: Vec<f32>,
+    wrap: Wrap,
+    highest: f64,
+}
+
+impl HeightRays {
+    /// `scale`: turns heights into widths of the texture.
+    pub fn new(map: &HeightMap, scale: f32, wrap: Wrap) -> Self {
+        let texels: Vec<f32> = map.texels.iter().map(|h| h * scale * map.width as f32).collect();
+        let highest = texels.iter().fold(f32::MIN, |a, &b| a.max(b)).into();
+        Self { width: map.width.into(), height: map.height.into(), texels, wrap, highest }
+    }
+
+    fn texel(&self, x: i64, y: i64) -> f64 {
+        let (x, y) = match self.wrap {
+            Wrap::Repeat => (x.rem_euclid(self.width), y.rem_euclid(self.height)),
+            Wrap::Clamp => (x.clamp(0, self.width - 1), y.clamp(0, self.height - 1)),
+        };
+        self.texels[(y * self.width + x) as usize].into()
+    }
+
+    /// Whether a ray from the centre of a texel is free.
+    pub fn is_free(&self, x: u32, y: u32, direction: [f64; 3]) -> bool {
+        let [dx, dy, dz] = direction;
+        if dz <= 0.0 {
+            return false;
+        }
+        let (x, y) = (i64::from(x), i64::from(y));
+        let own = self.texel(x, y);
+        let end = (self.highest - own) / dz;
+        // Where the ray crosses columns, then where it crosses rows.
+        let crossings = |along: f64, across: f64, height: &dyn Fn(i64, f64) -> f64| {
+            if along == 0.0 {
+                return true;
+            }
+            let (step, per) = (along.signum() as i64, 1.0 / along.abs());
+            let mut k = 1;
+            loop {
+                let t = k as f64 * per;
+                if t > end {
+                    return true;
+                }
+                if height(step * k, t * across) > own + t * dz + 1e-6 {
+                    return false;
+                }
+                k += 1;
+            }
+        };
+        let between = |a: f64, b: f64, v: f64| a + (v - v.floor()) * (b - a);
+        crossings(dx, dy, &|k, v| {
+            let low = y + v.floor() as i64;
+            between(self.texel(x + k, low), self.texel(x + k, low + 1), v)
+        }) && crossings(dy, dx, &|k, v| {
+            let low = x + v.floor() as i64;
+            between(self.texel(low, y + k), self.texel(low + 1, y + k), v)
+        })
+    }
+
+    /// The share of `n`² directions, distributed as the cosine about a normal of any length, that are free.
+    pub fn visibility(&self, x: u32, y: u32, normal: [f64; 3], n: u32) -> f64 {
+        let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let [a, b, c] = normal.map(|v| v / length);
+        // A frame about it (Duff et al. 2017); c > 0.
+        let (p, q) = (-1.0 / (1.0 + c), -a * b / (1.0 + c));
+        let (u, v) = ([1.0 + p * a * a, q, -a], [q, 1.0 + p * b * b, -b]);
+        let mut free = 0;
+        let mut turn = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b);
+        let mut random = || {
+            turn = turn.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(turn >> 8) / f64::from(1 << 24)
+        };
+        for i in 0..n * n {
+            let square = (f64::from(i % n) + random()) / f64::from(n);
+            let azimuth = std::f64::consts::TAU * (f64::from(i / n) + random()) / f64::from(n);
+            let (r, z) = (square.sqrt(), (1.0 - square).sqrt());
+            let (s, t) = (r * azimuth.cos(), r * azimuth.sin());
+            let direction = std::array::from_fn(|k| s * u[k] + t * v[k] + z * [a, b, c][k]);
+            free += u32::from(self.is_free(x, y, direction));
+        }
+        f64::from(free) / f64::from(n * n)
+    }
+}

@@ -1,0 +1,54 @@
+//! A scene in base materials of several kinds: the same relief, from the same place.
+
+use std::sync::Arc;
+
+use super::rows::Row;
+use super::scene;
+use crate::error::LabError;
+use crate::fit::specimen::{Lacquer, as_beckmann, dressed};
+use crate::progress::Progress;
+use leadr_gpu::Gpu;
+use leadr_maps::procedural;
+use leadr_render::frame::Renderer;
+use leadr_render::settings::Technique;
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::set::{Inputs, set};
+
+/// Texels along a side of the relief, and its metres.
+const SIDE: u32 = 1024;
+const DEPTH: f32 = 0.09;
+/// What others are compared with.
+const ONE_LOBE: &str = "one Beckmann lobe";
+
+/// Renderers of the scene in each material, with a row each: one Beckmann lobe, the GGX base of the same roughness, the lobes of a measured
+/// material. `only`: this technique instead of LEADR.
+///
+/// # Errors
+/// Memory or a device that fails.
+pub fn bases(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    only: Option<Technique>,
+    progress: &dyn Progress,
+) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
+    let fit = Lacquer::fit().ok_or_else(|| LabError("the lacquer has no fit".to_owned()))?;
+    let measured = dressed(&fit, "lacquer", procedural::rock(SIDE, SIDE, 1), DEPTH);
+    let technique = only.unwrap_or(Technique::Leadr);
+    let mut rows_of = [vec![(ONE_LOBE.to_owned(), technique)], vec![]];
+    if only.is_none() {
+        rows_of[0].push(("GGX".to_owned(), Technique::LeadrGgx));
+    }
+    rows_of[1].push((format!("measured, {} lobes", fit.lobes.len()), technique));
+    let mut subjects = Vec::new();
+    for (material, rows) in [as_beckmann(&measured, &fit), measured].into_iter().zip(rows_of) {
+        let inputs = Inputs { material: Some(material), ..Inputs::load(config)? };
+        let set = set(config, inputs, gpu, None, &progress.set_up())?;
+        let state = (set.animation)(0.0);
+        let rows = rows.into_iter().map(|(name, technique)| {
+            let names = [format!("{} by base", config.scene.name), name, ONE_LOBE.to_owned()];
+            scene::row(config, technique, state.clone(), names)
+        });
+        subjects.push((set.renderer, rows.collect()));
+    }
+    Ok(subjects)
+}

@@ -1,0 +1,258 @@
+//! A plain forward pass over the quad of the paper's tables: what the paper's fragment shaders cost without a renderer around them.
+//!
+//! One render pass, a fragment shader per technique as the supplement prints them (section 3), one trilinear fetch of each LEADR map;
+//! no G-buffer, no tiles, no edge samples.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use leadr_gpu::{
+    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GpuError, GraphicsDesc, GraphicsPipeline,
+    Image, ImageDesc, ImageView, Load, Memory, Result, Sampler, SharedStruct, SpecValue, StructLayout, Timestamps, Use,
+    shared_struct,
+};
+use leadr_maps::Wrap;
+use leadr_render::frame::PassTime;
+use leadr_render::passes::targets::RADIANCE_FORMAT;
+use leadr_render::scene::{FrameState, Object};
+use leadr_render::surfaces::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
+
+/// The pass by name.
+pub const FORWARD: &str = "forward";
+
+/// What a pixel is shaded by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Forward {
+    /// The albedo.
+    Constant,
+    /// One light on a Blinn-Phong lobe about the mean normal.
+    BlinnPhong,
+    /// One light by LEAN mapping.
+    Lean,
+    /// One light by LEADR mapping, masking alone.
+    Leadr,
+    /// A mirrored environment on a grid of so many slopes along a side (simplified Algorithm 1).
+    Environment(u32),
+    /// A diffuse environment on such a grid (simplified Algorithm 3).
+    Irradiance(u32),
+}
+
+impl Forward {
+    /// All that are measured.
+    pub const ALL: [Self; 9] = [
+        Self::Constant,
+        Self::BlinnPhong,
+        Self::Lean,
+        Self::Leadr,
+        Self::Environment(1),
+        Self::Environment(3),
+        Self::Environment(4),
+        Self::Environment(5),
+        Self::Irradiance(5),
+    ];
+
+    fn shader(self) -> &'static str {
+        match self {
+            Self::Constant => "passes/forward/constant.frag",
+            Self::BlinnPhong => "passes/forward/blinn_phong.frag",
+            Self::Lean => "passes/forward/lean.frag",
+            Self::Leadr => "passes/forward/leadr.frag",
+            Self::Environment(_) => "passes/forward/environment.frag",
+            Self::Irradiance(_) => "passes/forward/irradiance.frag",
+        }
+    }
+
+    /// Slope samples along a side of its grid.
+    fn grid(self) -> Option<u32> {
+        match self {
+            Self::Environment(n) | Self::Irradiance(n) => Some(n),
+            _ => None,
+        }
+    }
+
+    /// Slope samples.
+    #[must_use]
+    pub fn samples(self) -> u32 {
+        self.grid().map_or(1, |n| n * n)
+    }
+}
+
+impl fmt::Display for Forward {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant => write!(f, "forward constant"),
+            Self::BlinnPhong => write!(f, "forward blinn-phong"),
+            Self::Lean => write!(f, "forward lean"),
+            Self::Leadr => write!(f, "forward leadr"),
+            Self::Environment(n) => write!(f, "forward {n}x{n}, mirrored"),
+            Self::Irradiance(n) => write!(f, "forward {n}x{n}, diffuse"),
+        }
+    }
+}
+
+shared_struct! {
+    /// The block that all stages share.
+    struct ForwardGpu for "Forward" {
+        clip_from_world: [[f32; 4]; 4],
+        camera_position: [f32; 4],
+        sun_direction: [f32; 4],
+        sun_irradiance: [f32; 4],
+        /// Albedo; w: Beckmann roughness.
+        material: [f32; 4],
+        /// F0, height scale, texels along an edge of the environment's cube.
+        surface: [f32; 4],
+        radiance_sh: [[f32; 4]; 9],
+    }
+}
+
+shared_struct! {
+    /// A corner of the quad.
+    struct CornerGpu for "Corner" {
+        /// w: first texture coordinate.
+        position: [f32; 4],
+        /// w: second texture coordinate.
+        normal: [f32; 4],
+        tangent: [f32; 4],
+        bitangent: [f32; 4],
+    }
+}
+
+const STRUCTS: [StructLayout; 2] = [ForwardGpu::LAYOUT, CornerGpu::LAYOUT];
+
+/// The light of the environment that the pass reads.
+pub struct Surroundings<'a> {
+    /// Texels along an edge of the cube.
+    pub face_size: u32,
+    /// Its nine SH coefficients of radiance.
+    pub radiance_sh: &'a [[f32; 4]],
+}
+
+/// The pass on a device, with its quad, maps and target.
+pub struct ForwardPass {
+    gpu: Arc<Gpu>,
+    timestamps: Timestamps,
+    pipelines: Vec<(Forward, GraphicsPipeline)>,
+    block: Buffer,
+    corners: Buffer,
+    maps: LeadrMapGpu,
+    repeat: Sampler,
+    clamp: Sampler,
+    target: Image,
+}
+
+impl ForwardPass {
+    /// The pass over the only patch of `object`, which has heights that repeat, in the light of `state` and its surroundings, in
+    /// a picture of `size` pixels.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for another object or other surroundings, or without a sun; memory that is short; a failed pipeline.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        object: &Object,
+        state: &FrameState,
+        surroundings: &Surroundings<'_>,
+        size: (u32, u32),
+    ) -> Result<Self> {
+        let fault = |fault: &str| GpuError::Usage { name: FORWARD.to_owned(), fault: fault.to_owned() };
+        let (Some(field), [patch], [texcoords]) =
+            (&object.heights, object.mesh.patches.as_slice(), object.mesh.texcoords.as_slice())
+        else {
+            return Err(fault("the object is not one patch with heights"));
+        };
+        let sun = state.sun.ok_or_else(|| fault("there is no sun"))?;
+        let four = |v: Vec3, w: f32| v.extend(w).to_array();
+        let [r, g, b, alpha] = object.mesh.colors[patch[0] as usize];
+        let block = ForwardGpu {
+            clip_from_world: state.camera.clip_from_world(size, Vec2::ZERO).to_cols_array_2d(),
+            camera_position: four(state.camera.position, 1.0),
+            sun_direction: four(sun.direction, 0.0),
+            sun_irradiance: four(sun.irradiance, 0.0),
+            material: [r, g, b, alpha],
+            surface: [object.specular_f0, state.height_scale * object.height_scale, surroundings.face_size as f32, 0.0],
+            radiance_sh: surroundings.radiance_sh.try_into().map_err(|_| fault("nine coefficients are wanted"))?,
+        };
+        let place = |corner: usize| object.mesh.positions[patch[corner] as usize];
+        let across = texcoords[1].x - texcoords[0].x;
+        let down = texcoords[3].y - texcoords[0].y;
+        let corner = |i: usize| CornerGpu {
+            position: four(place(i), texcoords[i].x),
+            normal: four(object.mesh.normals[patch[i] as usize], texcoords[i].y),
+            tangent: four((place(1) - place(0)) / across, 0.0),
+            bitangent: four((place(3) - place(0)) / down, 0.0),
+        };
+        let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
+        let pipeline = |kind: Forward| {
+            let grid = kind.grid().map(|n| ("GRID", SpecValue::I32(n as i32)));
+            let desc = GraphicsDesc {
+                vertex: "passes/forward/forward.vert",
+                fragment: Some(kind.shader()),
+                colors: &[RADIANCE_FORMAT],
+                spec: grid.as_slice(),
+                structs: &STRUCTS,
+                ..Default::default()
+            };
+            Ok((kind, GraphicsPipeline::new(gpu, &kind.to_string(), &desc)?))
+        };
+        let uniform = Buffer::new(gpu, "forward", size_of::<ForwardGpu>() as u64, Memory::Upload)?;
+        uniform.write(0, &[block])?;
+        Ok(Self {
+            gpu: gpu.clone(),
+            timestamps: Timestamps::new(gpu, 2)?,
+            pipelines: Forward::ALL.into_iter().map(pipeline).collect::<Result<_>>()?,
+            block: uniform,
+            corners: Buffer::from_slice(gpu, "forward corners", &[0, 1, 2, 3].map(corner))?,
+            maps: LeadrMapGpu::new(gpu, source, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32)?,
+            repeat: Sampler::new(gpu, "forward maps", Filter::Trilinear, AddressMode::Repeat)?,
+            clamp: Sampler::new(gpu, "forward environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+            target: Image::new(gpu, FORWARD, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target())?,
+        })
+    }
+
+    /// Draws a picture `repeats` times under the environment of this cube and returns the time of one.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a kind that is not measured; a lost device.
+    pub fn measure(&self, kind: Forward, cube: &ImageView, repeats: u32) -> Result<PassTime> {
+        let pipeline = self.pipelines.iter().find(|(made, _)| *made == kind).map(|(_, pipeline)| pipeline);
+        let Some(pipeline) = pipeline else {
+            return Err(GpuError::Usage { name: kind.to_string(), fault: "it is not measured".to_owned() });
+        };
+        self.gpu.submit(FORWARD, |cmd| {
+            cmd.reset_timestamps(&self.timestamps);
+            cmd.timestamp(&self.timestamps, "begin");
+            cmd.label_times(FORWARD, repeats.max(1), |cmd| self.record(cmd, kind, pipeline, cube));
+            cmd.timestamp(&self.timestamps, FORWARD);
+        })?;
+        let total: f64 = self.timestamps.intervals()?.iter().map(|(_, milliseconds)| milliseconds).sum();
+        Ok(PassTime { pass: FORWARD.to_owned(), milliseconds: total / f64::from(repeats.max(1)) })
+    }
+
+    fn record(&self, cmd: &mut Commands, kind: Forward, pipeline: &GraphicsPipeline, cube: &ImageView) {
+        cmd.image_barrier(&self.target, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: self.target.whole(), load: Load::Discard }], None);
+        let mut bound =
+            vec![("forward", Descriptor::Uniform(&self.block)), ("Corners", Descriptor::Storage(&self.corners))];
+        if kind != Forward::Constant {
+            bound.push(("slope_map", Descriptor::Sampled(self.maps.slopes().whole(), &self.repeat)));
+        }
+        if !matches!(kind, Forward::Constant | Forward::BlinnPhong) {
+            bound.push(("joint_map", Descriptor::Sampled(self.maps.joint().whole(), &self.repeat)));
+        }
+        if let Forward::Environment(_) = kind {
+            bound.push(("environment_cube", Descriptor::Sampled(cube, &self.clamp)));
+        }
+        cmd.bind(pipeline, &bound);
+        cmd.draw(0..6, 0..1);
+        cmd.end_rendering();
+    }
+
+    /// The last picture: linear radiance, row by row from the top.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn picture(&self) -> Result<Vec<[f32; 4]>> {
+        self.target.read(0, 0)
+    }
+}

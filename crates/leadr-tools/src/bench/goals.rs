@@ -1,0 +1,155 @@
+//! Goals: bounds on ratios of measured times.
+
+use serde::Serialize;
+
+use super::rounds::Series;
+use super::stats::Ratio;
+
+/// A bound on a ratio of times.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bound {
+    /// Not slower than this many times.
+    AtMost(f64),
+    /// At least this many times slower.
+    AtLeast(f64),
+}
+
+impl Bound {
+    /// Whether a ratio keeps the bound; the bound itself is allowed.
+    #[must_use]
+    pub fn holds(self, ratio: f64) -> bool {
+        match self {
+            Self::AtMost(most) => ratio <= most,
+            Self::AtLeast(least) => ratio >= least,
+        }
+    }
+}
+
+/// One time of one row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The table.
+    pub table: &'static str,
+    /// The row's name in it.
+    pub row: &'static str,
+    /// The pass.
+    pub pass: &'static str,
+    /// Factor on this time.
+    pub times: u32,
+}
+
+/// A ratio of two times and where it should lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Goal {
+    /// Name, in words.
+    pub name: &'static str,
+    /// Dividend.
+    pub of: Place,
+    /// Divisor.
+    pub to: Place,
+    /// Where the ratio should lie.
+    pub bound: Bound,
+}
+
+/// The verdict on a goal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// The goal in words.
+    pub goal: &'static str,
+    /// Its bound.
+    pub bound: Bound,
+    /// Median of the ratios within rounds.
+    pub median: f64,
+    /// Their lower quartile.
+    pub low: f64,
+    /// Their upper quartile.
+    pub high: f64,
+    /// Ratio of the fastest frames.
+    pub fastest: f64,
+    /// Whether the median keeps the bound.
+    pub met: bool,
+    /// Whether both quartiles agree with the median. If not, more frames or a quieter machine may change the verdict.
+    pub clear: bool,
+}
+
+impl Goal {
+    /// Judges the goal by rows found by table and name. `None` if one of them was not measured.
+    pub fn judge<'a>(&self, find: impl Fn(&str, &str) -> Option<&'a Series>) -> Option<Verdict> {
+        let of = find(self.of.table, self.of.row)?;
+        let to = find(self.to.table, self.to.row)?;
+        let Ratio { median, low, high, fastest, .. } = of.ratio(self.of.pass, to, self.to.pass)?;
+        let scale = f64::from(self.of.times) / f64::from(self.to.times);
+        let [median, low, high, fastest] = [median, low, high, fastest].map(|ratio| ratio * scale);
+        let holds = |ratio| self.bound.holds(ratio);
+        let (met, clear) = (holds(median), holds(low) == holds(high));
+        Some(Verdict { goal: self.name, bound: self.bound, median, low, high, fastest, met, clear })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rounds::{Frame, PIXELS, TOTAL};
+    use super::*;
+    use leadr_render::frame::PassTime;
+
+    fn series(times: &[f64]) -> Series {
+        let round = |ms: &f64| {
+            let passes = vec![PassTime { pass: "shade".to_owned(), milliseconds: *ms }];
+            Some(Frame { passes, ..Default::default() })
+        };
+        Series { repeats: 1, rounds: times.iter().map(round).collect() }
+    }
+
+    fn place(row: &'static str, times: u32) -> Place {
+        Place { table: "t", row, pass: TOTAL, times }
+    }
+
+    fn judge(bound: Bound, a: &[f64], b: &[f64]) -> Option<Verdict> {
+        let (a, b) = (series(a), series(b));
+        let goal = Goal { name: "a against b", of: place("a", 1), to: place("b", 1), bound };
+        goal.judge(|_, row| match row {
+            "a" => Some(&a),
+            "b" => Some(&b),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn goals_are_met_and_missed() {
+        let met = judge(Bound::AtMost(2.0), &[4.0, 4.0, 4.0], &[2.0, 2.0, 2.0]).unwrap();
+        assert!(met.met && met.clear && met.median == 2.0, "a bound belongs to what it allows: {met:?}");
+        let missed = judge(Bound::AtMost(1.99), &[4.0, 4.0, 4.0], &[2.0, 2.0, 2.0]).unwrap();
+        assert!(!missed.met && missed.clear);
+        assert!(judge(Bound::AtLeast(2.0), &[4.0], &[2.0]).unwrap().met);
+        assert!(!judge(Bound::AtLeast(2.1), &[4.0], &[2.0]).unwrap().met);
+    }
+
+    #[test]
+    fn a_verdict_within_the_noise_says_so() {
+        let verdict = judge(Bound::AtMost(1.0), &[0.9, 0.99, 1.1], &[1.0, 1.0, 1.0]).unwrap();
+        assert!(verdict.met && !verdict.clear, "{verdict:?}");
+    }
+
+    #[test]
+    fn nothing_measured_is_no_verdict() {
+        assert_eq!(judge(Bound::AtMost(1.0), &[], &[1.0]), None);
+        let alone = series(&[1.0]);
+        let goal = Goal { name: "", of: place("a", 1), to: place("b", 1), bound: Bound::AtMost(1.0) };
+        assert_eq!(goal.judge(|_, row| (row == "a").then_some(&alone)), None);
+        let passless = Goal {
+            of: Place { pass: PIXELS, ..place("a", 1) },
+            to: Place { pass: "geometry", ..place("a", 1) },
+            ..goal
+        };
+        assert_eq!(passless.judge(|_, _| Some(&alone)), None);
+    }
+
+    #[test]
+    fn times_can_count_more_than_once() {
+        let row = series(&[3.0]);
+        let goal = Goal { name: "", of: place("a", 64), to: place("a", 1), bound: Bound::AtLeast(64.0) };
+        let verdict = goal.judge(|_, _| Some(&row)).unwrap();
+        assert!(verdict.met && verdict.median == 64.0);
+    }
+}

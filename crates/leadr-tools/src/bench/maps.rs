@@ -1,0 +1,62 @@
+//! A scene over maps of different sizes: the same surface, from the same place, of more and more texels.
+
+use std::sync::Arc;
+
+use super::rows::Row;
+use super::scene;
+use crate::error::LabError;
+use crate::progress::Progress;
+use leadr_gpu::{Gpu, GpuError};
+use leadr_maps::procedural;
+use leadr_render::frame::Renderer;
+use leadr_render::settings::Technique;
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::error::SceneError;
+use leadr_scenes::registry::Choice;
+use leadr_scenes::set::{Inputs, Set, set};
+use leadr_scenes::stage::{GENERATED_HEIGHT, USUAL_RELIEF};
+
+/// Texels along the tiles of an atlas: of the T-rex, maps of about 1k to 8k.
+const TILES: [u32; 4] = [16, 32, 64, 128];
+/// Texels along a map of heights.
+const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
+
+/// Renderers of the scene over maps of each size, each with its rows. All of them stay alive, so that they can be drawn in turn; of
+/// sizes that do not fit the device's memory beside the others, that is said. The largest is compared with the smallest, so those two
+/// come first.
+///
+/// # Errors
+/// Files, memory or a device that fail.
+pub fn maps(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    only: Option<Technique>,
+    progress: &dyn Progress,
+) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
+    let mut sets = Vec::new();
+    let tiled = config.scene.offers(Choice::AtlasTile);
+    let [a, b, c, d] = if tiled { TILES } else { SIDES };
+    for size in [d, a, c, b] {
+        let mut inputs = Inputs::load(config)?;
+        let config = if tiled {
+            SceneConfig { atlas_tile: size, ..config.clone() }
+        } else {
+            inputs.height_map = Some(procedural::rock(size, size, 1));
+            SceneConfig { height: config.height.or(Some(GENERATED_HEIGHT * USUAL_RELIEF)), ..config.clone() }
+        };
+        match set(&config, inputs, gpu, None, &progress.set_up()) {
+            Ok(set) => sets.extend(set.map_size.map(|texels| (texels, config, set))),
+            Err(SceneError::Gpu(error @ (GpuError::TooLarge { .. } | GpuError::InOnePiece { .. }))) => {
+                progress.say(&format!("{size} is left out: {error}"))
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    sets.sort_by_key(|(texels, ..)| *texels);
+    let first = sets.first().map(|(texels, ..)| *texels);
+    let subject = |(texels, config, set): ((u32, u32), SceneConfig, Set)| {
+        let rows = scene::maps(&config, &(set.animation)(0.0), [texels, first.unwrap_or(texels)], only);
+        (set.renderer, rows)
+    };
+    Ok(sets.into_iter().map(subject).collect())
+}

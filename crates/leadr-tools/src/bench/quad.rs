@@ -1,0 +1,359 @@
+//! The paper's tables over a full-screen quad, and the goals about times.
+
+use super::forward::Forward;
+use super::goals::{Bound, Goal, Place};
+use super::rounds::{PIXELS, TOTAL, WITH_GEOMETRY};
+use super::rows::Row;
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_render::scene::FrameState;
+use leadr_render::settings::{
+    BaseFrame, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+};
+use leadr_render::surfaces::tessellation::TessellationSettings;
+use leadr_scenes::view::Size;
+
+const LIGHT: &str = "specular, one light";
+const SPECULAR: &str = "specular environment";
+const DIFFUSE: &str = "diffuse environment";
+const DIFFUSE_LIGHT: &str = "diffuse, one light";
+const AGAINST_FORWARD: &str = "against a forward pass";
+const FIGURE_11_SPECULAR: &str = "figure 11, specular environment";
+const FIGURE_11_DIFFUSE: &str = "figure 11, diffuse environment";
+const VISIBILITY_LIGHT: &str = "visibility, one light";
+const VISIBILITY_SPECULAR: &str = "visibility, specular environment";
+const VISIBILITY_DIFFUSE: &str = "visibility, diffuse environment";
+
+/// The row that environment rows are compared with.
+const ONE_SAMPLE: &str = "one sample";
+
+/// Tables of time against the number of samples.
+pub const FIGURE_11: [&str; 2] = [FIGURE_11_SPECULAR, FIGURE_11_DIFFUSE];
+
+const fn pixels(table: &'static str, row: &'static str) -> Place {
+    Place { table, row, pass: PIXELS, times: 1 }
+}
+
+/// 64 samples of a reference picture. The passes that prepare a frame are left out, in the reference's favour.
+const fn reference(table: &'static str, row: &'static str) -> Place {
+    Place { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
+}
+
+const fn total(table: &'static str, row: &'static str) -> Place {
+    Place { table, row, pass: TOTAL, times: 1 }
+}
+
+const fn of_forward(
+    row: &'static str,
+    pass: &'static str,
+    forward: &'static str,
+    name: &'static str,
+    most: f64,
+) -> Goal {
+    let of = Place { table: AGAINST_FORWARD, row, pass, times: 1 };
+    let to = Place { table: AGAINST_FORWARD, row: forward, pass: TOTAL, times: 1 };
+    Goal { name, of, to, bound: Bound::AtMost(most) }
+}
+
+/// The goals about times. Most go with a bound on errors, which `leadr report` measures.
+pub const GOALS: [Goal; 12] = [
+    Goal {
+        name: "specular, one light: LEADR / LEAN",
+        of: pixels(LIGHT, "leadr"),
+        to: pixels(LIGHT, "lean"),
+        bound: Bound::AtMost(1.0),
+    },
+    Goal {
+        name: "diffuse environment: visible slopes / one sample",
+        of: pixels(DIFFUSE, "leadr visible"),
+        to: pixels(DIFFUSE, ONE_SAMPLE),
+        bound: Bound::AtMost(2.0),
+    },
+    Goal {
+        name: "specular environment: 16 visible slopes / one sample",
+        of: pixels(SPECULAR, "leadr visible 16"),
+        to: pixels(SPECULAR, ONE_SAMPLE),
+        bound: Bound::AtMost(3.0),
+    },
+    Goal {
+        name: "diffuse environment with shadows / one sample",
+        of: pixels(VISIBILITY_DIFFUSE, "correlated"),
+        to: pixels(DIFFUSE, ONE_SAMPLE),
+        bound: Bound::AtMost(1.2),
+    },
+    Goal {
+        name: "sphere: 64 samples of the reference / LEADR",
+        of: reference("sphere", "reference"),
+        to: total("sphere", "leadr"),
+        bound: Bound::AtLeast(50.0),
+    },
+    Goal {
+        name: "far trex: 64 samples of the reference / LEADR",
+        of: reference("trex from afar", "reference at 8x"),
+        to: total("trex from afar", "leadr at 8x"),
+        bound: Bound::AtLeast(50.0),
+    },
+    of_forward("lean", PIXELS, "forward lean", "LEAN / a forward pass of LEAN", 2.0),
+    of_forward("leadr", PIXELS, "forward leadr", "LEADR / a forward pass of LEADR", 2.0),
+    of_forward("leadr", WITH_GEOMETRY, "forward leadr", "LEADR and its geometry / a forward pass of LEADR", 2.5),
+    of_forward(
+        "leadr 5x5, mirrored",
+        PIXELS,
+        "forward 5x5, mirrored",
+        "specular environment: LEADR 5x5 / a forward pass of 5x5",
+        0.8,
+    ),
+    of_forward(
+        "leadr visible 16, mirrored",
+        PIXELS,
+        "forward 5x5, mirrored",
+        "specular environment: 16 probes / a forward pass of 5x5",
+        0.7,
+    ),
+    of_forward(
+        "leadr visible, diffuse",
+        PIXELS,
+        "forward 5x5, diffuse",
+        "diffuse environment: visible slopes / a forward pass of 5x5",
+        1.0,
+    ),
+];
+
+/// Whether a goal compares this row.
+#[must_use]
+pub fn in_a_goal(row: &Row) -> bool {
+    GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
+}
+
+/// The paper's settings: masking alone, like its printed algorithms, the base rough in the macrosurface's frame, no pixel kernel
+/// and no occlusion by relief.
+pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
+    let (shadowing, pixel_kernel) = (Shadowing::None, false);
+    let (base_frame, relief_occlusion, sky_occlusion) = (BaseFrame::Macro, false, false);
+    technique.with(ShadingOptions {
+        quadrature,
+        terms,
+        shadowing,
+        base_frame,
+        pixel_kernel,
+        relief_occlusion,
+        sky_occlusion,
+        relief_color: false,
+        ..Default::default()
+    })
+}
+
+fn row(state: &FrameState, size: Size, table: &str, name: String, base: Option<&str>, shading: Shading) -> Row {
+    Row {
+        table: table.to_owned(),
+        name,
+        distance: None,
+        base: base.map(str::to_owned),
+        beside: None,
+        compared: PIXELS,
+        paper_ms: None,
+        state: state.clone(),
+        settings: RenderSettings {
+            size: (size.width, size.height),
+            shading,
+            tessellation: TessellationSettings { max_factor: 1.0, cull: false, ..Default::default() },
+            shadows: false,
+            displacement: false,
+            ..Default::default()
+        },
+        sun_hours: 0.0,
+        forward: None,
+    }
+}
+
+/// The renderer's rows and those of a plain forward pass over the same quad, which they are compared with.
+#[must_use]
+pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
+    let leadr = |rule, terms| paper(Technique::Leadr, rule, terms);
+    let light = |technique| paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
+    let (mirrored, diffuse) = (Terms::SPECULAR_ENVIRONMENT, Terms::DIFFUSE_ENVIRONMENT);
+    let grid = |n| leadr(Quadrature::Grid(n), mirrored);
+    let probes = leadr(Quadrature::VisibleSlopes(Probes::Sixteen), mirrored);
+    let closed = leadr(Quadrature::VisibleSlopes(Probes::Five), diffuse);
+    let finest = Forward::Environment(5);
+    let pairs = [
+        ("constant", light(Technique::Constant), Forward::Constant, None),
+        ("blinn-phong", light(Technique::BlinnPhong), Forward::BlinnPhong, None),
+        ("lean", light(Technique::Lean), Forward::Lean, None),
+        ("leadr", light(Technique::Leadr), Forward::Leadr, None),
+        ("leadr 1x1, mirrored", grid(1), Forward::Environment(1), None),
+        ("leadr 3x3, mirrored", grid(3), Forward::Environment(3), None),
+        ("leadr 5x5, mirrored", grid(5), finest, None),
+        ("leadr visible 16, mirrored", probes, Forward::Environment(4), Some(finest)),
+        ("leadr 5x5, diffuse", leadr(Quadrature::Grid(5), diffuse), Forward::Irradiance(5), None),
+        ("leadr visible, diffuse", closed, Forward::Irradiance(5), None),
+    ];
+    let mut rows: Vec<Row> = Vec::new();
+    for (name, shading, forward, beside) in pairs {
+        let base = forward.to_string();
+        let own = row(state, size, AGAINST_FORWARD, name.to_owned(), Some(&base), shading);
+        rows.push(Row { beside: beside.map(|forward| forward.to_string()), ..own });
+        if rows.iter().all(|row| row.name != base) {
+            let plain = row(state, size, AGAINST_FORWARD, base, None, shading);
+            rows.push(Row { forward: Some(forward), ..plain });
+        }
+    }
+    rows
+}
+
+/// The tables of the full-screen quad that `state` shows.
+#[must_use]
+pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
+    let row = |table: &str, name: String, base: &str, shading| row(state, size, table, name, Some(base), shading);
+    let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
+    let mut rows = Vec::new();
+
+    for technique in Technique::ALL.into_iter().filter(|t| !t.is_reference()) {
+        let shading = paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
+        rows.push(row(LIGHT, technique.name().to_owned(), "lean", shading));
+    }
+    let tables = [
+        (SPECULAR, FIGURE_11_SPECULAR, Terms::SPECULAR_ENVIRONMENT),
+        (DIFFUSE, FIGURE_11_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
+    ];
+    for (table, figure, terms) in tables {
+        // One fetch along the reflection about the mean normal, one irradiance of the mean normal.
+        let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
+        rows.push(row(table, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
+        for n in [1, 3, 5, 7, 32] {
+            rows.push(row(table, format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms)));
+        }
+        if table == SPECULAR {
+            for probes in Probes::ALL {
+                let (name, rule) = (format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes));
+                rows.push(row(table, name, ONE_SAMPLE, leadr(rule, terms)));
+            }
+        } else {
+            // The diffuse rule has its own few samples whatever the probes of the environment.
+            rows.push(row(
+                table,
+                "leadr visible".to_owned(),
+                ONE_SAMPLE,
+                leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
+            ));
+        }
+        for n in 1..=16 {
+            rows.push(row(figure, format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms)));
+        }
+    }
+    let terms = Terms::DIFFUSE_LIGHTS;
+    let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
+    rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
+    rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
+    rows.push(row(
+        DIFFUSE_LIGHT,
+        "leadr visible".to_owned(),
+        ONE_SAMPLE,
+        leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
+    ));
+
+    let tables = [
+        (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),
+        (VISIBILITY_SPECULAR, Terms::SPECULAR_ENVIRONMENT),
+        (VISIBILITY_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
+    ];
+    for (table, terms) in tables {
+        for shadowing in Shadowing::MAIN {
+            let shading = leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
+            let shading = shading.adjusted(|options| ShadingOptions { shadowing, ..options });
+            rows.push(row(table, shadowing.name().to_owned(), "masking", shading));
+        }
+    }
+    for row in &mut rows {
+        row.paper_ms = paper_ms(&row.table, &row.name);
+    }
+    rows
+}
+
+/// The paper's time of a row, milliseconds on an NVIDIA GTX 480 (LEADR section 7).
+fn paper_ms(table: &str, row: &str) -> Option<f64> {
+    Some(match (table, row) {
+        (LIGHT, "constant") => 0.055,
+        (LIGHT, "blinn-phong") => 0.146,
+        (LIGHT, "lean") => 0.266,
+        (LIGHT, "leadr") => 0.267,
+        (SPECULAR, ONE_SAMPLE) => 0.402,
+        (SPECULAR, "leadr 3x3") => 0.433,
+        (SPECULAR, "leadr 5x5") => 1.704,
+        (SPECULAR, "leadr 7x7") => 4.284,
+        (DIFFUSE, ONE_SAMPLE) => 0.148,
+        (DIFFUSE, "leadr 3x3") => 1.067,
+        (DIFFUSE, "leadr 5x5") => 2.750,
+        (DIFFUSE, "leadr 7x7") => 5.027,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::{distances, techniques};
+    use super::*;
+    use leadr_scenes::config::SceneConfig;
+    use leadr_scenes::full_screen::full_screen_stage;
+    use leadr_scenes::registry::Scene;
+    use leadr_scenes::stage::Lights;
+
+    fn all_rows() -> Vec<Row> {
+        let stage = full_screen_stage((8, 8));
+        let state = stage.state(0.0, &stage.views.mid, &Lights::default());
+        let size = Size { width: 8, height: 8 };
+        let mut rows = rows(&state, size);
+        rows.extend(against_forward(&state, size));
+        for name in ["sphere", "trex"] {
+            let config = SceneConfig { scene: Scene::find(name).unwrap(), ..SceneConfig::default() };
+            rows.extend(techniques(&config, &state, None));
+            rows.extend(distances(&config, &state, None));
+        }
+        rows
+    }
+
+    #[test]
+    fn every_row_has_a_place_of_its_own_and_its_base_is_there() {
+        let rows = all_rows();
+        for row in &rows {
+            let same = rows.iter().filter(|r| r.table == row.table && r.name == row.name).count();
+            assert_eq!(same, 1, "{}: {}", row.table, row.name);
+            assert!(row.base.is_some() || row.forward.is_some(), "{}: {}", row.table, row.name);
+            for base in row.base.iter().chain(&row.beside) {
+                assert!(rows.iter().any(|r| r.table == row.table && r.name == *base), "{}: {base}", row.table);
+            }
+            row.settings.shading.check().unwrap();
+        }
+    }
+
+    #[test]
+    fn every_goal_is_about_rows_that_are_measured() {
+        let rows = all_rows();
+        for goal in GOALS {
+            for place in [goal.of, goal.to] {
+                assert!(rows.iter().any(|r| r.table == place.table && r.name == place.row), "{}: {place:?}", goal.name);
+            }
+        }
+    }
+
+    #[test]
+    fn goals_of_the_quad_need_seven_rows() {
+        let rows: Vec<Row> =
+            all_rows().into_iter().filter(|row| in_a_goal(row) && row.table != AGAINST_FORWARD).collect();
+        let quad = rows.iter().filter(|r| r.compared == PIXELS);
+        let places: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
+        let expected = [(LIGHT, "lean"), (LIGHT, "leadr"), (SPECULAR, ONE_SAMPLE), (SPECULAR, "leadr visible 16")];
+        let diffuse = [(DIFFUSE, ONE_SAMPLE), (DIFFUSE, "leadr visible"), (VISIBILITY_DIFFUSE, "correlated")];
+        assert_eq!(places, [&expected[..], &diffuse[..]].concat());
+    }
+
+    #[test]
+    fn the_papers_rows_are_there() {
+        let rows = all_rows();
+        assert_eq!(rows.iter().filter(|r| r.paper_ms.is_some()).count(), 12);
+        let samples =
+            |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::samples).collect() };
+        for table in FIGURE_11 {
+            assert_eq!(samples(table), (1..=16).map(|n| n * n).collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,390 @@
+//! The result of a bench, as JSON or as tables to read.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::against::{Comparison, Time, Times};
+use super::forward::FORWARD;
+use super::goals::{Bound, Verdict};
+use super::ocean::WAVES;
+use super::quad::{FIGURE_11, GOALS};
+use super::rounds::{CPU, FRAME, PIXELS, TOTAL, WITH_GEOMETRY};
+use super::rows::Measured;
+use super::stats::{Ratio, in_order, least_squares, median};
+use crate::error::LabError;
+use crate::program::commit;
+use leadr_gpu::Gpu;
+
+/// Everything that was measured.
+#[derive(Debug, Serialize)]
+pub struct BenchReport {
+    command: &'static str,
+    device: String,
+    driver: String,
+    /// How the program was compiled; the times of the device do not depend on it.
+    profile: &'static str,
+    /// Number of rounds.
+    frames: u32,
+    rows: Vec<RowReport>,
+    ratios: Vec<RatioReport>,
+    /// Time against samples: one straight line per table (LEADR Figure 11).
+    lines: Vec<LineReport>,
+    goals: Vec<Verdict>,
+    /// This run against an earlier one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    against: Option<Comparison>,
+    /// Wall-clock seconds, everything included.
+    seconds: f64,
+}
+
+/// The pass in which techniques differ most, compared beside the others.
+const SHADE: &str = "shade";
+
+/// One pass of one row.
+#[derive(Clone, Debug, Serialize)]
+pub struct RowReport {
+    table: String,
+    /// Name of the row in its table.
+    row: String,
+    /// The row it is compared with.
+    base: Option<String>,
+    /// Another row that its passes per pixel are compared with.
+    beside: Option<String>,
+    /// The pass, or sum of passes, that is compared.
+    compared: &'static str,
+    technique: &'static str,
+    /// How the integrals over slopes are sampled.
+    rule: &'static str,
+    /// Slope samples (or probes) per pixel and environment term.
+    samples: u32,
+    visibility: &'static str,
+    /// Metres to the camera's target, for scenes that are seen from several distances.
+    distance: Option<f32>,
+    size: [u32; 2],
+    /// Upper bound on the triangles of a frame, shadow maps included; of rows about whole frames.
+    triangles: Option<u64>,
+    /// Patches drawn for the camera; of rows about whole frames.
+    patches: Option<u32>,
+    /// A pass or a sum of passes on the device; a part of the processor's time (`cpu prepare`, `cpu record`, `cpu wait`), or all
+    /// three of them (`frame`).
+    pass: String,
+    median_ms: f64,
+    p95_ms: f64,
+    /// Time of the fastest frame.
+    min_ms: f64,
+    /// Times the pass was drawn in each timed region.
+    repeats: u32,
+    /// Rounds in which the row was measured.
+    measurements: usize,
+    /// What the paper's authors measured on their GPU (NVIDIA GTX 480).
+    paper_ms: Option<f64>,
+}
+
+/// A row against the row of its table that it is compared with.
+#[derive(Clone, Debug, Serialize)]
+pub struct RatioReport {
+    table: String,
+    of: String,
+    to: String,
+    pass: &'static str,
+    /// Median of the ratios within rounds.
+    median: f64,
+    /// Their lower quartile.
+    low: f64,
+    /// Their upper quartile.
+    high: f64,
+    /// Ratio of the fastest frames.
+    fastest: f64,
+    /// Rounds in which both were measured.
+    pairs: usize,
+    /// The same ratio of the paper's times.
+    paper: Option<f64>,
+}
+
+/// A least-squares line through medians of `filter+shade` against the number of samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct LineReport {
+    table: String,
+    /// Milliseconds without any sample.
+    intercept_ms: f64,
+    /// Milliseconds per sample.
+    per_sample_ms: f64,
+    r_squared: f64,
+    /// Largest relative distance of a point from the line.
+    worst: f64,
+}
+
+impl BenchReport {
+    /// Summarises what was measured on `gpu` in this many rounds and seconds.
+    #[must_use]
+    pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
+        let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
+        Self {
+            command: "bench",
+            device: gpu.device_name().to_owned(),
+            driver: gpu.driver_info().to_owned(),
+            profile: if cfg!(debug_assertions) { "dev" } else { "release" },
+            frames,
+            rows: measured.iter().flat_map(rows).collect(),
+            ratios: measured
+                .iter()
+                .filter_map(|m| Some((m, find(&m.row.table, m.row.base.as_deref()?)?)))
+                .filter(|(m, base)| m.row.name != base.row.name)
+                .flat_map(|(m, base)| {
+                    let passes =
+                        if base.row.forward.is_some() { [PIXELS, WITH_GEOMETRY] } else { [m.row.compared, SHADE] };
+                    passes.into_iter().filter_map(|pass| ratio(m, base, pass))
+                })
+                .chain(measured.iter().filter_map(|m| ratio(m, find(&m.row.table, m.row.beside.as_deref()?)?, PIXELS)))
+                .collect(),
+            lines: FIGURE_11.iter().filter_map(|table| line(table, &measured)).collect(),
+            goals: GOALS.iter().filter_map(|goal| goal.judge(|t, r| find(t, r).map(|m| &m.series))).collect(),
+            against: None,
+            seconds,
+        }
+    }
+
+    /// Adds a comparison with an earlier run, and returns it.
+    ///
+    /// # Errors
+    /// If the runs have no row in common.
+    pub fn compare_with(&mut self, earlier: &Times) -> Result<&Comparison, LabError> {
+        let time = |row: &RowReport| Time {
+            table: row.table.clone(),
+            row: row.row.clone(),
+            pass: row.pass.clone(),
+            size: row.size,
+            median_ms: row.median_ms,
+            min_ms: row.min_ms,
+        };
+        let this = Times::new(&self.device, &self.driver, commit(), self.rows.iter().map(time).collect());
+        Ok(self.against.insert(earlier.compare(&this)?))
+    }
+}
+
+fn rows(measured: &Measured) -> Vec<RowReport> {
+    let Measured { row, series } = measured;
+    let mut passes = series.passes();
+    if !passes.contains(&row.compared) {
+        passes.push(row.compared);
+    }
+    // A forward pass filters and shades in one.
+    passes.retain(|pass| series.of(pass).iter().any(Option::is_some));
+    let counts = series.counts();
+    let report = |pass: &&str| {
+        let (median_ms, p95_ms) = series.median_p95(pass);
+        RowReport {
+            table: row.table.clone(),
+            row: row.name.clone(),
+            base: row.base.clone(),
+            beside: row.beside.clone(),
+            compared: row.compared,
+            technique: row.settings.shading.technique().name(),
+            rule: row.rule(),
+            samples: row.samples(),
+            visibility: row.shadowing(),
+            distance: row.distance,
+            size: [row.settings.size.0, row.settings.size.1],
+            triangles: counts.map(|(triangles, _)| triangles),
+            patches: counts.map(|(_, patches)| patches),
+            pass: (*pass).to_owned(),
+            median_ms,
+            p95_ms,
+            min_ms: series.fastest(pass),
+            repeats: if is_once(pass) { 1 } else { series.repeats },
+            measurements: series.measurements(),
+            paper_ms: row.paper_ms.filter(|_| *pass == TOTAL),
+        }
+    };
+    passes.iter().map(report).collect()
+}
+
+fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<RatioReport> {
+    let of_base = if base.row.forward.is_some() { TOTAL } else { pass };
+    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, of_base)?;
+    let paper = measured.row.paper_ms.zip(base.row.paper_ms).map(|(of, to)| of / to);
+    let (table, of, to) = (measured.row.table.clone(), measured.row.name.clone(), base.row.name.clone());
+    Some(RatioReport { table, of, to, pass, median, low, high, fastest, pairs, paper })
+}
+
+fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
+    let rows = measured.iter().filter(|m| m.row.table == table);
+    let points: Vec<(f64, f64)> = rows
+        .map(|m| {
+            let times: Vec<f64> = m.series.of(PIXELS).into_iter().flatten().collect();
+            (f64::from(m.row.samples()), median(&times))
+        })
+        .collect();
+    let line = least_squares(&points)?;
+    Some(LineReport {
+        table: table.to_owned(),
+        intercept_ms: line.intercept,
+        per_sample_ms: line.slope,
+        r_squared: line.r_squared,
+        worst: line.worst,
+    })
+}
+
+/// Whether a pass runs once however often others are repeated.
+fn is_once(pass: &str) -> bool {
+    pass == "sky" || is_cpu(pass)
+}
+
+/// Whether it is time of the processor.
+fn is_cpu(pass: &str) -> bool {
+    pass == FRAME || CPU.contains(&pass)
+}
+
+/// Heading of the column of a pass or sum of passes.
+fn title(pass: &str) -> &str {
+    if pass == WAVES { "waves" } else { pass }
+}
+
+/// Milliseconds with about four digits.
+fn ms(value: f64) -> String {
+    let digits = if value >= 1000.0 {
+        0
+    } else if value >= 100.0 {
+        1
+    } else if value >= 10.0 {
+        2
+    } else {
+        3
+    };
+    format!("{value:.digits$}")
+}
+
+impl fmt::Display for BenchReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} ({}), commit {}", self.device, self.driver, commit())?;
+        writeln!(
+            f,
+            "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then of the fastest frames",
+            self.frames
+        )?;
+        for table in in_order(self.rows.iter().map(|row| row.table.as_str())) {
+            self.table(f, table)?;
+        }
+        if !self.goals.is_empty() {
+            writeln!(f, "\ngoals")?;
+        }
+        let width = self.goals.iter().map(|goal| goal.goal.len()).max().unwrap_or(0);
+        for goal in &self.goals {
+            let bound = match goal.bound {
+                Bound::AtMost(most) => format!("at most {most:.2}"),
+                Bound::AtLeast(least) => format!("at least {least:.0}"),
+            };
+            let met = match (goal.met, goal.clear) {
+                (true, true) => "met",
+                (true, false) => "met, within the noise",
+                (false, true) => "MISSED",
+                (false, false) => "MISSED, within the noise",
+            };
+            let (median, low, high) = (goal.median, goal.low, goal.high);
+            let fastest = goal.fastest;
+            writeln!(
+                f,
+                "  {:width$} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}",
+                goal.goal
+            )?;
+        }
+        if let Some(comparison) = &self.against {
+            writeln!(f, "\n{comparison}\n")?;
+        }
+        write!(f, "{:.0} s", self.seconds)
+    }
+}
+
+impl BenchReport {
+    fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
+        let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
+        // For the quad only the cost of the pixels matters; JSON has the rest.
+        let own = |pass: &str| ["geometry", "filter", "shade", "filter and shade", PIXELS, FORWARD].contains(&pass);
+        let compared = rows[0].compared;
+        let timed = rows.iter().map(|row| row.pass.as_str());
+        let passes = in_order(timed.filter(|pass| !is_cpu(pass) && (compared != PIXELS || own(pass))));
+        let [width, height] = rows[0].size;
+        let size = format!(", {width}x{height}");
+        match rows.iter().all(|row| row.size == rows[0].size) && !table.ends_with(&size) {
+            true => writeln!(f, "\n{table}{size}")?,
+            false => writeln!(f, "\n{table}")?,
+        }
+        let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
+        names.dedup();
+        let width = names.iter().map(|name| name.len()).max().unwrap_or(0).max(24);
+        write!(f, "  {:width$} {:>7}", "", "samples")?;
+        for pass in &passes {
+            write!(f, " {:>12}", title(pass))?;
+        }
+        let base = if passes.contains(&FORWARD) { Some("the next forward pass") } else { rows[0].base.as_deref() };
+        writeln!(f, " {:>9}  {} against {}", "p95", title(compared), base.unwrap_or("nothing"))?;
+        for name in &names {
+            let cells: Vec<&&RowReport> = rows.iter().filter(|r| r.row == **name).collect();
+            write!(f, "  {name:width$} {:>7}", cells[0].samples)?;
+            for pass in &passes {
+                let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
+                write!(f, " {cell:>12}")?;
+            }
+            let against = |to: &Option<String>, pass: &str| {
+                let is_it = |r: &&RatioReport| r.table == table && r.of == **name && Some(&r.to) == to.as_ref();
+                self.ratios.iter().filter(is_it).find(|r| r.pass == pass)
+            };
+            let ratio = |pass: &str| against(&cells[0].base, pass);
+            let p95 =
+                cells.iter().find(|c| c.pass == compared || c.pass == FORWARD).map_or(String::new(), |c| ms(c.p95_ms));
+            write!(f, " {p95:>9}")?;
+            if let Some(r) = ratio(compared) {
+                write!(f, "  {:7.3} [{:.3}, {:.3}], fastest {:.3}", r.median, r.low, r.high, r.fastest)?;
+                if let Some(shade) = ratio(SHADE) {
+                    write!(f, "; shade alone {:.3}, fastest {:.3}", shade.median, shade.fastest)?;
+                }
+                if let Some(whole) = ratio(WITH_GEOMETRY) {
+                    write!(f, "; with geometry {:.3}, fastest {:.3}", whole.median, whole.fastest)?;
+                }
+                if let Some(paper) = r.paper {
+                    write!(f, "; paper {paper:.3}")?;
+                }
+            }
+            if let Some(paper) = cells.iter().find_map(|cell| cell.paper_ms) {
+                write!(f, "{} paper {paper:.3} ms", if ratio(compared).is_some() { "," } else { " " })?;
+            }
+            if let Some(r) = against(&cells[0].beside, PIXELS) {
+                write!(f, "; {PIXELS} against {} {:.3}, fastest {:.3}", r.to, r.median, r.fastest)?;
+            }
+            writeln!(f)?;
+        }
+        Self::frames(f, &rows, &names)?;
+        for line in self.lines.iter().filter(|l| l.table == table) {
+            let LineReport { intercept_ms, per_sample_ms, r_squared, worst, .. } = line;
+            let (a, b) = (ms(*intercept_ms), ms(*per_sample_ms));
+            writeln!(f, "  {a} ms + {b} ms a sample; R² {r_squared:.5}, farthest point {:.1} % off", 100.0 * worst)?;
+        }
+        Ok(())
+    }
+
+    /// Triangles and the processor's time, of rows about whole frames.
+    fn frames(f: &mut fmt::Formatter<'_>, rows: &[&RowReport], names: &[&str]) -> fmt::Result {
+        let columns: Vec<&str> = CPU.into_iter().chain([FRAME]).collect();
+        if !rows.iter().any(|row| is_cpu(&row.pass)) {
+            return Ok(());
+        }
+        write!(f, "  {:24} {:>9} {:>9}", "", "triangles", "patches")?;
+        for column in &columns {
+            write!(f, " {column:>12}")?;
+        }
+        writeln!(f, " {:>9}", "p95")?;
+        for name in names {
+            let cell = |pass: &str| rows.iter().find(|row| row.row == *name && row.pass == pass);
+            let Some(frame) = cell(FRAME) else { continue };
+            let count = |count: Option<u64>| count.map_or(String::new(), |count| count.to_string());
+            let (triangles, patches) = (count(frame.triangles), count(frame.patches.map(u64::from)));
+            write!(f, "  {name:24} {triangles:>9} {patches:>9}")?;
+            for column in &columns {
+                write!(f, " {:>12}", cell(column).map_or(String::new(), |cell| ms(cell.median_ms)))?;
+            }
+            writeln!(f, " {:>9}", ms(frame.p95_ms))?;
+        }
+        Ok(())
+    }
+}

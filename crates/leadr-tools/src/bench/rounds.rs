@@ -1,0 +1,333 @@
+//! Rows measured alternately: every round draws one frame of each row, and ratios are taken within rounds. Whatever slows the
+//! machine down for a while then slows all rows alike.
+
+use super::forward::FORWARD;
+use super::stats::{Ratio, median, paired_ratio, quantile};
+use crate::error::LabError;
+use leadr_render::frame::{CpuTime, PassTime};
+
+/// Draws frames of rows.
+pub trait Subject {
+    /// Draws one frame of row `row` with every pass repeated, and returns the time of each pass once.
+    ///
+    /// # Errors
+    /// If the device fails.
+    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError>;
+}
+
+/// What was measured of one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// The time of each pass on the device.
+    pub passes: Vec<PassTime>,
+    /// Of rows about whole frames: the processor's time for a frame whose passes run once.
+    pub cpu: Option<CpuTime>,
+    /// Upper bound on its triangles, shadow maps included.
+    pub triangles: u64,
+    /// Patches drawn for the camera.
+    pub patches: u32,
+}
+
+/// A timed region should take at least this long, milliseconds: clocks of GPUs tick as slowly as once in a microsecond.
+const MEASURABLE: f64 = 0.5;
+/// Most repetitions of a pass.
+const MAX_REPEATS: u32 = 256;
+/// A row whose frame takes longer than this, milliseconds, skips some rounds.
+const PATIENCE: f64 = 1000.0;
+/// Every row takes part in at least this many rounds.
+const FEWEST: usize = 5;
+
+/// The passes that work per pixel: filtering of the maps, and shading.
+pub const PIXELS: &str = "filter+shade";
+/// The same with the geometry that they need.
+pub const WITH_GEOMETRY: &str = "geometry+filter+shade";
+/// All passes of a frame.
+pub const TOTAL: &str = "total";
+/// The processor's parts of a frame: posing and dividing the scene, recording, waiting for the device.
+pub const CPU: [&str; 3] = ["cpu prepare", "cpu record", "cpu wait"];
+/// A frame by the clock on the wall: the sum of [`CPU`].
+pub const FRAME: &str = "frame";
+
+/// The times of one row.
+#[derive(Clone, Debug, Default)]
+pub struct Series {
+    /// Repetitions of each pass in its timed region.
+    pub repeats: u32,
+    /// Per round, what was measured; `None` where the row skipped the round.
+    pub rounds: Vec<Option<Frame>>,
+}
+
+impl Frame {
+    /// Milliseconds of a pass or of several, as in [`Series::of`].
+    fn of(&self, pass: &str) -> Option<f64> {
+        if let Some(CpuTime { prepare, record, wait }) = self.cpu {
+            let parts = [prepare, record, wait];
+            if let Some(part) = CPU.iter().position(|name| *name == pass) {
+                return Some(parts[part]);
+            }
+            if pass == FRAME {
+                return Some(parts.iter().sum());
+            }
+        }
+        let names: Vec<&str> = pass.split('+').collect();
+        // A pass may do the work of several: "filter and shade".
+        let counts = |t: &&PassTime| {
+            let of_several = || t.pass.split(" and ").all(|part| names.contains(&part));
+            pass == TOTAL || names.contains(&t.pass.as_str()) || of_several()
+        };
+        let counted: Vec<f64> = self.passes.iter().filter(counts).map(|t| t.milliseconds).collect();
+        (!counted.is_empty()).then(|| counted.iter().sum())
+    }
+}
+
+impl Series {
+    /// Passes in the order in which they run, then [`PIXELS`] and [`TOTAL`]; of rows about whole frames [`CPU`] and [`FRAME`] too.
+    #[must_use]
+    pub fn passes(&self) -> Vec<&str> {
+        let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
+        let mut passes: Vec<&str> = first.passes.iter().map(|time| time.pass.as_str()).collect();
+        passes.extend([PIXELS, TOTAL]);
+        if first.cpu.is_some() {
+            passes.extend(CPU);
+            passes.push(FRAME);
+        }
+        passes
+    }
+
+    /// Milliseconds of `pass` per round: of one pass, of [`PIXELS`], of [`TOTAL`], of several joined by `+`, of one of [`CPU`], or
+    /// of [`FRAME`].
+    #[must_use]
+    pub fn of(&self, pass: &str) -> Vec<Option<f64>> {
+        self.rounds.iter().map(|frame| frame.as_ref().and_then(|frame| frame.of(pass))).collect()
+    }
+
+    /// Triangles and patches of the last frame of a row about whole frames.
+    #[must_use]
+    pub fn counts(&self) -> Option<(u64, u32)> {
+        let last = self.rounds.iter().flatten().next_back()?;
+        last.cpu.map(|_| (last.triangles, last.patches))
+    }
+
+    /// Rounds in which the row was measured.
+    #[must_use]
+    pub fn measurements(&self) -> usize {
+        self.rounds.iter().flatten().count()
+    }
+
+    /// Median and 95th percentile of a pass, milliseconds.
+    #[must_use]
+    pub fn median_p95(&self, pass: &str) -> (f64, f64) {
+        let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
+        (median(&times), quantile(&times, 0.95))
+    }
+
+    /// The least time of a pass, milliseconds.
+    #[must_use]
+    pub fn fastest(&self, pass: &str) -> f64 {
+        let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
+        quantile(&times, 0.0)
+    }
+
+    /// This row's time over another's.
+    #[must_use]
+    pub fn ratio(&self, pass: &str, to: &Self, to_pass: &str) -> Option<Ratio> {
+        paired_ratio(&self.of(pass), &to.of(to_pass))
+    }
+}
+
+/// Measures `rounds` rounds after a warm-up of two frames per row: the first compiles pipelines, the second tells how long a frame
+/// takes. Rounds go through the rows forwards and backwards alternately, so that a steady drift favours none. `tick` hears of every
+/// row that is warm, of the number of frames to come, and of every measured frame.
+///
+/// # Errors
+/// The first failed frame's.
+pub fn measure(
+    subject: &mut dyn Subject,
+    rows: usize,
+    rounds: usize,
+    tick: &mut dyn FnMut(Tick),
+) -> Result<Vec<Series>, LabError> {
+    let mut warm = Vec::with_capacity(rows);
+    for row in 0..rows {
+        subject.frame(row, 0, 1)?;
+        let times = subject.frame(row, 0, 1)?.passes;
+        let total: f64 = times.iter().map(|t| t.milliseconds).sum();
+        warm.push((total, repeats(&times)));
+        tick(Tick::Warm(row));
+    }
+    // Repeated passes find warm caches: rows can only be compared if they are repeated alike.
+    let most = warm.iter().map(|w| w.1).max().unwrap_or(1);
+    let mut series = Vec::with_capacity(rows);
+    let mut turns = Vec::with_capacity(rows);
+    for &(total, own) in &warm {
+        let repeats = most.min((PATIENCE / total.max(1e-6)) as u32).max(own);
+        turns.push(turns_of(total * f64::from(repeats), rounds));
+        series.push(Series { repeats, rounds: vec![None; rounds] });
+    }
+    tick(Tick::Begin(turns.iter().sum()));
+    for round in 0..rounds {
+        for place in 0..rows {
+            let row = if round % 2 == 0 { place } else { rows - 1 - place };
+            if takes_part(round, turns[row], rounds) {
+                let frame = subject.frame(row, round, series[row].repeats)?;
+                series[row].rounds[round] = Some(frame);
+                tick(Tick::Frame(row));
+            }
+        }
+    }
+    Ok(series)
+}
+
+/// Progress of [`measure`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tick {
+    /// The row of this number is warm.
+    Warm(usize),
+    /// All rows are warm; this many frames will be measured.
+    Begin(usize),
+    /// A frame of the row of this number was measured.
+    Frame(usize),
+}
+
+/// Repetitions that make the passes per pixel long enough to measure.
+fn repeats(times: &[PassTime]) -> u32 {
+    // The sea has a filter pass of its own, and may be all there is.
+    let all = |pass: &str| times.iter().filter(|t| t.pass.ends_with(pass)).map(|t| t.milliseconds).reduce(|a, b| a + b);
+    let shortest = PIXELS.split('+').chain([FORWARD]).filter_map(all).fold(f64::INFINITY, f64::min);
+    if shortest.is_finite() {
+        (MEASURABLE / shortest.max(1e-4)).ceil().clamp(1.0, f64::from(MAX_REPEATS)) as u32
+    } else {
+        1
+    }
+}
+
+/// In how many of `rounds` rounds a row that takes this long takes part.
+fn turns_of(milliseconds: f64, rounds: usize) -> usize {
+    let turns = (rounds as f64 * PATIENCE / milliseconds.max(PATIENCE)).round() as usize;
+    turns.clamp(FEWEST.min(rounds), rounds)
+}
+
+/// Whether a row that takes part in `turns` rounds takes part in this one: they are spread evenly, and the first is always one.
+fn takes_part(round: usize, turns: usize, rounds: usize) -> bool {
+    round == 0 || round * turns / rounds != (round - 1) * turns / rounds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of known cost on a machine whose speed drifts; the first frame of a row compiles.
+    struct Machine {
+        costs: Vec<f64>,
+        load: fn(usize) -> f64,
+        calls: Vec<(usize, usize, u32)>,
+    }
+
+    impl Subject for Machine {
+        fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
+            let compiling = if self.calls.iter().any(|c| c.0 == row) { 0.0 } else { 500.0 };
+            let cost = self.costs[row] * (self.load)(self.calls.len()) + compiling;
+            self.calls.push((row, round, repeats));
+            let pass = |pass: &str, milliseconds| PassTime { pass: pass.to_owned(), milliseconds };
+            let passes = vec![pass("geometry", 1.0), pass("filter", cost * 0.25), pass("shade", cost * 0.75)];
+            Ok(Frame { passes, ..Default::default() })
+        }
+    }
+
+    fn run(costs: &[f64], rounds: usize, load: fn(usize) -> f64) -> (Machine, Vec<Series>) {
+        let mut machine = Machine { costs: costs.to_vec(), load, calls: Vec::new() };
+        let series = measure(&mut machine, costs.len(), rounds, &mut |_| ()).unwrap();
+        (machine, series)
+    }
+
+    #[test]
+    fn warm_up_then_forwards_and_backwards() {
+        let (machine, series) = run(&[10.0, 20.0, 30.0], 2, |_| 1.0);
+        let rows: Vec<usize> = machine.calls.iter().map(|c| c.0).collect();
+        assert_eq!(rows, [0, 0, 1, 1, 2, 2, 0, 1, 2, 2, 1, 0]);
+        assert_eq!(series[1].passes(), ["geometry", "filter", "shade", PIXELS, TOTAL]);
+        assert_eq!(series[1].of(PIXELS), [Some(20.0); 2], "nothing compiles in a measured frame");
+        assert_eq!(series[1].of(TOTAL), [Some(21.0); 2]);
+        assert_eq!(series[1].of("filter"), [Some(5.0); 2]);
+        assert_eq!(series[1].of("shadow"), [None; 2]);
+        assert_eq!(series[1].median_p95("filter"), (5.0, 5.0));
+    }
+
+    #[test]
+    fn a_pass_may_do_the_work_of_several() {
+        let time = |pass: &str, milliseconds| PassTime { pass: pass.to_owned(), milliseconds };
+        let passes = vec![time("geometry", 1.0), time("filter and shade", 2.0), time("sea filter and shade", 4.0)];
+        let frame = Frame { passes, ..Default::default() };
+        assert_eq!(frame.of("filter and shade"), Some(2.0));
+        assert_eq!(frame.of(PIXELS), Some(2.0));
+        assert_eq!(frame.of(WITH_GEOMETRY), Some(3.0));
+        assert_eq!(frame.of("filter"), None, "it is a part of the pass");
+        assert_eq!(frame.of(TOTAL), Some(7.0));
+    }
+
+    #[test]
+    fn the_processors_time_is_no_part_of_the_devices() {
+        let cpu = Some(CpuTime { prepare: 1.0, record: 2.0, wait: 8.0 });
+        let passes = vec![PassTime { pass: "shade".to_owned(), milliseconds: 7.0 }];
+        let frame = Frame { passes, cpu, triangles: 12, patches: 3 };
+        let series = Series { repeats: 1, rounds: vec![Some(frame.clone()), None] };
+        assert_eq!(series.passes()[1..], [PIXELS, TOTAL, CPU[0], CPU[1], CPU[2], FRAME]);
+        assert_eq!(
+            (series.of(TOTAL)[0], series.of(CPU[1])[0], series.of(FRAME)[0]),
+            (Some(7.0), Some(2.0), Some(11.0))
+        );
+        assert_eq!(series.counts(), Some((12, 3)));
+        let pixels = Series { repeats: 1, rounds: vec![Some(Frame { cpu: None, ..frame })] };
+        assert_eq!((pixels.passes().len(), pixels.of(FRAME)[0], pixels.counts()), (3, None, None));
+    }
+
+    #[test]
+    fn drift_leaves_the_ratio_alone() {
+        // Ten times slower at the end than in the beginning: the rows' medians say little, their ratio is right.
+        let (_, series) = run(&[10.0, 15.0], 40, |call| 1.0 + call as f64 / 9.0);
+        let ratio = series[1].ratio(PIXELS, &series[0], PIXELS).unwrap();
+        assert!((ratio.median - 1.5).abs() < 0.02, "{ratio:?}");
+        assert!(ratio.low < 1.5 && ratio.high > 1.5, "rounds alternate, so the drift falls on both sides: {ratio:?}");
+        // One row after the other would have said something else.
+        let mut calls = 0;
+        let mut one_after_the_other = |cost: f64| {
+            let times: Vec<f64> = (0..40)
+                .map(|_| {
+                    calls += 1;
+                    cost * (1.0 + f64::from(calls) / 9.0)
+                })
+                .collect();
+            median(&times)
+        };
+        let (first, second) = (one_after_the_other(10.0), one_after_the_other(15.0));
+        assert!(second / first > 2.0, "{}", second / first);
+    }
+
+    #[test]
+    fn slow_rows_skip_rounds_evenly() {
+        let (machine, series) = run(&[10.0, 4000.0, 90_000.0], 24, |_| 1.0);
+        let counts: Vec<usize> = series.iter().map(Series::measurements).collect();
+        assert_eq!(counts, [24, 6, FEWEST]);
+        let rounds: Vec<usize> = machine.calls[6..].iter().filter(|c| c.0 == 1).map(|c| c.1).collect();
+        assert_eq!(rounds, [0, 4, 8, 12, 16, 20]);
+        assert_eq!(series[1].ratio(PIXELS, &series[0], PIXELS).unwrap().pairs, 6);
+        let (_, few) = run(&[90_000.0], 2, |_| 1.0);
+        assert_eq!(few[0].measurements(), 2);
+    }
+
+    #[test]
+    fn fast_rows_are_repeated_and_others_with_them() {
+        // The filter pass takes a quarter of 0.04 ms.
+        let (machine, series) = run(&[0.04, 4.0], 1, |_| 1.0);
+        assert_eq!(series.iter().map(|s| s.repeats).collect::<Vec<_>>(), [50; 2]);
+        assert_eq!(machine.calls[4..], [(0, 0, 50), (1, 0, 50)]);
+        let (_, series) = run(&[1e-9, 400.0, 2000.0], 1, |_| 1.0);
+        assert_eq!(
+            series.iter().map(|s| s.repeats).collect::<Vec<_>>(),
+            [MAX_REPEATS, 2, 1],
+            "no longer than a frame may take"
+        );
+        let repeated = [PassTime { pass: "shadow".to_owned(), milliseconds: 1e-3 }];
+        assert_eq!(repeats(&repeated), 1, "there are no pixels to repeat");
+    }
+}

@@ -1,0 +1,287 @@
+//! Runs the bench: puts the scenes on the device and measures their rows.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::forward::{ForwardPass, Surroundings};
+use super::ocean::{self, Variant};
+use super::report::BenchReport;
+use super::rounds::{self, Frame, Subject, Tick};
+use super::rows::{Measured, Row};
+use super::scene::Table;
+use super::{bases, maps, quad, scene};
+use crate::error::LabError;
+use crate::progress::Progress;
+use leadr_gpu::Gpu;
+use leadr_render::frame::{KeptTargets, Renderer};
+use leadr_render::light::environment::Environment;
+use leadr_render::light::sky::Sky;
+use leadr_render::scene::{FrameState, Object};
+use leadr_render::settings::{RenderSettings, Technique};
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::daylight;
+use leadr_scenes::full_screen::full_screen_stage;
+use leadr_scenes::set::{Inputs, set};
+use leadr_scenes::stage::Lights;
+use leadr_scenes::view::Size;
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct BenchConfig {
+    /// The paper's tables, if they are wanted.
+    pub quad: Option<Quad>,
+    /// The renderer against a plain forward pass, over a quad of this size.
+    pub forward: Option<Size>,
+    /// Scenes.
+    pub scenes: Vec<SceneConfig>,
+    /// The tables of each scene that has them.
+    pub tables: Vec<Table>,
+    /// Sizes of the pictures of [`Table::Views`].
+    pub view_sizes: Vec<Size>,
+    /// Only this technique in scenes.
+    pub technique: Option<Technique>,
+    /// Rounds: frames of every row, except rows that take over a second.
+    pub rounds: u32,
+}
+
+/// The paper's tables: a full-screen quad over a LEADR map of its size.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    /// Size of the quad and of its map.
+    pub size: Size,
+    /// Only the rows that goals compare.
+    pub goals_only: bool,
+}
+
+/// Runs the bench. `open` opens the device, after the input files have been checked.
+///
+/// # Errors
+/// If an input file or the device is not what it should be, or the device fails.
+pub fn bench(
+    config: &BenchConfig,
+    open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
+    progress: &dyn Progress,
+) -> Result<BenchReport, LabError> {
+    let start = Instant::now();
+    // Files first: their errors are found at once, without a device.
+    let inputs = config.scenes.iter().map(Inputs::load).collect::<Result<Vec<_>, _>>()?;
+    let gpu = open()?;
+    let rounds = config.rounds as usize;
+    let mut measured = Vec::new();
+    if let Some(quad) = &config.quad {
+        let FullScreen { renderer, state, .. } = FullScreen::new(quad.size, &gpu)?;
+        let mut rows = quad::rows(&state, quad.size);
+        if quad.goals_only {
+            rows.retain(quad::in_a_goal);
+        }
+        measure(vec![(renderer, rows)], rounds, progress, &mut measured)?;
+    }
+    if let Some(size) = config.forward {
+        measure_against_forward(size, &gpu, rounds, progress, &mut measured)?;
+    }
+    for (scene, inputs) in config.scenes.iter().zip(inputs) {
+        let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Bases | Table::Waves);
+        if config.tables.iter().any(one_set) {
+            let subject = one_scene(config, scene, inputs, &gpu, progress)?;
+            measure(vec![subject], rounds, progress, &mut measured)?;
+        }
+        let wants = |table: Table| config.tables.contains(&table) && table.is_of(scene.scene);
+        if wants(Table::Maps) {
+            measure(maps::maps(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+        }
+        if wants(Table::Bases) {
+            measure(bases::bases(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+        }
+        if wants(Table::Waves) {
+            measure(seas(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+        }
+    }
+    if let Some(message) = gpu.validation_messages().first() {
+        return Err(LabError(format!("Vulkan validation: {message}")));
+    }
+    Ok(BenchReport::new(&gpu, measured, config.rounds, start.elapsed().as_secs_f64()))
+}
+
+/// The renderer of a scene with the rows of all tables that one renderer can draw.
+fn one_scene(
+    config: &BenchConfig,
+    scene: &SceneConfig,
+    inputs: Inputs,
+    gpu: &Arc<Gpu>,
+    progress: &dyn Progress,
+) -> Result<(Renderer, Vec<Row>), LabError> {
+    let set = set(scene, inputs, gpu, None, &progress.set_up())?;
+    let (state, only) = ((set.animation)(0.0), config.technique);
+    let rows = config.tables.iter().flat_map(|table| match table {
+        Table::Views => scene::views(scene, &config.view_sizes, |view, size| set.state_from(0.0, view, size), only),
+        Table::Techniques => scene::techniques(scene, &state, only),
+        Table::Distance => scene::distances(scene, &state, only),
+        Table::Resolution => scene::resolutions(scene, &state, only),
+        Table::Triangles => scene::triangles(scene, &state, only),
+        Table::Maps | Table::Bases | Table::Waves => Vec::new(),
+    });
+    let rows = rows.collect();
+    Ok((set.renderer, rows))
+}
+
+/// The quad of the paper's tables on a device.
+pub struct FullScreen {
+    /// Its renderer.
+    pub renderer: Renderer,
+    /// The quad itself, which the renderer has a copy of.
+    pub object: Object,
+    /// What is drawn.
+    pub state: FrameState,
+}
+
+impl FullScreen {
+    /// A quad of this size over a map of as many texels.
+    ///
+    /// # Errors
+    /// Memory that is short, or a device that fails.
+    pub fn new(size: Size, gpu: &Arc<Gpu>) -> Result<Self, LabError> {
+        let mut stage = full_screen_stage((size.width, size.height));
+        let object = stage.objects[0].clone();
+        let sky = Sky::default();
+        let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
+        let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
+        let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
+        Ok(Self { renderer, object, state })
+    }
+
+    /// A plain forward pass over it in the same light.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn forward(&mut self, size: Size, settings: &RenderSettings) -> Result<ForwardPass, LabError> {
+        // Drawing a frame makes the environment's coefficients.
+        self.renderer.measure(&self.state, settings, 0, 1)?;
+        let radiance_sh = self.renderer.radiance_sh()?;
+        let environment = self.renderer.environment();
+        let surroundings = Surroundings { face_size: environment.face_size(), radiance_sh: &radiance_sh };
+        let gpu = self.renderer.gpu();
+        Ok(ForwardPass::new(gpu, &self.object, &self.state, &surroundings, (size.width, size.height))?)
+    }
+}
+
+/// Measures the renderer and a plain forward pass in turn.
+fn measure_against_forward(
+    size: Size,
+    gpu: &Arc<Gpu>,
+    rounds: usize,
+    progress: &dyn Progress,
+    measured: &mut Vec<Measured>,
+) -> Result<(), LabError> {
+    let mut quad = FullScreen::new(size, gpu)?;
+    let rows = quad::against_forward(&quad.state, size);
+    let Some(first) = rows.first() else { return Ok(()) };
+    let forward = quad.forward(size, &first.settings)?;
+    let bench = Bench { forward: Some(forward), ..Bench::new(vec![(quad.renderer, rows)])? };
+    measure_bench(bench, rounds, progress, measured)
+}
+
+/// Renderers of the sea's own tables, each with its row: maps and targets of every size stay alive.
+fn seas(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    technique: Option<Technique>,
+    progress: &dyn Progress,
+) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
+    let sea = |variant: Variant| -> Result<_, LabError> {
+        let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, None, &progress.set_up())?;
+        let row = scene::variant(variant, (set.animation)(0.0), technique);
+        Ok((set.renderer, vec![row]))
+    };
+    ocean::variants(config).into_iter().map(sea).collect()
+}
+
+/// Renderers and the rows they draw, each with the index of its renderer.
+struct Bench {
+    renderers: Vec<Renderer>,
+    rows: Vec<(usize, Row)>,
+    /// What pictures of each size are drawn into, by renderer: made once, not whenever a row follows one of another size.
+    targets: HashMap<(usize, (u32, u32)), KeptTargets>,
+    /// Draws the rows that the renderer does not.
+    forward: Option<ForwardPass>,
+}
+
+impl Bench {
+    fn new(subjects: Vec<(Renderer, Vec<Row>)>) -> Result<Self, LabError> {
+        let mut bench = Self { renderers: Vec::new(), rows: Vec::new(), targets: HashMap::new(), forward: None };
+        for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
+            renderer.gpu().wait_idle()?;
+            bench.renderers.push(renderer);
+            bench.rows.extend(rows.into_iter().map(|row| (index, row)));
+        }
+        Ok(bench)
+    }
+}
+
+impl Subject for Bench {
+    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
+        let (index_of_renderer, row) = &self.rows[row];
+        let renderer = &mut self.renderers[*index_of_renderer];
+        if let (Some(kind), Some(pass)) = (row.forward, &self.forward) {
+            let time = pass.measure(kind, renderer.environment().cube(), repeats)?;
+            return Ok(Frame { passes: vec![time], ..Default::default() });
+        }
+        let targets = self.targets.entry((*index_of_renderer, row.settings.size)).or_default();
+        // A row with many samples draws another of them in every round.
+        let index = round as u32 % row.settings.samples.max(1);
+        let mut state = row.state.clone();
+        daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
+        renderer.swap_targets(targets);
+        let cost = renderer.cost(&state, &row.settings, index, repeats)?;
+        let cpu = match repeats {
+            _ if !row.is_of_a_frame() => None,
+            1 => Some(cost.cpu),
+            // The sun would not move again.
+            _ if row.sun_hours != 0.0 => None,
+            _ => Some(renderer.cost(&state, &row.settings, index, 1)?.cpu),
+        };
+        renderer.swap_targets(targets);
+        if row.sun_hours != 0.0
+            && let Some(sky) = &row.state.sky
+        {
+            // Moving the sun back must not count as the next row's time.
+            renderer.show_sky(sky)?;
+        }
+        Ok(Frame { passes: cost.passes, cpu, triangles: cost.triangles, patches: cost.patches })
+    }
+}
+
+/// Measures all rows of some renderers, alternating between them, and appends them to `measured`.
+fn measure(
+    subjects: Vec<(Renderer, Vec<Row>)>,
+    rounds: usize,
+    progress: &dyn Progress,
+    measured: &mut Vec<Measured>,
+) -> Result<(), LabError> {
+    measure_bench(Bench::new(subjects)?, rounds, progress, measured)
+}
+
+fn measure_bench(
+    mut bench: Bench,
+    rounds: usize,
+    progress: &dyn Progress,
+    measured: &mut Vec<Measured>,
+) -> Result<(), LabError> {
+    let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
+    let bar = progress.bar(names.len());
+    let mut tick = |tick: Tick| match tick {
+        Tick::Warm(row) => {
+            bar.message(&format!("warming up, {}", names[row]));
+            bar.step();
+        }
+        Tick::Begin(frames) => bar.restart(frames),
+        Tick::Frame(row) => {
+            bar.message(&names[row]);
+            bar.step();
+        }
+    };
+    let count = bench.rows.len();
+    let series = rounds::measure(&mut bench, count, rounds, &mut tick)?;
+    measured.extend(bench.rows.into_iter().zip(series).map(|((_, row), series)| Measured { row, series }));
+    Ok(())
+}

@@ -1,0 +1,285 @@
+//! The tables of a scene: its views, its techniques, and what its time depends on.
+
+use super::ocean::Variant;
+use super::quad;
+use super::rounds::TOTAL;
+use super::rows::Row;
+use leadr_render::scene::FrameState;
+use leadr_render::settings::{Quadrature, RenderSettings, Technique, Terms};
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::registry::{Choice, Scene};
+use leadr_scenes::view::{Size, View};
+
+/// A table of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// Its three views in pictures of several sizes.
+    Views,
+    /// Every technique, and a moving sun.
+    Techniques,
+    /// From half to sixteen times the middle view's distance.
+    Distance,
+    /// Pictures of a quarter to twice the size, along each side.
+    Resolution,
+    /// Triangles of 1 to 16 pixels.
+    Triangles,
+    /// Maps of more and more texels, LEADR beside LEAN.
+    Maps,
+    /// Base materials of several kinds.
+    Bases,
+    /// The sea by size of transform and of picture.
+    Waves,
+}
+
+impl Table {
+    /// Every table, in the order in which they are measured.
+    pub const ALL: [Self; 8] = [
+        Self::Views,
+        Self::Techniques,
+        Self::Distance,
+        Self::Resolution,
+        Self::Triangles,
+        Self::Maps,
+        Self::Bases,
+        Self::Waves,
+    ];
+
+    /// Its name on the command line, and a line of help.
+    #[must_use]
+    pub fn name_and_help(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Views => ("views", "Near, mid and far in pictures of several sizes"),
+            Self::Techniques => ("techniques", "Every technique, and a sun that moves"),
+            Self::Distance => ("distance", "From half to sixteen times the middle view's distance"),
+            Self::Resolution => ("resolution", "Pictures of a quarter to twice the size along each side"),
+            Self::Triangles => ("triangles", "Triangles of 1, 2, 4, 8 and 16 pixels"),
+            Self::Maps => ("maps", "Maps of more and more texels, LEADR beside LEAN in sunlight"),
+            Self::Bases => ("bases", "One Beckmann lobe, a GGX base, and the lobes of a measured material"),
+            Self::Waves => ("waves", "The open sea by size of transform and of picture"),
+        }
+    }
+
+    /// The choice that a scene has to offer for this table.
+    #[must_use]
+    pub fn needs(self) -> &'static [Choice] {
+        match self {
+            Self::Maps => &[Choice::AtlasTile, Choice::HeightMap],
+            Self::Bases => &[Choice::HeightMap],
+            Self::Waves => &[Choice::Waves],
+            _ => &[],
+        }
+    }
+
+    /// Whether a scene has this table.
+    #[must_use]
+    pub fn is_of(self, scene: &Scene) -> bool {
+        // Beside the objects of a beach, the sea is a small part of a frame.
+        let fits = self != Self::Waves || !scene.offers(Choice::Objects);
+        fits && (self.needs().is_empty() || self.needs().iter().any(|choice| scene.offers(*choice)))
+    }
+}
+
+/// The sun moves by one minute, in hours.
+const SUN_STEP: f64 = 1.0 / 60.0;
+/// The camera's distances in a zoom, as multiples of the scene's middle view.
+const ZOOM: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+/// The multiple at which the reference is measured too.
+const AFAR: f32 = 8.0;
+/// Pixels per triangle, and those of the row that others are compared with.
+const TRIANGLES: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+const USUAL_TRIANGLES: f32 = 4.0;
+
+/// A row of a scene, compared with the row `base` of the same table by the time of all passes.
+pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table, name, base]: [String; 3]) -> Row {
+    let shading = technique.with(config.shading.options());
+    // Jittered, so that every round of a reference draws another of its samples.
+    let samples = if technique.is_reference() { 64 } else { 1 };
+    Row {
+        table,
+        name,
+        distance: Some(state.camera.position.distance(state.camera.target)),
+        base: Some(base),
+        beside: None,
+        compared: TOTAL,
+        paper_ms: None,
+        state,
+        settings: SceneConfig { shading, samples, ..config.clone() }.render_settings(),
+        sun_hours: 0.0,
+        forward: None,
+    }
+}
+
+/// The scene's own views in pictures of each size, a table for each. `seen` is the scene from a view in a picture of a size.
+#[must_use]
+pub fn views(
+    config: &SceneConfig,
+    sizes: &[Size],
+    seen: impl Fn(View, Size) -> FrameState,
+    only: Option<Technique>,
+) -> Vec<Row> {
+    const VIEWS: [(&str, View); 3] = [("near", View::Near), ("mid", View::Mid), ("far", View::Far)];
+    let technique = only.unwrap_or(Technique::Leadr);
+    let rows = sizes.iter().flat_map(|&size| VIEWS.map(|(name, view)| (size, name, view)));
+    rows.map(|(size, name, view)| {
+        let names = [format!("{} views, {size}", config.scene.name), name.to_owned(), "near".to_owned()];
+        row(&SceneConfig { size, ..config.clone() }, technique, seen(view, size), names)
+    })
+    .collect()
+}
+
+/// `only` one technique or all of them from the middle view that `state` shows, and LEADR (or that one) as the sun moves.
+#[must_use]
+pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
+    let base = only.unwrap_or(Technique::Leadr);
+    let names = |name: &str| [config.scene.name.to_owned(), name.to_owned(), base.name().to_owned()];
+    let wanted = Technique::ALL.into_iter().filter(|t| only.is_none_or(|only| only == *t));
+    let mut rows: Vec<Row> =
+        wanted.map(|technique| row(config, technique, state.clone(), names(technique.name()))).collect();
+    let moving = row(config, base, state.clone(), names(&format!("{}, moving sun", base.name())));
+    rows.push(Row { sun_hours: SUN_STEP, ..moving });
+    rows
+}
+
+/// LEADR (or `only` this technique) at several distances, in multiples of that of the middle view that `state` shows.
+#[must_use]
+pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
+    let base = only.unwrap_or(Technique::Leadr);
+    let middle = state.camera.position.distance(state.camera.target);
+    let mut rows = Vec::new();
+    for factor in ZOOM {
+        let techniques = [Some(base), (factor == AFAR && only.is_none()).then_some(Technique::Reference)];
+        for technique in techniques.into_iter().flatten() {
+            let state = FrameState { camera: state.camera.at_distance(middle * factor), ..state.clone() };
+            let name = format!("{} at {factor}x", technique.name());
+            let names = [format!("{} from afar", config.scene.name), name, format!("{} at 1x", base.name())];
+            rows.push(row(config, technique, state, names));
+        }
+    }
+    rows
+}
+
+/// The middle view that `state` shows in pictures of a quarter to twice the size, along each side.
+#[must_use]
+pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
+    let Size { width, height } = config.size;
+    let quarters = |n: u32| Size { width: (width * n / 4).max(1), height: (height * n / 4).max(1) };
+    let sizes = [1, 2, 4, 8].map(quarters);
+    let mut rows = Vec::new();
+    for size in sizes {
+        let names = [format!("{} by size of picture", config.scene.name), size.to_string(), config.size.to_string()];
+        let config = SceneConfig { size, ..config.clone() };
+        rows.push(row(&config, only.unwrap_or(Technique::Leadr), state.clone(), names));
+    }
+    // Of the smallest pictures several can be the same.
+    rows.dedup_by(|a, b| a.name == b.name);
+    rows
+}
+
+/// The middle view that `state` shows, divided into larger and larger triangles.
+#[must_use]
+pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
+    let name = |pixels: f32| format!("{pixels} px a triangle");
+    let divided = |triangle_pixels: f32| {
+        let names =
+            [format!("{} by size of triangles", config.scene.name), name(triangle_pixels), name(USUAL_TRIANGLES)];
+        let config = SceneConfig { triangle_pixels, ..config.clone() };
+        row(&config, only.unwrap_or(Technique::Leadr), state.clone(), names)
+    };
+    TRIANGLES.map(divided).into()
+}
+
+/// LEADR beside LEAN (or `only` this technique) over maps of this size, texels; `first` is the size that others are
+/// compared with. Both are lit by the sun alone, with the paper's settings: they then differ in nothing but what they filter.
+#[must_use]
+pub fn maps(
+    config: &SceneConfig,
+    state: &FrameState,
+    [size, first]: [(u32, u32); 2],
+    only: Option<Technique>,
+) -> Vec<Row> {
+    let name = |technique: Technique, (width, height): (u32, u32)| format!("{} {width}x{height}", technique.name());
+    let base = only.unwrap_or(Technique::Leadr);
+    let names =
+        |technique| [format!("{} by size of maps", config.scene.name), name(technique, size), name(base, first)];
+    let sunlit = |technique| {
+        let row = row(config, technique, state.clone(), names(technique));
+        let shading = quad::paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS);
+        Row { settings: RenderSettings { shading, ..row.settings }, ..row }
+    };
+    let own = sunlit(base);
+    if only.is_some() {
+        return vec![own];
+    }
+    let lean = sunlit(Technique::Lean);
+    vec![Row { beside: Some(lean.name.clone()), ..own }, lean]
+}
+
+/// The row of one of the sea's own tables.
+#[must_use]
+pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> Row {
+    let Variant { table, name, base, compared, config } = variant;
+    Row { compared, ..row(&config, only.unwrap_or(Technique::Leadr), state, [table.to_owned(), name, base]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_scenes::full_screen::full_screen_stage;
+    use leadr_scenes::registry::SCENES;
+    use leadr_scenes::stage::Lights;
+
+    fn config() -> SceneConfig {
+        SceneConfig { size: Size { width: 64, height: 32 }, ..SceneConfig::default() }
+    }
+
+    fn state() -> FrameState {
+        let stage = full_screen_stage((8, 8));
+        stage.state(0.0, &stage.views.mid, &Lights::default())
+    }
+
+    #[test]
+    fn every_row_has_a_place_of_its_own_and_what_it_is_compared_with_is_there() {
+        let (config, state, lean) = (config(), state(), Some(Technique::Lean));
+        let sizes = [Size { width: 8, height: 8 }, Size { width: 16, height: 9 }];
+        for only in [None, lean] {
+            let mut rows = views(&config, &sizes, |_, _| state.clone(), only);
+            rows.extend(techniques(&config, &state, only));
+            rows.extend(distances(&config, &state, only));
+            rows.extend(resolutions(&config, &state, only));
+            rows.extend(triangles(&config, &state, only));
+            for size in [(32, 16), (64, 32)] {
+                rows.extend(maps(&config, &state, [size, (32, 16)], only));
+            }
+            for row in &rows {
+                let found = |name: &str| rows.iter().filter(|r| r.table == row.table && r.name == name).count();
+                assert_eq!(found(&row.name), 1, "{}: {}", row.table, row.name);
+                for name in row.base.iter().chain(&row.beside) {
+                    assert_eq!(found(name), 1, "{}: {} against {name}", row.table, row.name);
+                }
+            }
+            assert!(only.is_none() || rows.iter().all(|row| row.settings.shading.technique() == Technique::Lean));
+        }
+    }
+
+    #[test]
+    fn rows_differ_in_what_their_table_is_about() {
+        let (config, state) = (config(), state());
+        let sizes: Vec<_> = resolutions(&config, &state, None).iter().map(|row| row.settings.size).collect();
+        assert_eq!(sizes, [(16, 8), (32, 16), (64, 32), (128, 64)]);
+        let rows = triangles(&config, &state, None);
+        let pixels: Vec<f32> = rows.iter().map(|row| row.settings.tessellation.pixels_per_triangle).collect();
+        assert_eq!(pixels, TRIANGLES);
+        let tiny = SceneConfig { size: Size { width: 1, height: 1 }, ..config };
+        let names: Vec<String> = resolutions(&tiny, &state, None).into_iter().map(|row| row.name).collect();
+        assert_eq!(names, ["1x1", "2x2"]);
+    }
+
+    #[test]
+    fn tables_are_of_scenes_that_offer_what_they_vary() {
+        let of = |table: Table| SCENES.iter().filter(|s| table.is_of(s)).map(|s| s.name).collect::<Vec<_>>();
+        assert_eq!(of(Table::Views).len(), SCENES.len());
+        assert_eq!(of(Table::Waves), ["ocean"]);
+        assert_eq!(of(Table::Bases), ["plane", "sphere"]);
+        assert_eq!(of(Table::Maps), ["trex", "plane", "sphere", "pillow", "snake", "shore"]);
+    }
+}

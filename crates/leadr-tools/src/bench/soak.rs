@@ -1,0 +1,185 @@
+//! Many frames of a scene, and what they leave in memory.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{Quat, Vec3};
+use serde::Serialize;
+
+use crate::error::LabError;
+use crate::program::commit;
+use crate::progress::Progress;
+use leadr_gpu::Gpu;
+use leadr_render::camera::Camera;
+use leadr_render::settings::{RenderSettings, Technique};
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::daylight;
+use leadr_scenes::set::{Inputs, Set, set};
+
+/// Memory after some number of frames.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MemorySample {
+    /// Frames drawn so far.
+    pub frame: u64,
+    /// Resident memory of the process, bytes, if the system reports it.
+    pub resident: Option<u64>,
+    /// Bytes in buffers and images.
+    pub allocated: u64,
+    /// Bytes taken from the driver for them.
+    pub reserved: u64,
+    /// Buffers and images.
+    pub allocations: usize,
+}
+
+impl MemorySample {
+    /// The memory of this process and on a device now, after so many frames.
+    #[must_use]
+    pub fn after(frame: u64, gpu: &Gpu) -> Self {
+        let memory = gpu.memory_use();
+        Self {
+            frame,
+            resident: resident(),
+            allocated: memory.allocated,
+            reserved: memory.reserved,
+            allocations: memory.allocations,
+        }
+    }
+}
+
+/// How memory changed over many frames.
+#[derive(Clone, Debug, Serialize)]
+pub struct SoakReport {
+    command: &'static str,
+    device: String,
+    driver: String,
+    /// Frames drawn and read back.
+    frames: u32,
+    size: [u32; 2],
+    scene: String,
+    /// Samples along the edge of the sea's tiles, if it has a sea.
+    fft: Option<u32>,
+    /// Memory at ten moments, evenly spaced.
+    samples: Vec<MemorySample>,
+    /// Growth of buffers and images from the second sample to the last, bytes.
+    allocated_growth: i64,
+    /// Growth of resident memory from the second sample to the last, bytes.
+    resident_growth: Option<i64>,
+    /// Wall-clock seconds.
+    seconds: f64,
+}
+
+/// How often memory is sampled.
+const SAMPLES: u32 = 10;
+/// Seconds from frame to frame.
+const STEP: f64 = 1.0 / 30.0;
+
+/// Draws `frames` frames of `config` and reads them back. Time runs, the sun goes round once, and the camera moves: over a sea it
+/// sails, turns and climbs from 2.5 m to a kilometre; elsewhere it circles the scene and goes near and far, the same way between any
+/// two samples of the memory. Techniques alternate, unless there is `only` one.
+///
+/// # Errors
+/// If the device fails, validation complains, or buffers and images pile up.
+pub fn soak(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    frames: u32,
+    only: Option<Technique>,
+    progress: &dyn Progress,
+) -> Result<SoakReport, LabError> {
+    let start = Instant::now();
+    let inputs = Inputs::load(config)?;
+    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &progress.set_up())?;
+    let settings = config.render_settings();
+    // After whole rounds of the techniques, which differ in what they hold.
+    let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
+    let interval = (frames / SAMPLES / round).max(1) * round;
+    let bar = progress.bar(frames as usize);
+    let mut samples = Vec::new();
+    for frame in 0..frames {
+        let mut state = animation(f64::from(frame) * STEP);
+        state.camera = match config.scene.sea {
+            Some(_) => sailing(&state.camera, frame, frames),
+            None => circling(&state.camera, frame % interval, interval),
+        };
+        daylight::pass(&mut state, 24.0 * f64::from(frame) / f64::from(frames));
+        let technique = only.unwrap_or(Technique::ALL[frame as usize % Technique::ALL.len()]);
+        let shading = technique.with(settings.shading.options());
+        renderer.render(&state, &RenderSettings { shading, ..settings })?;
+        if (frame + 1) % interval == 0 {
+            samples.push(MemorySample::after(u64::from(frame) + 1, gpu));
+        }
+        bar.step();
+    }
+    drop(bar);
+    if let Some(message) = gpu.validation_messages().first() {
+        return Err(LabError(format!("Vulkan validation: {message}")));
+    }
+    // By the second sample all pipelines have been made.
+    let ends = samples.get(1).zip(samples.last());
+    let allocated_growth = ends.map_or(0, |(a, b)| b.allocated as i64 - a.allocated as i64);
+    let resident_growth = ends.and_then(|(a, b)| Some(b.resident? as i64 - a.resident? as i64));
+    if allocated_growth > 0 {
+        return Err(LabError(format!("buffers and images grew by {allocated_growth} bytes: {samples:?}")));
+    }
+    Ok(SoakReport {
+        command: "bench",
+        device: gpu.device_name().to_owned(),
+        driver: gpu.driver_info().to_owned(),
+        frames,
+        size: [config.size.width, config.size.height],
+        scene: config.scene.name.to_owned(),
+        fft: config.scene.sea.map(|_| config.waves.fft),
+        samples,
+        allocated_growth,
+        resident_growth,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// The camera of a frame: it climbs and descends four times, turns round seven times, and sails 2 km.
+fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
+    let share = frame as f32 / frames.max(1) as f32;
+    let turns = |n: f32| std::f32::consts::TAU * n * share;
+    let height = 2.5 * 400f32.powf(0.5 - 0.5 * turns(4.0).cos());
+    let direction = Quat::from_rotation_z(turns(7.0)) * (camera.target - camera.position).normalize_or(Vec3::X);
+    let position = Vec3::new(2000.0 * share, 0.0, height);
+    Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
+}
+
+/// The camera of a frame: once round what it looks at, from a third of its distance to eight times as far and back.
+fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
+    let share = frame as f32 / frames as f32;
+    let nearness = 0.5 + 0.5 * (std::f32::consts::TAU * share).cos();
+    let distance = camera.position.distance(camera.target) * 8.0 * (1.0f32 / 24.0).powf(nearness);
+    camera.turned(360.0 * share).at_distance(distance)
+}
+
+/// Resident memory of this process, bytes; only Linux reports it.
+fn resident() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+impl fmt::Display for SoakReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mib = |bytes: f64| format!("{:.2}", bytes / f64::from(1 << 20));
+        writeln!(f, "{} ({}), commit {}", self.device, self.driver, commit())?;
+        let [width, height] = self.size;
+        writeln!(f, "{} frames of {}, {width}x{height}; MiB", self.frames, self.scene)?;
+        writeln!(
+            f,
+            "  {:>8} {:>12} {:>12} {:>12} {:>12}",
+            "frame", "resident", "allocated", "reserved", "allocations"
+        )?;
+        for s in &self.samples {
+            let resident = s.resident.map_or("unknown".to_owned(), |bytes| mib(bytes as f64));
+            let (allocated, reserved) = (mib(s.allocated as f64), mib(s.reserved as f64));
+            writeln!(f, "  {:>8} {resident:>12} {allocated:>12} {reserved:>12} {:>12}", s.frame, s.allocations)?;
+        }
+        let growth = self.resident_growth.map_or("unknown".to_owned(), |bytes| mib(bytes as f64));
+        writeln!(f, "growth: resident {growth}, buffers and images {}", mib(self.allocated_growth as f64))?;
+        write!(f, "{:.0} s", self.seconds)
+    }
+}

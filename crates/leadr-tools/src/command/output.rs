@@ -1,0 +1,155 @@
+//! What the user sees: the result on stdout (text or one JSON object), log and progress on stderr.
+
+use std::fmt::Display;
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
+use tracing_subscriber::util::SubscriberInitExt as _;
+
+use super::bars::{EVERY, HiddenBar, LineBar, TerminalBar};
+use super::error::AppError;
+use crate::program::Stamped;
+use crate::progress::{Bar, Progress};
+
+/// Where a command prints.
+#[derive(Clone, Copy, Debug)]
+pub struct Output {
+    json: bool,
+    quiet: bool,
+}
+
+impl Output {
+    /// `json`: the result is one JSON object. `quiet`: no progress, and no result either unless it is JSON.
+    #[must_use]
+    pub fn new(json: bool, quiet: bool) -> Self {
+        Self { json, quiet }
+    }
+
+    /// Whether the result is one JSON object.
+    #[must_use]
+    pub fn is_json(&self) -> bool {
+        self.json
+    }
+
+    /// Prints a command's result on stdout.
+    ///
+    /// # Errors
+    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    pub fn result<R: Serialize + Display>(&self, result: &R) -> Result<(), AppError> {
+        let text = if self.json {
+            serde_json::to_string_pretty(&Stamped::new(result))
+                .map_err(|e| AppError::Failed(format!("cannot write JSON: {e}")))?
+        } else if self.quiet {
+            return Ok(());
+        } else {
+            result.to_string()
+        };
+        print_line(&text)
+    }
+
+    /// Says what a command did whose results are files: one JSON object on stdout, or a line on stderr, since stdout has
+    /// the names of the files ([`file`](Self::file)).
+    ///
+    /// # Errors
+    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    pub fn summary<R: Serialize + Display>(&self, summary: &R) -> Result<(), AppError> {
+        if self.json {
+            return self.result(summary);
+        }
+        self.say(&summary.to_string());
+        Ok(())
+    }
+
+    /// Prints the name of a file that has just become whole on stdout, so that scripts take it up while others are being
+    /// made. With JSON the object names it, and quiet commands print nothing. `bar` gives way meanwhile.
+    ///
+    /// # Errors
+    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    pub fn file(&self, path: &Path, bar: &dyn Bar) -> Result<(), AppError> {
+        if self.json || self.quiet {
+            return Ok(());
+        }
+        let mut printed = Ok(());
+        bar.aside(&mut || printed = print_line(&path.display().to_string()));
+        printed
+    }
+}
+
+fn print_line(text: &str) -> Result<(), AppError> {
+    match writeln!(io::stdout(), "{text}") {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(AppError::Failed(format!("cannot write to standard output: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Progress for Output {
+    /// On stderr, unless quiet.
+    fn say(&self, line: &str) {
+        if !self.quiet {
+            // A closed stderr is no failure.
+            let _ = writeln!(io::stderr(), "{line}");
+        }
+    }
+
+    /// Drawn on a terminal, told in lines elsewhere; quiet commands show none.
+    fn bar(&self, steps: usize) -> Box<dyn Bar> {
+        if self.quiet {
+            Box::new(HiddenBar)
+        } else if io::stderr().is_terminal() {
+            Box::new(TerminalBar::new(steps))
+        } else {
+            Box::new(LineBar::new(steps, EVERY, io::stderr()))
+        }
+    }
+}
+
+/// Sends the log to stderr: warnings (from the window library only errors), or errors alone if `quiet`, unless `LEADR_LOG` asks for
+/// something else (`debug`, `leadr_gpu=trace`, …).
+pub fn start_log(quiet: bool) {
+    let default = if quiet { "error" } else { "warn,winit=error" };
+    let asked = std::env::var("LEADR_LOG").ok().filter(|levels| !levels.is_empty());
+    let levels = asked.as_deref().unwrap_or(default);
+    let filter = log_levels(levels);
+    let filter = filter.unwrap_or_else(|fault| {
+        eprintln!("leadr: LEADR_LOG={levels}: {fault}; use error, warn, info, debug, trace or leadr_gpu=debug");
+        default.parse().expect("the defaults are levels")
+    });
+    let log = tracing_subscriber::fmt::layer()
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .without_time()
+        .with_filter(filter);
+    // A second call (tests in one process) keeps the first subscriber.
+    let _ = tracing_subscriber::registry().with(log).try_init();
+}
+
+/// Levels for everything and for modules: `warn,leadr_gpu=debug`.
+fn log_levels(text: &str) -> Result<Targets, String> {
+    // A word alone is a level; `Targets` would take a misspelt one for a module.
+    let odd = text.split(',').find(|word| !word.contains('=') && word.trim().parse::<LevelFilter>().is_err());
+    match odd {
+        Some(word) => Err(format!("\"{word}\" is no level")),
+        None => text.parse::<Targets>().map_err(|fault| fault.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::log_levels;
+
+    #[test]
+    fn levels_are_understood_and_misspelt_ones_said() {
+        for good in ["warn", "off", "warn,winit=error", "leadr_gpu=debug", "info, leadr=trace"] {
+            assert!(log_levels(good).is_ok(), "{good}");
+        }
+        for bad in ["wran", "leadr=loud", "warn,leadr_gpu"] {
+            assert!(log_levels(bad).is_err(), "{bad}");
+        }
+        assert_eq!(log_levels("wran").unwrap_err(), "\"wran\" is no level");
+    }
+}

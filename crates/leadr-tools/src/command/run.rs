@@ -1,0 +1,77 @@
+//! From the command line to the exit code.
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{Arg, ArgMatches, Args, FromArgMatches};
+
+use super::error::AppError;
+use super::output::{self, Output};
+
+/// Flags of every command.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct OutputArgs {
+    /// Print the result as one JSON object on stdout
+    #[arg(long, global = true, display_order = 900)]
+    pub json: bool,
+    /// Print neither progress nor the result as text; errors and --json remain
+    #[arg(long, short, global = true, display_order = 901)]
+    pub quiet: bool,
+}
+
+/// The declaration of a program's commands. A negative number is the value of the flag before it, not an unknown flag, so
+/// that the error is about the number.
+#[must_use]
+pub fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let negative = |flag: Arg| {
+        if flag.get_action().takes_values() { flag.allow_negative_numbers(true) } else { flag }
+    };
+    command.mut_subcommands(|command| command.mut_args(negative))
+}
+
+/// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns the exit
+/// code: 0 done, 1 failed or over a threshold, 2 wrong usage.
+pub fn run<C: FromArgMatches>(
+    command: clap::Command,
+    arguments: impl IntoIterator<Item = OsString>,
+    output: impl FnOnce(&C) -> OutputArgs,
+    work: impl FnOnce(C, &ArgMatches, &Output) -> Result<(), AppError>,
+) -> ExitCode {
+    let name = command.get_name().to_owned();
+    let parsed = command.try_get_matches_from(arguments);
+    let (matches, cli) = match parsed.and_then(|matches| Ok((C::from_arg_matches(&matches)?, matches))) {
+        Ok((cli, matches)) => (matches, cli),
+        Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            // A closed pipe (`leadr --help | head -1`) is no failure.
+            let _ = fault.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(fault) => return fail(&name, &AppError::Usage(usage_sentence(&name, &fault))),
+    };
+    let OutputArgs { json, quiet } = output(&cli);
+    output::start_log(quiet);
+    match work(cli, &matches, &Output::new(json, quiet)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => fail(&name, &error),
+    }
+}
+
+fn fail(name: &str, error: &AppError) -> ExitCode {
+    // Messages from libraries may span lines; scripts expect one.
+    let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    eprintln!("{name}: error: {sentence}");
+    ExitCode::from(error.exit_code())
+}
+
+/// clap's message without its colours, usage lines and line breaks.
+fn usage_sentence(name: &str, fault: &clap::Error) -> String {
+    let text = fault.render().to_string();
+    let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+    let sentence = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+    let sentence = sentence.trim_start_matches("error: ").trim_end_matches(" For more information, try '--help'.");
+    if fault.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return format!("no command given (see {name} --help)");
+    }
+    format!("{sentence} (see --help)")
+}

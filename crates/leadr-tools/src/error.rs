@@ -1,0 +1,45 @@
+//! Why a measurement failed.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use thiserror::Error;
+
+use leadr_gpu::GpuError;
+use leadr_maps::MapError;
+use leadr_scenes::error::SceneError;
+
+/// A failed measurement: one sentence that says what failed and why.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct LabError(pub String);
+
+impl LabError {
+    /// A failure to read or write `path`: `cannot {verb} 'path': reason`.
+    pub fn io(verb: &str, path: &Path, reason: impl Display) -> Self {
+        Self(format!("cannot {verb} '{}': {reason}", path.display()))
+    }
+
+    /// A result that cannot be written as JSON.
+    pub fn json(reason: &serde_json::Error) -> Self {
+        Self(format!("cannot write JSON: {reason}"))
+    }
+}
+
+impl From<MapError> for LabError {
+    fn from(error: MapError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl From<GpuError> for LabError {
+    fn from(error: GpuError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl From<SceneError> for LabError {
+    fn from(error: SceneError) -> Self {
+        Self(error.to_string())
+    }
+}

@@ -1,0 +1,74 @@
+//! A material that is made on the spot and measured like any other, and fits as the materials of surfaces with a relief.
+
+use glam::{DVec2, DVec3};
+
+use leadr_maps::HeightMap;
+use leadr_maps::material::{Input, Material, Relief};
+use leadr_measured::fit_file::FitFile;
+use leadr_reflectance::extraction::fit::{Fit, FitOptions, fit};
+use leadr_reflectance::facets::fresnel::Fresnel;
+use leadr_reflectance::facets::ggx::Ggx;
+use leadr_reflectance::masking::variants::Masking;
+use leadr_reflectance::materials::brdf::Brdf;
+use leadr_reflectance::materials::lambert::Lambert;
+use leadr_reflectance::materials::microfacet::Microfacet;
+use leadr_scenes::fitted::material_of;
+
+/// A dark body under a copper-coloured lacquer of GGX facets: not one microfacet lobe.
+pub struct Lacquer {
+    facets: Microfacet<Ggx>,
+    body: Lambert,
+}
+
+impl Default for Lacquer {
+    fn default() -> Self {
+        let distribution = Ggx::isotropic(DVec2::ZERO, 0.18);
+        let fresnel = Fresnel::Schlick(DVec3::new(0.5, 0.3, 0.08));
+        Self {
+            facets: Microfacet { distribution, masking: Masking::SmithDirectionCorrelated, fresnel },
+            body: Lambert { albedo: DVec3::new(0.02, 0.05, 0.08) },
+        }
+    }
+}
+
+impl Lacquer {
+    /// Its fit; `None` never.
+    #[must_use]
+    pub fn fit() -> Option<Fit> {
+        fit(&Self::default(), true, &FitOptions::default(), &mut |_| ())
+    }
+}
+
+impl Brdf for Lacquer {
+    fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        self.facets.eval_cos(wo, wi) + self.body.eval_cos(wo, wi)
+    }
+}
+
+/// The material of a fit with heights whose unit is `depth` metres, about their mean.
+#[must_use]
+pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Material {
+    let kept = FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() };
+    let middle = heights.texels.iter().sum::<f32>() / heights.texels.len().max(1) as f32;
+    let relief = Relief { map: heights, scale: Some(depth), in_widths: false, middle };
+    Material { relief: Some(relief), ..material_of(&kept, name) }
+}
+
+/// The same with one Beckmann lobe of the extracted roughness, as in the thesis (Listing 4.4).
+#[must_use]
+pub fn as_beckmann(material: &Material, fit: &Fit) -> Material {
+    let alpha = (fit.beckmann.x * fit.beckmann.y - fit.beckmann.z * fit.beckmann.z).max(0.0).sqrt().sqrt();
+    Material { fit: None, roughness: Input::constant((alpha as f32).min(1.0)), ..material.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lacquer_is_no_single_lobe() {
+        let found = Lacquer::fit().unwrap();
+        assert!(found.misfit.rrmse < 0.5 * found.thesis_misfit.rrmse, "{:?} {:?}", found.misfit, found.thesis_misfit);
+        assert!(found.lobes.len() > 1);
+    }
+}

@@ -1,0 +1,216 @@
+//! Spheres of several materials under the same light, drawn on the processor with the same directions for all, so that noise does not tell them apart.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::metrics::delta_e::{delta_e_2000, lab};
+use leadr_maps::RgbImage;
+use leadr_reflectance::color::luminance;
+use leadr_reflectance::materials::brdf::{Brdf, cosine_sample};
+use leadr_reflectance::random::Random;
+
+/// Directions of each of the three kinds at a pixel.
+const DIRECTIONS: u32 = 48;
+/// Share of a sphere's pixels that are darker than the exposure's grey.
+const EXPOSED: f64 = 0.9;
+const GREY: f64 = 0.7;
+
+/// A lamp whose light falls off as a von Mises–Fisher lobe.
+struct Lamp {
+    toward: DVec3,
+    sharpness: f64,
+    radiance: DVec3,
+}
+
+/// A bright window above, a wide warm wall and a small lamp at the back.
+fn lamps() -> [Lamp; 3] {
+    let lamp = |x, y, z, sharpness, radiance| Lamp { toward: DVec3::new(x, y, z).normalize(), sharpness, radiance };
+    [
+        lamp(-0.5, 0.7, 0.6, 60.0, DVec3::new(16.0, 17.0, 18.0)),
+        lamp(0.9, 0.1, 0.3, 12.0, DVec3::new(1.9, 1.6, 1.2)),
+        lamp(0.5, 0.6, -0.5, 300.0, DVec3::new(45.0, 42.0, 38.0)),
+    ]
+}
+
+impl Lamp {
+    fn radiance(&self, w: DVec3) -> DVec3 {
+        self.radiance * (self.sharpness * (w.dot(self.toward) - 1.0)).exp()
+    }
+
+    fn pdf(&self, w: DVec3) -> f64 {
+        let norm = self.sharpness / (TAU * -(-2.0 * self.sharpness).exp_m1());
+        norm * (self.sharpness * (w.dot(self.toward) - 1.0)).exp()
+    }
+
+    fn sample(&self, u: DVec2) -> DVec3 {
+        let z = 1.0 + (u.x + (1.0 - u.x) * (-2.0 * self.sharpness).exp()).ln() / self.sharpness;
+        let (x, y) = self.toward.any_orthonormal_pair();
+        let (sine, cosine) = (TAU * u.y).sin_cos();
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        x * (r * cosine) + y * (r * sine) + self.toward * z
+    }
+}
+
+/// Radiance from a direction; y is up, and z towards the viewer.
+fn light(lamps: &[Lamp], w: DVec3) -> DVec3 {
+    let sky = DVec3::new(0.16, 0.18, 0.22).lerp(DVec3::new(0.55, 0.62, 0.75), 0.5 + 0.5 * w.y);
+    sky + lamps.iter().map(|lamp| lamp.radiance(w)).sum::<DVec3>()
+}
+
+/// Spheres of the materials, each `size` pixels across, orthographic: linear RGB, black outside. `guide` tells where light matters.
+pub fn spheres(materials: &[&(dyn Brdf + Sync)], guide: &(dyn Brdf + Sync), size: u32) -> Vec<RgbImage> {
+    let lamps = lamps();
+    let pixels: Vec<Vec<DVec3>> = (0..size * size)
+        .into_par_iter()
+        .map(|i| match normal_of(i, size) {
+            Some(normal) => pixel(materials, guide, &lamps, normal, i),
+            None => vec![DVec3::ZERO; materials.len()],
+        })
+        .collect();
+    (0..materials.len())
+        .map(|k| RgbImage {
+            width: size,
+            height: size,
+            texels: pixels.iter().map(|values| values[k].as_vec3().to_array()).collect(),
+        })
+        .collect()
+}
+
+/// The sphere's normal at a pixel.
+fn normal_of(i: u32, size: u32) -> Option<DVec3> {
+    let at = |k: u32| (f64::from(k) + 0.5) / f64::from(size) * 2.0 - 1.0;
+    let p = DVec2::new(at(i % size), -at(i / size));
+    let z2 = 1.0 - p.length_squared();
+    (z2 > 0.0).then(|| p.extend(z2.sqrt()))
+}
+
+fn pixel(
+    materials: &[&(dyn Brdf + Sync)],
+    guide: &(dyn Brdf + Sync),
+    lamps: &[Lamp],
+    normal: DVec3,
+    seed: u32,
+) -> Vec<DVec3> {
+    let tangent = DVec3::Y.cross(normal).normalize_or(DVec3::X);
+    let bitangent = normal.cross(tangent);
+    let local = |w: DVec3| DVec3::new(w.dot(tangent), w.dot(bitangent), w.dot(normal));
+    let world = |w: DVec3| tangent * w.x + bitangent * w.y + normal * w.z;
+    let wo = local(DVec3::Z);
+    let mut sums = vec![DVec3::ZERO; materials.len()];
+    let mut add = |wi: DVec3| {
+        if wi.z <= 1e-6 {
+            return;
+        }
+        let w = world(wi);
+        let of_lamps = lamps.iter().map(|lamp| lamp.pdf(w)).sum::<f64>() / lamps.len() as f64;
+        // Balance heuristic over the three kinds.
+        let pdf = wi.z / PI + guide.pdf(wo, wi) + of_lamps;
+        let incident = light(lamps, w) / (pdf * f64::from(DIRECTIONS));
+        for (sum, material) in sums.iter_mut().zip(materials) {
+            *sum += material.eval_cos(wo, wi) * incident;
+        }
+    };
+    // Evenly spread numbers (Roberts' sequence), shifted from pixel to pixel.
+    let mut random = Random::stream(1, u64::from(seed));
+    let shift = DVec2::new(random.unit(), random.unit());
+    for k in 0..DIRECTIONS {
+        let u = (DVec2::new(0.754_877_666_25, 0.569_840_290_99) * (f64::from(k) + 0.5) + shift).fract();
+        add(cosine_sample(u));
+        if let Some(sample) = guide.sample(wo, u) {
+            add(sample.wi);
+        }
+        let which = k as usize % lamps.len();
+        add(local(lamps[which].sample(u)));
+    }
+    sums
+}
+
+/// How far a sphere is from that of the measured material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereError {
+    /// Root mean square of the difference of radiance, relative to that of the radiance.
+    pub rrmse: f64,
+    /// Mean ΔE₀₀ of the pixels as they are shown.
+    pub delta_e: f64,
+}
+
+/// The factor under which a sphere is shown.
+#[must_use]
+pub fn exposure(sphere: &RgbImage) -> f64 {
+    let mut all: Vec<f64> = inside(sphere).map(|(_, color)| luminance(color)).collect();
+    all.sort_by(f64::total_cmp);
+    let bright = all.get((EXPOSED * all.len() as f64) as usize).copied().unwrap_or(1.0);
+    GREY / bright.max(1e-9)
+}
+
+fn inside(sphere: &RgbImage) -> impl Iterator<Item = (usize, DVec3)> + '_ {
+    let texels = sphere.texels.iter().enumerate();
+    texels
+        .filter(|(i, _)| normal_of(*i as u32, sphere.width).is_some())
+        .map(|(i, c)| (i, DVec3::from_array(c.map(f64::from))))
+}
+
+/// Compares a sphere with that of the measured material.
+#[must_use]
+pub fn sphere_error(measured: &RgbImage, fitted: &RgbImage) -> SphereError {
+    let exposure = exposure(measured);
+    let (mut difference, mut all, mut delta, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for ((_, m), (_, f)) in inside(measured).zip(inside(fitted)) {
+        difference += (m - f).length_squared();
+        all += m.length_squared();
+        delta += delta_e_2000(lab((m * exposure).to_array()), lab((f * exposure).to_array()));
+        count += 1.0;
+    }
+    SphereError { rrmse: (difference / all).sqrt(), delta_e: delta / count }
+}
+
+/// Spheres beside each other on grey, as shown.
+#[must_use]
+pub fn contact_sheet(spheres: &[RgbImage]) -> RgbImage {
+    const GAP: u32 = 8;
+    const BACKGROUND: [f32; 3] = [0.12; 3];
+    let size = spheres.first().map_or(1, |sphere| sphere.width);
+    let scale = spheres.first().map_or(1.0, exposure) as f32;
+    let (width, height) = (spheres.len() as u32 * (size + GAP) + GAP, size + 2 * GAP);
+    let mut texels = vec![BACKGROUND; (width * height) as usize];
+    for (k, sphere) in spheres.iter().enumerate() {
+        for (i, color) in inside(sphere) {
+            let (x, y) = (i as u32 % size + GAP + k as u32 * (size + GAP), i as u32 / size + GAP);
+            texels[(y * width + x) as usize] = color.as_vec3().to_array().map(|c| c * scale);
+        }
+    }
+    RgbImage { width, height, texels }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_reflectance::materials::lambert::Lambert;
+
+    #[test]
+    fn a_white_sphere_shows_the_mean_light() {
+        // A diffuse sphere's pixel is the cosine-weighted mean of the light over its hemisphere.
+        let white = Lambert { albedo: DVec3::ONE };
+        let grey = Lambert { albedo: DVec3::splat(0.5) };
+        let images = spheres(&[&white, &grey], &white, 24);
+        let at = |image: &RgbImage| DVec3::from_array(image.at(12, 12).map(f64::from));
+        let lamps = lamps();
+        let normal = normal_of(12 * 24 + 12, 24).unwrap();
+        let (x, y) = normal.any_orthonormal_pair();
+        let (mut mean, n) = (DVec3::ZERO, 300);
+        for i in 0..n {
+            for j in 0..n {
+                let u = DVec2::new((f64::from(i) + 0.5) / f64::from(n), (f64::from(j) + 0.5) / f64::from(n));
+                let w = cosine_sample(u);
+                mean += light(&lamps, x * w.x + y * w.y + normal * w.z) / f64::from(n * n);
+            }
+        }
+        assert!((at(&images[0]) - mean).length() < 0.03 * mean.length(), "{} {mean}", at(&images[0]));
+        assert!((at(&images[0]) - 2.0 * at(&images[1])).length() < 1e-5);
+        let error = sphere_error(&images[0], &images[1]);
+        assert!((error.rrmse - 0.5).abs() < 1e-6 && error.delta_e > 10.0, "{error:?}");
+        assert_eq!(sphere_error(&images[0], &images[0]), SphereError { rrmse: 0.0, delta_e: 0.0 });
+    }
+}

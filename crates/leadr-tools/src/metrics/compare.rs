@@ -1,0 +1,231 @@
+//! How far two pictures are apart: FLIP on what a viewer sees, and norms on the linear values.
+
+use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, flip, magma_lut};
+
+use super::Mask;
+use leadr_maps::tonemap::{Tonemap, display_image};
+use leadr_maps::{MapFault, Rgb8Image, RgbImage};
+
+/// The result of [`compare`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Mean FLIP error, 0 (equal) to 1.
+    pub flip: f64,
+    /// Relative root mean square error, see [`rrmse`].
+    pub rrmse: f64,
+    /// Largest absolute difference of a linear channel.
+    pub max_abs: f64,
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// FLIP error of each texel, 0 to 1, row-major.
+    pub flip_map: Vec<f32>,
+}
+
+/// Compares two linear pictures of the same size.
+///
+/// FLIP (Andersson et al. 2020, the LDR metric, 67 pixels per degree: a 0.7 m wide 4K screen at 0.7 m) compares both
+/// after the same `exposure` and `tonemap`; for pictures that came from PNG use exposure 1 and [`Tonemap::Clamp`],
+/// which give back the file's codes. The norms compare the linear values. Fails when the sizes differ, or when either
+/// holds NaN or infinity (a NaN would pass every threshold).
+pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
+    check_sizes(reference, test)?;
+    reference.check_finite()?;
+    test.check_finite()?;
+    let flip_image = |image: &RgbImage| {
+        let codes = display_image(image, exposure, tonemap);
+        FlipImageRgb8::with_data(image.width, image.height, codes.texels.as_flattened())
+    };
+    let flip_map = flip(flip_image(reference), flip_image(test), DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    let mean = flip_map.iter().map(|&e| f64::from(e)).sum::<f64>() / flip_map.len() as f64;
+    let pairs = reference.texels.as_flattened().iter().zip(test.texels.as_flattened());
+    let max_abs = pairs.map(|(&r, &t)| (f64::from(r) - f64::from(t)).abs()).fold(0.0, f64::max);
+    Ok(Comparison {
+        flip: mean,
+        rrmse: rrmse(reference, test)?,
+        max_abs,
+        width: reference.width,
+        height: reference.height,
+        flip_map,
+    })
+}
+
+/// Relative root mean square error over all channels: the norm of the difference over the norm of the reference.
+/// 0 for equal pictures, 1 for a black test, infinite when only the reference is black.
+pub fn rrmse(reference: &RgbImage, test: &RgbImage) -> Result<f64, MapFault> {
+    rrmse_over(reference, test, &Mask::all(reference.width, reference.height))
+}
+
+/// [`rrmse`] of the pixels of `mask` alone; 0 when there is none. Fails when the sizes differ.
+pub fn rrmse_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
+    let (mut difference, mut norm) = (0.0f64, 0.0f64);
+    for_each_channel(reference, test, mask, |r, t| {
+        difference += (r - t) * (r - t);
+        norm += r * r;
+    })?;
+    // Equal pictures, black ones included, are 0 and not 0/0.
+    Ok(if difference == 0.0 { 0.0 } else { (difference / norm).sqrt() })
+}
+
+/// Relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, less 1. Positive is too
+/// bright; 0 when both are black, infinite when only the reference is. Fails when the sizes differ.
+pub fn bias_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
+    let (mut difference, mut sum) = (0.0f64, 0.0f64);
+    for_each_channel(reference, test, mask, |r, t| {
+        difference += t - r;
+        sum += r;
+    })?;
+    Ok(if difference == 0.0 { 0.0 } else { difference / sum })
+}
+
+fn for_each_channel(
+    reference: &RgbImage,
+    test: &RgbImage,
+    mask: &Mask,
+    mut visit: impl FnMut(f64, f64),
+) -> Result<(), MapFault> {
+    check_sizes(reference, test)?;
+    if (mask.width, mask.height) != (reference.width, reference.height) {
+        let what =
+            format!("the pictures are {} x {} and the mask {} x {}", test.width, test.height, mask.width, mask.height);
+        return Err(MapFault::SizeMismatch { what });
+    }
+    let pixels = reference.texels.iter().zip(&test.texels).zip(&mask.inside);
+    for ((r, t), _) in pixels.filter(|&(_, &inside)| inside) {
+        for c in 0..3 {
+            visit(f64::from(r[c]), f64::from(t[c]));
+        }
+    }
+    Ok(())
+}
+
+impl Comparison {
+    /// Mean FLIP error over the pixels of `mask`, 0 when there is none. FLIP itself compares the whole pictures,
+    /// so pixels within its blur, a few pixels around the mask, still matter. Panics unless the sizes agree.
+    #[must_use]
+    pub fn flip_over(&self, mask: &Mask) -> f64 {
+        assert_eq!((self.width, self.height), (mask.width, mask.height), "a mask of another size");
+        let errors = self.flip_map.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
+        let sum: f64 = errors.map(|(&e, _)| f64::from(e)).sum();
+        sum / mask.count().max(1) as f64
+    }
+
+    /// The FLIP error of each texel in the magma colours: black is 0, pale yellow is 1.
+    pub fn error_image(&self) -> Rgb8Image {
+        let map = FlipImageFloat::with_data(self.width, self.height, &self.flip_map);
+        let codes = map.apply_color_lut(&magma_lut()).to_vec();
+        let texels = codes.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        Rgb8Image { width: self.width, height: self.height, texels }
+    }
+}
+
+fn check_sizes(reference: &RgbImage, test: &RgbImage) -> Result<(), MapFault> {
+    if (reference.width, reference.height) == (test.width, test.height) {
+        return Ok(());
+    }
+    let what = format!(
+        "the reference is {} x {} and the test {} x {}",
+        reference.width, reference.height, test.width, test.height
+    );
+    Err(MapFault::SizeMismatch { what })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: u32 = 64;
+
+    /// A textured ground under a gradient, with a small ball that can be left out, moved or dimmed.
+    fn scene(ball: Option<[f32; 2]>, gain: f32) -> RgbImage {
+        let texels = (0..SIZE * SIZE).map(|i| {
+            let (x, y) = ((i % SIZE) as f32, (i / SIZE) as f32);
+            let stripes = 0.2 + 0.1 * (x * 0.9).sin() * (y * 0.7).cos() + 0.2 * y / SIZE as f32;
+            let inside = ball.is_some_and(|[bx, by]| (x - bx).hypot(y - by) < 4.0);
+            let color = if inside { [0.9, 0.2, 0.1] } else { [stripes, stripes, 1.2 * stripes] };
+            color.map(|v| v * gain)
+        });
+        RgbImage::new(SIZE, SIZE, texels.collect()).unwrap()
+    }
+
+    fn against(test: &RgbImage) -> Comparison {
+        compare(&scene(Some([40.0, 24.0]), 1.0), test, 1.0, Tonemap::Filmic).unwrap()
+    }
+
+    #[test]
+    fn equal_pictures_have_no_error() {
+        let c = against(&scene(Some([40.0, 24.0]), 1.0));
+        assert_eq!((c.flip, c.rrmse, c.max_abs), (0.0, 0.0, 0.0));
+        let black = RgbImage::new(4, 4, vec![[0.0; 3]; 16]).unwrap();
+        assert_eq!(rrmse(&black, &black).unwrap(), 0.0);
+        assert!(c.error_image().texels.iter().all(|&t| t == c.error_image().texels[0]));
+    }
+
+    /// Each fault that a threshold of 0.01 mean FLIP must catch, and what else must notice it.
+    #[test]
+    fn faults_are_seen() {
+        let vanished = against(&scene(None, 1.0));
+        // One percent of the picture: the mean is small, the map is not.
+        let peak = vanished.flip_map.iter().fold(0.0f32, |a, &b| a.max(b));
+        assert!(vanished.flip > 0.01 && peak > 0.4 && vanished.rrmse > 0.1, "{} {peak}", vanished.flip);
+        let moved = against(&scene(Some([41.0, 24.0]), 1.0));
+        assert!(moved.flip > 0.001 && moved.flip < vanished.flip && moved.max_abs > 0.3, "{}", moved.flip);
+        let original = scene(Some([40.0, 24.0]), 1.0);
+        let mut shifted = original.clone();
+        for row in shifted.texels.chunks_exact_mut(SIZE as usize) {
+            row.rotate_right(1);
+        }
+        let shifted = against(&shifted);
+        assert!(shifted.flip > 0.01 && shifted.rrmse > 0.05, "{}", shifted.flip);
+        let brighter = against(&scene(Some([40.0, 24.0]), 1.2));
+        assert!(brighter.flip > 0.01 && (brighter.rrmse - 0.2).abs() < 1e-5, "{} {}", brighter.flip, brighter.rrmse);
+        let black = RgbImage::new(SIZE, SIZE, vec![[0.0; 3]; (SIZE * SIZE) as usize]).unwrap();
+        assert!(against(&black).rrmse == 1.0 && against(&black).flip > 0.3);
+        // A nudge far below one code is hardly seen but is not lost to the norms.
+        let nudged = against(&scene(Some([40.0, 24.0]), 1.00001));
+        assert!(nudged.flip < 1e-3 && (nudged.rrmse / 1e-5 - 1.0).abs() < 0.05, "{} {}", nudged.flip, nudged.rrmse);
+    }
+
+    /// Two thirds of the picture are masked out, and the fault that lies there with them.
+    #[test]
+    fn masks_leave_faults_out() {
+        let coverage: Vec<f32> = (0..SIZE * SIZE).map(|i| if i % SIZE < SIZE / 3 { 1.0 } else { 0.0 }).collect();
+        let left = Mask::covered(SIZE, SIZE, &coverage, 0.5).unwrap();
+        let all = Mask::all(SIZE, SIZE);
+        let (reference, test) = (scene(Some([40.0, 24.0]), 1.0), scene(None, 1.0));
+        let c = against(&test);
+        assert!(c.flip_over(&left) < 1e-3 && (c.flip_over(&all) - c.flip).abs() < 1e-12);
+        assert_eq!(rrmse_over(&reference, &test, &left).unwrap(), 0.0);
+        assert_eq!(rrmse_over(&reference, &test, &all).unwrap(), c.rrmse);
+        assert!(rrmse_over(&reference, &test, &all.without(&left)).unwrap() > c.rrmse);
+        let brighter = scene(Some([40.0, 24.0]), 1.25);
+        assert!((bias_over(&reference, &brighter, &left).unwrap() - 0.25).abs() < 1e-6);
+        assert!(bias_over(&reference, &test, &all).unwrap() < -0.001, "a bright ball is gone");
+        let none = left.without(&left);
+        assert_eq!((none.count(), rrmse_over(&reference, &brighter, &none).unwrap()), (0, 0.0));
+        assert_eq!((c.flip_over(&none), bias_over(&reference, &brighter, &none).unwrap()), (0.0, 0.0));
+        assert!(rrmse_over(&reference, &test, &Mask::all(2, 2)).is_err());
+    }
+
+    #[test]
+    fn error_image_is_bright_where_the_error_is() {
+        let c = against(&scene(None, 1.0));
+        let image = c.error_image();
+        let brightness =
+            |x: u32, y: u32| image.texels[(y * SIZE + x) as usize].iter().map(|&v| u32::from(v)).sum::<u32>();
+        assert!(brightness(40, 24) > 200 && brightness(5, 60) < 30);
+    }
+
+    #[test]
+    fn sizes_and_nan_are_refused() {
+        let small = RgbImage::new(2, 2, vec![[0.5; 3]; 4]).unwrap();
+        let message = compare(&scene(None, 1.0), &small, 1.0, Tonemap::Clamp).unwrap_err().to_string();
+        assert!(message.contains("64 x 64") && message.contains("2 x 2"), "{message}");
+        let mut nan = small.clone();
+        nan.texels[3][1] = f32::NAN;
+        let message = compare(&small, &nan, 1.0, Tonemap::Clamp).unwrap_err().to_string();
+        assert!(message.contains("channel G at x = 1, y = 1"), "{message}");
+        assert_eq!(rrmse(&RgbImage::new(2, 2, vec![[0.0; 3]; 4]).unwrap(), &small).unwrap(), f64::INFINITY);
+    }
+}

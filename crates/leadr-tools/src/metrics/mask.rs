@@ -1,0 +1,112 @@
+//! Which pixels of a picture a measurement counts.
+
+use leadr_maps::MapFault;
+
+/// A set of pixels of a picture, row-major, row 0 on top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mask {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// `width * height` flags: whether the pixel counts.
+    pub inside: Vec<bool>,
+}
+
+impl Mask {
+    /// The pixels whose `coverage` (0 to 1) is at least `least`. Fails when a side is 0 or the length is not
+    /// `width * height`. A NaN coverage does not count.
+    pub fn covered(width: u32, height: u32, coverage: &[f32], least: f32) -> Result<Self, MapFault> {
+        if width == 0 || height == 0 {
+            return Err(MapFault::Empty { width: width.into(), height: height.into() });
+        }
+        if u64::from(width) * u64::from(height) != coverage.len() as u64 {
+            let what = format!("{} coverages were given for {width} x {height}", coverage.len());
+            return Err(MapFault::SizeMismatch { what });
+        }
+        Ok(Self { width, height, inside: coverage.iter().map(|&c| c >= least).collect() })
+    }
+
+    /// Every pixel.
+    #[must_use]
+    pub fn all(width: u32, height: u32) -> Self {
+        Self { width, height, inside: vec![true; width as usize * height as usize] }
+    }
+
+    /// The pixels that are at least `radius` pixels (in rows and in columns) away from every pixel outside. What lies
+    /// beyond the picture's border counts as inside.
+    #[must_use]
+    pub fn eroded(&self, radius: u32) -> Self {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let radius = radius as usize;
+        let mut rows = self.inside.clone();
+        for (line, out) in self.inside.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
+            for (x, kept) in out.iter_mut().enumerate() {
+                *kept = line[x.saturating_sub(radius)..(x + radius + 1).min(width)].iter().all(|&i| i);
+            }
+        }
+        let inside = (0..width * height)
+            .map(|i| {
+                let (x, y) = (i % width, i / width);
+                (y.saturating_sub(radius)..(y + radius + 1).min(height)).all(|y| rows[y * width + x])
+            })
+            .collect();
+        Self { width: self.width, height: self.height, inside }
+    }
+
+    /// The pixels of both. Panics unless the sizes agree.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        assert_eq!((self.width, self.height), (other.width, other.height), "masks of two sizes");
+        let inside = self.inside.iter().zip(&other.inside).map(|(&a, &b)| a && b).collect();
+        Self { width: self.width, height: self.height, inside }
+    }
+
+    /// The pixels of this one that are not in the other. Panics unless the sizes agree.
+    #[must_use]
+    pub fn without(&self, other: &Self) -> Self {
+        assert_eq!((self.width, self.height), (other.width, other.height), "masks of two sizes");
+        let inside = self.inside.iter().zip(&other.inside).map(|(&a, &b)| a && !b).collect();
+        Self { width: self.width, height: self.height, inside }
+    }
+
+    /// How many pixels count.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.inside.iter().filter(|&&i| i).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn erosion_keeps_a_distance_from_the_outside() {
+        // A block of 5 x 4 in the middle of 9 x 8, and one NaN inside it.
+        let mut coverage: Vec<f32> = (0..72)
+            .map(|i| {
+                let (x, y) = (i % 9, i / 9);
+                if (2..7).contains(&x) && (2..6).contains(&y) { 1.0 } else { 0.4 }
+            })
+            .collect();
+        let mask = Mask::covered(9, 8, &coverage, 0.5).unwrap();
+        assert_eq!((mask.count(), mask.eroded(0) == mask), (20, true));
+        let inner = mask.eroded(1);
+        assert_eq!(inner.count(), 3 * 2);
+        assert!(inner.inside[3 * 9 + 3] && !inner.inside[2 * 9 + 3]);
+        assert_eq!((mask.eroded(2).count(), mask.eroded(9).count()), (0, 0));
+        assert_eq!(mask.without(&inner).count(), 14);
+        assert_eq!(mask.and(&inner), inner);
+        // The border of the picture does not count as a silhouette.
+        assert_eq!(Mask::all(4, 4).eroded(2).count(), 16);
+        coverage[3 * 9 + 3] = f32::NAN;
+        assert_eq!(Mask::covered(9, 8, &coverage, 0.5).unwrap().count(), 19);
+    }
+
+    #[test]
+    fn wrong_sizes_are_refused() {
+        assert!(Mask::covered(3, 2, &[1.0; 5], 0.5).unwrap_err().to_string().contains("3 x 2"));
+        assert!(Mask::covered(0, 2, &[], 0.5).is_err());
+    }
+}

@@ -1,0 +1,150 @@
+//! The shader functions of the older techniques and of the GGX form, on the device against the f64 reference.
+
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
+use glam::DVec3;
+use leadr_reflectance::integrals::facet_mirrors::{
+    facet_mirror_density, facet_mirrors, facet_mirrors_light, facet_visibility,
+};
+use leadr_reflectance::integrals::ggx_filtering::displaced_ggx;
+use leadr_reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
+use leadr_reflectance::integrals::light_size::{light_normal_variance, light_slope_covariance};
+use leadr_reflectance::masking::correlated::direction_area;
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::materials::classic::{
+    blinn_phong_exponent, blinn_phong_ndf, blinn_phong_variance, lobe_lod, normal_variance, toksvig_exponent,
+    toksvig_variance,
+};
+use leadr_reflectance::random::Random;
+use leadr_reflectance::slopes::grid::slope_cholesky;
+use leadr_reflectance::slopes::statistics::clamp_covariance;
+use leadr_reflectance::visible::fresnel::visible_fresnel;
+
+/// A direction above the macrosurface.
+fn above(r: &mut Random) -> [f64; 3] {
+    let d = r.direction();
+    DVec3::new(d.x, d.y, d.z.abs().max(0.05)).normalize().to_array()
+}
+
+#[test]
+fn classic_parity() {
+    parity::<7>(
+        "materials/classic",
+        Tolerance { relative: 3e-4, floor: |k| if k == 6 { 1.0 } else { 1e-6 }, unit: |_| 0.0 },
+        |r| {
+            let head = [r.log(1e-4, 1.0), r.range(-0.2, 1.0)];
+            join(&[&head, &r.mean_slope().to_array(), &r.covariance().to_array()])
+        },
+        |x| {
+            let exponent = blinn_phong_exponent(x[0]);
+            let variance = normal_variance(v2(x, 2), v3(x, 4));
+            let filtered = toksvig_variance(variance);
+            list![[
+                exponent,
+                blinn_phong_variance(exponent),
+                blinn_phong_ndf(x[1], exponent),
+                variance,
+                filtered,
+                toksvig_exponent(exponent, filtered),
+                lobe_lod(variance, 256.0),
+            ]]
+        },
+    );
+}
+
+#[test]
+fn light_size_parity() {
+    parity::<7>(
+        "integrals/light_size",
+        // Near the horizon the squares of steep slopes cancel: covariances are compared with their trace.
+        Tolerance { relative: 1e-4, floor: |k| if k < 3 { 1.0 } else { 1e-9 }, unit: |_| 0.0 },
+        |r| {
+            let directions = [above(r), above(r)].concat();
+            join(&[&directions, &[r.log(1e-6, 1e-2)]])
+        },
+        |x| {
+            let (wo, wi) = (v3(x, 0), v3(x, 3));
+            let s = light_slope_covariance(wo, wi, x[6]);
+            let trace = s.x + s.y;
+            list![s / trace, [trace, light_normal_variance(wo.dot(wi).abs(), x[6])]]
+        },
+    );
+}
+
+#[test]
+fn facet_mirrors_parity() {
+    parity::<13>(
+        "integrals/facet_mirrors",
+        Tolerance { relative: 2.5e-3, floor: |_| 1e-3, unit: |_| 0.0 },
+        |r| {
+            let directions = [above(r), above(r)].concat();
+            let m = [r.range(-0.7, 0.7), r.range(-0.7, 0.7)];
+            let base = [r.log(0.02, 1.0), r.log(1e-7, 1e-2)];
+            join(&[&directions, &m, &r.covariance().to_array(), &base])
+        },
+        |x| {
+            let (wo, wi, m) = (v3(x, 0), v3(x, 3), v2(x, 6));
+            let cholesky = slope_cholesky(v3(x, 8));
+            let f = facet_mirrors(wo, wi, x[11], x[12]);
+            let [o, i] = [wo, wi].map(|w| direction_area(w, m, cholesky));
+            let visible = facet_visibility(Shadowing::Correlated, wo.z, wi.z, wo.dot(wi), f.base);
+            let density = |shadowing| facet_mirror_density(&f, m, cholesky, shadowing);
+            let light = facet_mirrors_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, DVec3::splat(0.04)).x;
+            let densities = [Shadowing::None, Shadowing::Smith, Shadowing::Correlated].map(density);
+            list![f.deviation, [visible], densities, [light]]
+        },
+    );
+}
+
+#[test]
+fn visible_fresnel_parity() {
+    parity::<8>(
+        "visible/fresnel",
+        // Seen along the thin axis of a nearly one-dimensional surface, wo.S.wo cancels: 1.4e-4 at worst.
+        Tolerance { relative: 2e-4, floor: |_| 1.0, unit: |_| 0.0 },
+        |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
+        |x| list![visible_fresnel(v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), DVec3::new(0.0, 0.04, 0.5))],
+    );
+}
+
+#[test]
+fn ggx_lobes_parity() {
+    parity::<12>(
+        "integrals/ggx_lobes",
+        Tolerance {
+            relative: 5e-5,
+            floor: |k| {
+                if k == 2 {
+                    1.0
+                } else if k < 18 {
+                    1e-6
+                } else {
+                    1e-3
+                }
+            },
+            unit: |_| 1e-3,
+        },
+        |r| {
+            let (wo, wi) = (r.direction(), r.direction());
+            let tail = [r.log(0.02, 1.0)];
+            join(&[&wo.to_array(), &wi.to_array(), &r.mean_slope().to_array(), &r.covariance().to_array(), &tail])
+        },
+        |x| {
+            let (wo, wi, m) = (v3(x, 0), v3(x, 3), v2(x, 6));
+            let d = displaced_ggx(DVec3::new(x[11] * x[11], x[11] * x[11], 0.0), v3(x, 8));
+            let cholesky = slope_cholesky(0.5 * d.roughness);
+            let o = displaced_ggx_area(wo, m, &d, cholesky);
+            let mut all = vec![o.spread, o.visible];
+            for k in 0..GGX_LOBES {
+                let lobe = ggx_lobe(&d, k);
+                all.push(lobe.weight);
+                all.extend(lobe.s.to_array());
+            }
+            for shadowing in [Shadowing::None, Shadowing::Smith, Shadowing::Correlated] {
+                let f0 = DVec3::new(0.04, 0.5, 1.0);
+                let light = displaced_ggx_light(shadowing, &o, wo, wi, m, &d, cholesky, f0);
+                all.extend([light.x, light.y]);
+            }
+            all
+        },
+    );
+}

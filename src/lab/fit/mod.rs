@@ -1,6 +1,0 @@
-//! Fits of measured materials, seen: spheres in one light, and cuts through their lobes.
-
-pub mod extraction_study;
-pub mod lobe_plot;
-pub mod specimen;
-pub mod spheres;

@@ -1,0 +1,5 @@
+//! The repository itself: what its crates depend on, how its sources are laid out, that the shaders stay portable.
+
+mod dependencies;
+mod shaders;
+mod source;

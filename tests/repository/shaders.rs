@@ -1,0 +1,58 @@
+//! Shaders name their resources, and the include library stays free of bindings.
+
+use std::fs;
+
+use crate::source::{code_only, files_under, root, words};
+
+/// Places where GLSL numbers a binding. Numbers follow from names, so that no pass has to agree with its shader about them.
+fn numbered_bindings(path: &str, source: &str) -> Vec<String> {
+    let code = code_only(source);
+    let numbered = words(&code).filter(|(_, word)| *word == "binding");
+    numbered.map(|(at, _)| format!("{path}:{}", code[..at].matches('\n').count() + 1)).collect()
+}
+
+#[test]
+fn shaders_number_no_bindings() {
+    let folder = root().join("shaders-glsl");
+    let files = files_under(&folder, &["glsl", "comp", "vert", "tesc", "tese", "frag"]);
+    assert!(files.len() > 100, "only {} shaders were read", files.len());
+    let faults: Vec<String> = files
+        .iter()
+        .flat_map(|file| numbered_bindings(&file.display().to_string(), &fs::read_to_string(file).unwrap()))
+        .collect();
+    assert!(faults.is_empty(), "bindings have names, not numbers:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn numbered_bindings_are_refused() {
+    assert_eq!(numbered_bindings("x", "// binding = 1\nlayout(binding = 1) uniform sampler2D map;"), ["x:2"]);
+    assert!(numbered_bindings("x", "layout(std430) readonly buffer Patches { uint patches[]; };").is_empty());
+}
+
+/// Words that tie GLSL to one program's resources; pure functions need none of them.
+const IMPURE_GLSL: [&str; 6] = ["binding", "uniform", "buffer", "layout", "shared", "push_constant"];
+
+fn impure_glsl(path: &str, source: &str) -> Vec<String> {
+    let code = code_only(source);
+    let impure = words(&code).filter(|(_, word)| IMPURE_GLSL.contains(word));
+    impure.map(|(at, word)| format!("{path}:{}: `{word}`", code[..at].matches('\n').count() + 1)).collect()
+}
+
+#[test]
+fn the_glsl_include_library_has_no_bindings() {
+    let folder = root().join("shaders-glsl/leadr");
+    let files = files_under(&folder, &["glsl", "h", "comp", "vert", "frag", "tesc", "tese"]);
+    assert!(!files.is_empty(), "no GLSL was read");
+    let mut faults = Vec::new();
+    for file in &files {
+        faults.extend(impure_glsl(&file.display().to_string(), &fs::read_to_string(file).unwrap()));
+    }
+    assert!(faults.is_empty(), "shaders-glsl/leadr must be pure functions:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn glsl_with_a_binding_is_refused() {
+    assert!(!impure_glsl("x", "layout(set = 0, binding = 1) uniform sampler2D map;").is_empty());
+    assert!(!impure_glsl("x", "float f();\nuniform float scale;").is_empty());
+    assert!(impure_glsl("x", "// a uniform distribution\nfloat f(in vec2 uniformity, out float layout_x);").is_empty());
+}
