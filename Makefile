@@ -1,12 +1,13 @@
 # `make demo` and `make test` install what is missing, build, and run. See README.md.
 
-.PHONY: help demo test setup lint doc clean
+.PHONY: help demo test test-all setup lint doc clean
 
 help:
-	@echo 'make demo    show the walking T-rex in a window, or as pictures in out/ without a display'
-	@echo 'make test    run every test'
-	@echo 'make lint    check formatting, clippy and documentation; warnings are errors'
-	@echo 'make setup   only install what the others need'
+	@echo 'make demo      show the walking T-rex in a window, or as pictures in out/ without a display'
+	@echo 'make test      run the tests of what users rely on'
+	@echo 'make test-all  run every test'
+	@echo 'make lint      check formatting, clippy and documentation; warnings are errors'
+	@echo 'make setup     only install what the others need'
 
 setup:
 	@scripts/setup all
@@ -19,12 +20,17 @@ test:
 	@scripts/setup all
 	@scripts/test
 
+test-all: test
+	@scripts/test long
+
 lint:
 	@scripts/setup build
-	cargo fmt --check
-	cargo clippy --locked --all-targets -- -D warnings
-	RUSTDOCFLAGS=-Dwarnings cargo doc --locked --no-deps
-	RUSTDOCFLAGS=-Dwarnings cargo doc --locked --no-deps --features internals
+	cargo fmt --all --check
+	cargo clippy --locked --workspace --all-targets -- -D warnings
+	$(MAKE) doc
+
+doc:
+	RUSTDOCFLAGS=-Dwarnings cargo doc --locked --workspace --exclude leadr-wgpu --no-deps
 
 clean:
 	cargo clean

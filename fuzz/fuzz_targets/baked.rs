@@ -1,7 +1,7 @@
 //! KTX2 files of baked maps: what is read gives heights and moments.
 #![no_main]
 
-use leadr::maps::baked::BakedMap;
+use leadr_maps::baked::BakedMap;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(map) = BakedMap::decode(bytes) {

@@ -1,8 +1,8 @@
 //! The JSON of a camera, and the camera that it describes.
 #![no_main]
 
-use leadr::app::flags::camera_file::parse;
-use leadr::glam::Vec2;
+use leadr_scenes::camera_file::parse;
+use glam::Vec2;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(pose) = parse(bytes) {

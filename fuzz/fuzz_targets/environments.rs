@@ -2,7 +2,7 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    if let Ok(image) = leadr::maps::decode_environment(bytes) {
+    if let Ok(image) = leadr_maps::decode_environment(bytes) {
         image.check_radiance().expect("radiance");
     }
 });

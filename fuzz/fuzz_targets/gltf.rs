@@ -1,7 +1,7 @@
 //! glTF and GLB, without files beside them: strictly and leniently; what is read can be posed.
 #![no_main]
 
-use leadr::models::{LoadOptions, Model};
+use leadr_models::{LoadOptions, Model};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     for lenient in [false, true] {

@@ -1,7 +1,7 @@
 //! MERL's `.binary`: a head, and its numbers over and over, since a file of theirs has 35 MB.
 #![no_main]
 
-use leadr::measured::merl::Merl;
+use leadr_measured::merl::Merl;
 
 const HEAD: usize = 12;
 const BYTES: usize = HEAD + 3 * 8 * 90 * 90 * 180;

@@ -1,7 +1,7 @@
 //! PNG and JPEG, as colours, heights and whatever else.
 #![no_main]
 
-use leadr::maps::{decode_color, decode_color_srgb8, decode_height_map, decode_raster};
+use leadr_maps::{decode_color, decode_color_srgb8, decode_height_map, decode_raster};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let _ = decode_raster(bytes);

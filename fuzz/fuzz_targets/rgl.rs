@@ -1,9 +1,9 @@
 //! RGL's `.bsdf`: what is read has values.
 #![no_main]
 
-use leadr::measured::Measured;
-use leadr::measured::rgl::Rgl;
-use leadr::reflectance::materials::brdf::Brdf;
+use leadr_measured::Measured;
+use leadr_measured::rgl::Rgl;
+use leadr_reflectance::materials::brdf::Brdf;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(rgl) = Rgl::read(bytes) {

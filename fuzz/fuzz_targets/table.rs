@@ -2,5 +2,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    let _ = leadr::measured::table::Table::read(text);
+    let _ = leadr_measured::table::Table::read(text);
 });

@@ -1,7 +1,7 @@
 //! UTIA's `.bin`: its numbers over and over, since a file of theirs has 2 MB.
 #![no_main]
 
-use leadr::measured::utia::{BYTES, Utia};
+use leadr_measured::utia::{BYTES, Utia};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let _ = Utia::read(bytes);

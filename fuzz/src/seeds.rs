@@ -8,9 +8,9 @@ use std::path::Path;
 
 use exr::prelude::{Blocks, Compression, Encoding, Image, LineOrder, SpecificChannels, Vec2, WritableImage};
 use image::codecs::jpeg::JpegEncoder;
-use leadr::maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
-use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
-use leadr::maps::{HeightMap, Rgb8Image};
+use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
+use leadr_maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
+use leadr_maps::{HeightMap, Rgb8Image};
 use serde_json::json;
 
 type Done<T = ()> = Result<T, Box<dyn Error>>;

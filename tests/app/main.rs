@@ -7,4 +7,3 @@ mod faults;
 mod fit;
 mod models;
 mod readme;
-mod report;

@@ -1,5 +1,6 @@
 //! Scenes: pure functions of time that produce render inputs.
 
+pub mod camera_file;
 pub mod config;
 pub mod cover;
 pub mod daylight;

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use leadr::models::{LoadOptions, Model};
+use leadr_models::{LoadOptions, Model};
 
 /// Rounds and seconds that a file gets at most.
 const ROUNDS: u32 = 200;

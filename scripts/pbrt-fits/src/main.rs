@@ -10,9 +10,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use glam::DVec3;
-use leadr::measured::Measured;
-use leadr::reflectance::extraction::samples::{misfit, samples};
-use leadr::reflectance::materials::brdf::Brdf;
+use leadr_measured::Measured;
+use leadr_reflectance::extraction::samples::{misfit, samples};
+use leadr_reflectance::materials::brdf::Brdf;
 use rs_pbrt::core::geometry::Vector3f;
 use rs_pbrt::core::microfacet::{MicrofacetDistribution, TrowbridgeReitzDistribution};
 use rs_pbrt::core::pbrt::Spectrum;

@@ -1,6 +1,5 @@
 //! Flags that several commands share, and the values they take.
 
-pub mod camera_file;
 pub mod command_line;
 pub mod dress;
 pub mod scene;

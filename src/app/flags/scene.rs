@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, ValueEnum};
 
-use super::camera_file;
 use super::dress::DressArgs;
 use super::shading::{ShadingArgs, choice};
 use super::values::{
@@ -17,6 +16,7 @@ use leadr_render::light::panorama::LightExtraction;
 use leadr_render::scene::Tiling;
 use leadr_render::settings::ShadingOptions;
 use leadr_render::surfaces::moments::MomentFormat;
+use leadr_scenes::camera_file;
 use leadr_scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use leadr_scenes::light::{EnvironmentChoice, SunDirection};
 use leadr_scenes::model::displacement::Displacement;
@@ -293,7 +293,7 @@ impl SceneArgs {
             CameraChoice::Far => View::Far,
             CameraChoice::Model(_) => View::Model,
             CameraChoice::Pose(pose) => View::Pose(*pose),
-            CameraChoice::File(file) => View::Pose(camera_file::read(file)?),
+            CameraChoice::File(file) => View::Pose(camera_file::read(file).map_err(AppError::Failed)?),
         };
         let default = SceneConfig::default();
         Ok(SceneConfig {

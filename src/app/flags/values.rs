@@ -27,7 +27,7 @@ pub enum CameraChoice {
     Model(Option<String>),
     /// Position, target and field of view.
     Pose(CameraPose),
-    /// A JSON file, see [`super::camera_file`].
+    /// A JSON file, see [`leadr_scenes::camera_file`].
     File(PathBuf),
 }
 

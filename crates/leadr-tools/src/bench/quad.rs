@@ -54,7 +54,7 @@ const fn of_forward(
     Goal { name, of, to, bound: Bound::AtMost(most) }
 }
 
-/// The goals about times. Most go with a bound on errors, which `leadr report` measures.
+/// The goals about times. Most go with a bound on errors, which `leadr-lab report` measures.
 pub const GOALS: [Goal; 12] = [
     Goal {
         name: "specular, one light: LEADR / LEAN",

@@ -1,14 +1,14 @@
-//! `leadr report` from outside: a section end to end on the device, and what goes wrong.
+//! `leadr-lab report` from outside: a section end to end on the device, and what goes wrong.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-use leadr::maps::load_color_srgb8;
+use leadr_maps::load_color_srgb8;
 use leadr_testing::gpu::test_gpu;
 use serde_json::Value;
 
 fn report(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr-lab"));
     command
         .arg("report")
         .args(arguments)

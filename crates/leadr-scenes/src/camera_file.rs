@@ -6,10 +6,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::view::CameraPose;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_start;
-use leadr_scenes::view::CameraPose;
-use leadr_tools::command::error::AppError;
 
 /// A file longer than this is no camera.
 const MAX_BYTES: u64 = 64 * 1024;
@@ -20,13 +19,15 @@ const EXAMPLE: &str = r#"{"position": [6, -8, 5], "target": [0, 0, 2]}"#;
 ///
 /// # Errors
 /// If the file cannot be read, is too long, is not the JSON described above, or describes no camera.
-pub fn read(path: &Path) -> Result<CameraPose, AppError> {
+pub fn read(path: &Path) -> Result<CameraPose, String> {
     let bytes = read_start(path, MAX_BYTES + 1).map_err(|fault| match fault {
         MapFault::Io { doing, source } => format!("it {doing} ({source})"),
         MapFault::NotAFile => format!("it is no regular file; give a JSON file such as {EXAMPLE}"),
         _ => too_long(),
     });
-    bytes.and_then(|bytes| parse(&bytes)).map_err(|fault| AppError::io("read the camera", path, fault))
+    bytes
+        .and_then(|bytes| parse(&bytes))
+        .map_err(|fault| format!("cannot read the camera '{}': {fault}", path.display()))
 }
 
 fn too_long() -> String {
