@@ -1,6 +1,6 @@
 //! Light that bounces between facets (Chan 2018, section 5): walks on rough surfaces, how far the published fits and those
 //! of `reflectance::materials::multiscattering` are from them, and that fit again. With `energy`, prints
-//! `src/reflectance/materials/energy_data.rs` instead, with `walks`, tables of albedo and of mirrors.
+//! `crates/leadr-reflectance/src/materials/energy_data.rs` instead, with `walks`, tables of albedo and of mirrors.
 //!
 //! `cargo run --release --example 20_multiscattering_diffuse [energy | walks | WALKS]`
 

@@ -1,5 +1,5 @@
 """Panoramas that light the cases: those of the shared data, and hard ones made here by formulas that
-src/lab/report/outside/panoramas.rs repeats."""
+crates/leadr-lab/src/report/outside/panoramas.rs repeats."""
 import numpy as np
 
 import files

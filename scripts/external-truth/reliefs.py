@@ -1,5 +1,5 @@
 """Height maps: those of the shared data, reduced by box means, and one made here by a formula that
-src/lab/report/outside/reliefs.rs repeats."""
+crates/leadr-lab/src/report/outside/reliefs.rs repeats."""
 import numpy as np
 
 import files

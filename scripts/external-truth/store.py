@@ -7,7 +7,7 @@ import numpy as np
 import files
 import truth
 
-FOLDER = files.REPOSITORY / "src/lab/report/outside"
+FOLDER = files.REPOSITORY / "crates/leadr-lab/src/report/outside"
 WIDTH = 256  # of the picture of all of them
 
 

@@ -1,7 +1,7 @@
 #ifndef LEADR_CONSTANTS_GLSL
 #define LEADR_CONSTANTS_GLSL
 
-// Floors and limits that keep every function of this library finite; src/reflectance/limits.rs explains each.
+// Floors and limits that keep every function of this library finite; crates/leadr-reflectance/src/limits.rs explains each.
 
 const float LEADR_PI = 3.14159265358979;
 const float LEADR_MIN_VARIANCE = 1e-8;      // slope variance below which the distribution is treated as this wide

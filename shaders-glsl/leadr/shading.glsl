@@ -6,7 +6,7 @@
 #include "visible/diffuse.glsl"
 #include "visible/fresnel.glsl"
 
-// The recommended shading under a light, diffuse and specular reflection together (src/reflectance/shading.rs). An
+// The recommended shading under a light, diffuse and specular reflection together (crates/leadr-reflectance/src/shading.rs). An
 // environment needs its lookups between the calls: use visible/shadowed_specular.glsl for the mirrors, and for the diffuse
 // facets visible/shadowed_environment.glsl times albedo times one minus the mean Fresnel term of the mirrors.
 

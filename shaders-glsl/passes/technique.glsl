@@ -1,4 +1,4 @@
-// What a technique needs from the passes: constants set by src/render/settings/technique.rs. No shader knows which technique it
+// What a technique needs from the passes: constants set by crates/leadr-render/src/settings/technique.rs. No shader knows which technique it
 // draws.
 #ifndef LEADR_TECHNIQUE
 #define LEADR_TECHNIQUE

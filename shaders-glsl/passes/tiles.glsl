@@ -1,5 +1,5 @@
 // The screen in tiles, and what each shows: a pass that concerns only some pixels draws only the tiles that contain them
-// (src/render/passes/targets/tiles.rs).
+// (crates/leadr-render/src/passes/targets/tiles.rs).
 #ifndef LEADR_TILES
 #define LEADR_TILES
 #include "constants.glsl"

@@ -1,4 +1,4 @@
-// From linear radiance after exposure to linear display light: src/maps/tonemap.rs.
+// From linear radiance after exposure to linear display light: crates/leadr-maps/src/tonemap.rs.
 #ifndef PASSES_TONEMAP
 #define PASSES_TONEMAP
 

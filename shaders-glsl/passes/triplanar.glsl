@@ -1,5 +1,5 @@
 // A texture without coordinates: seen from outside along the three axes, upright (z up), where the surface is at rest, and blended by
-// the normal. The same as src/render/surfaces/triplanar.rs.
+// the normal. The same as crates/leadr-render/src/surfaces/triplanar.rs.
 #ifndef LEADR_TRIPLANAR
 #define LEADR_TRIPLANAR
 

@@ -1,4 +1,4 @@
-// The word that tells what a pixel sees (VisibleSurface in src/render/passes/targets/visible_surface.rs): the patch in its
+// The word that tells what a pixel sees (VisibleSurface in crates/leadr-render/src/passes/targets/visible_surface.rs): the patch in its
 // low 24 bits, the object above. The third word after it tells where in the picture that is.
 #ifndef LEADR_VISIBLE
 #define LEADR_VISIBLE

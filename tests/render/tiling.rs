@@ -24,7 +24,7 @@ fn from_above(metres: f32) -> Camera {
     Camera { up: Vec3::Y, ..Camera::looking_at(eye, Vec3::new(3.0, -2.0, 0.0), 30.0) }
 }
 
-/// The device blends moments as tests/maps/tiling.rs does: mean and variance are those of the map, whatever a pixel covers.
+/// The device blends moments as crates/leadr-maps/tests/maps/tiling.rs does: mean and variance are those of the map, whatever a pixel covers.
 #[test]
 fn pixels_of_a_plane_by_example_have_the_statistics_of_its_map() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! Numbers that other programs computed (`tests/data`), and the comparison with them.
+//! Numbers that other programs computed (`crates/leadr-testing/data`), and the comparison with them.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -67,7 +67,7 @@ impl Comparison {
     }
 }
 
-/// The content of `tests/data/<file>`; `tests/data/README.md` says what it holds.
+/// The content of `crates/leadr-testing/data/<file>`; `crates/leadr-testing/data/README.md` says what it holds.
 pub fn oracle(file: &str) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));

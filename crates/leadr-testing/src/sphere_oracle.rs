@@ -1,4 +1,4 @@
-//! Pictures of displaced spheres that another ray caster made (`tests/data/sphere_*.json`).
+//! Pictures of displaced spheres that another ray caster made (`crates/leadr-testing/data/sphere_*.json`).
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -29,7 +29,7 @@ pub struct Picture {
 }
 
 impl SphereOracle {
-    /// The sphere of `tests/data/sphere_<name>.json`.
+    /// The sphere of `crates/leadr-testing/data/sphere_<name>.json`.
     pub fn load(name: &str) -> Self {
         let data = oracle(&format!("sphere_{name}.json"));
         let (x, y) = (number(&data["sigma_x"]), number(&data["sigma_y"]));

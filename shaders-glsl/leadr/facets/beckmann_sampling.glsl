@@ -6,7 +6,7 @@
 #include "../slopes/grid.glsl"
 
 // Exact sampling of visible Beckmann normals by inversion, for every mean slope and viewer; derivation in
-// src/reflectance/facets/beckmann_sampling.rs.
+// crates/leadr-reflectance/src/facets/beckmann_sampling.rs.
 
 // Upper-tail quantile, at the normal deviate z, of a gamma distribution (Wilson & Hilferty's cube).
 float gamma_quantile(float z, float mean, float variance) {

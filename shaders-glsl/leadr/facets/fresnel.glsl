@@ -50,7 +50,7 @@ vec3 fresnel_ratio(vec3 difference, vec3 sum, vec3 b) {
 
 // Unpolarised reflectance of a smooth conductor with complex index eta + i k per channel; both are >= 0 and clamped below
 // 1e4. The amplitude formulas are written as quotients of sums of squares, so nothing cancels
-// (src/reflectance/facets/fresnel.rs).
+// (crates/leadr-reflectance/src/facets/fresnel.rs).
 vec3 fresnel_conductor(float cosine, vec3 eta, vec3 k) {
     float c = min(abs(cosine), 1.0);
     float s2 = (1.0 - c) * (1.0 + c);

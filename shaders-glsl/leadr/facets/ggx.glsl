@@ -6,7 +6,7 @@
 #include "../slopes/statistics.glsl"
 
 // The noncentral GGX distribution with a full roughness matrix A = (a_xx, a_yy, a_xy) of alpha^2 terms (thesis Table
-// 2.II, eq. 3.2; IGSA supplement 1). m: mean slope. Derivations in src/reflectance/facets/ggx.rs.
+// 2.II, eq. 3.2; IGSA supplement 1). m: mean slope. Derivations in crates/leadr-reflectance/src/facets/ggx.rs.
 
 // (1 / sqrt(a_xx), 1 / sqrt(a_yy), r, 1 / sqrt(1 - r^2)); the roughness is at least MIN_VARIANCE, the correlation r below
 // 1.

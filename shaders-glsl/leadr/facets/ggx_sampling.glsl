@@ -5,7 +5,7 @@
 #include "../slopes/grid.glsl"
 
 // Exact sampling of visible GGX normals by spherical caps (Dupuy & Benyoub 2023), for viewers above and below the
-// mesosurface; proof in src/reflectance/facets/ggx_sampling.rs.
+// mesosurface; proof in crates/leadr-reflectance/src/facets/ggx_sampling.rs.
 
 // A visible normal for u in [0, 1)^2, distributed as ggx_vndf(wo, wn, m, A).
 vec3 ggx_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 A) {

@@ -4,7 +4,7 @@
 #include "../constants.glsl"
 
 // Gloss, 0 (rough) to 1 (smooth), and the GGX alpha it stands for. Exponential scales are alpha^2 = 2 / (c + 2^(r g + o)) with a curve
-// (c, r, o); src/reflectance/facets/gloss.rs says whose they are.
+// (c, r, o); crates/leadr-reflectance/src/facets/gloss.rs says whose they are.
 
 const vec3 LEADR_GLOSS_ADVANCED_WARFARE = vec3(2.0, 16.0, 0.0); // Chan 2018, eq. 1
 const vec3 LEADR_GLOSS_WWII = vec3(1.0, 18.0, 0.0);             // Chan 2018, eq. 2

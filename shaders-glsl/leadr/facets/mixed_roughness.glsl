@@ -2,7 +2,7 @@
 #define LEADR_MIXED_ROUGHNESS_GLSL
 
 // Bases of two roughnesses that share a surface, each with a lobe of its own. What is filtered is linear: the rougher one's share p
-// and the parts of the mean alpha^2 that lie in the rougher and in the smoother. src/reflectance/facets/mixed_roughness.rs derives it.
+// and the parts of the mean alpha^2 that lie in the rougher and in the smoother. crates/leadr-reflectance/src/facets/mixed_roughness.rs derives it.
 
 struct MixedRoughness {
     float share;        // of the rougher, 0..1

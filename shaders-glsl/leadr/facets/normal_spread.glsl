@@ -1,7 +1,7 @@
 #ifndef LEADR_NORMAL_SPREAD_GLSL
 #define LEADR_NORMAL_SPREAD_GLSL
 
-// Roughness that others read from the length of a mean normal, given as the lack 1 - length; src/reflectance/facets/normal_spread.rs says when they are
+// Roughness that others read from the length of a mean normal, given as the lack 1 - length; crates/leadr-reflectance/src/facets/normal_spread.rs says when they are
 // right.
 
 // Concentration of the von Mises-Fisher lobe with this mean, L (3 - L^2) / (1 - L^2) (Banerjee et al. 2005): up to 5 % too large; 1e-9 to 1e9.

@@ -5,7 +5,7 @@
 #include "normal_distribution.glsl"
 
 // How long the mean of the facets' normals is, and the roughness that a length stands for (Chan 2018, section 2). Derivations in
-// src/reflectance/facets/shortened_normals.rs.
+// crates/leadr-reflectance/src/facets/shortened_normals.rs.
 //
 // A length near 1 holds few digits in 32 bits, so functions take and give the lack, 1 - length. Where a filtered normal n is at hand,
 // 1 - |n| is as good as its bits: 6e-8 of it are lost to rounding, half a percent of what alpha = .0014 lacks.

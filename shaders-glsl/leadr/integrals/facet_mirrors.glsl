@@ -6,7 +6,7 @@
 #include "../slopes/grid.glsl"
 
 // Mirrors of a light on a relief whose facets each have a Beckmann base in their own frame: four facets stand for those that mirror
-// it. src/reflectance/integrals/facet_mirrors.rs derives them. For each light
+// it. crates/leadr-reflectance/src/integrals/facet_mirrors.rs derives them. For each light
 //     FacetMirrors f = facet_mirrors(wo, wi, alpha, variance of the light's directions);
 //     radiance += irradiance * facet_mirrors_light(shadowing, o, i, f, m, cholesky, f0);
 // where o, i and cholesky are those of the relief without its base.

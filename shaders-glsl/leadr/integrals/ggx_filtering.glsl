@@ -6,7 +6,7 @@
 #include "../facets/ggx.glsl"
 
 // A GGX base of roughness matrix A under Gaussian displacement of mean slope m and covariance S. For the exact density, and
-// how close these approximations come, see src/reflectance/integrals/ggx_filtering.rs and
+// how close these approximations come, see crates/leadr-reflectance/src/integrals/ggx_filtering.rs and
 // docs/measurements/ggx-filtering.md.
 
 // Approximation by one GGX lobe.

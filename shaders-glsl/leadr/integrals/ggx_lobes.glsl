@@ -6,7 +6,7 @@
 #include "ggx_filtering.glsl"
 
 // A displaced GGX surface under lights and under environments. For environments it is a mixture of a few Gaussian surfaces,
-// since GGX is an integral of Gaussians (src/reflectance/integrals/ggx_lobes.rs).
+// since GGX is an integral of Gaussians (crates/leadr-reflectance/src/integrals/ggx_lobes.rs).
 
 struct GaussianLobe {
     float weight; // share of the slopes; the weights of all lobes sum to one

@@ -2,7 +2,7 @@
 #define LEADR_LIGHT_SIZE_GLSL
 
 // Highlights of a small light that is not a point. variance: of its directions, radians^2 along each of two axes across wi. Averaged
-// over the light, the density of facets at the half vector is that of wider lobes; src/reflectance/integrals/light_size.rs derives
+// over the light, the density of facets at the half vector is that of wider lobes; crates/leadr-reflectance/src/integrals/light_size.rs derives
 // by how much.
 
 // Least z of wo + wi in deviations of the light: closer to the horizon slopes bend too much within it.

@@ -7,7 +7,7 @@
 // Masking and shadowing that account for the correlation between the directions of viewer and light:
 //     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
 // with f = 0 for equal azimuths (in the space where the surface is isotropic) rising to 1, Smith's form, for azimuths far
-// apart. src/reflectance/masking/correlated.rs derives it. Once per pixel:
+// apart. crates/leadr-reflectance/src/masking/correlated.rs derives it. Once per pixel:
 //     vec3 cholesky = slope_cholesky(S);
 //     DirectionArea o = direction_area(wo, m, cholesky);
 // and for each light:

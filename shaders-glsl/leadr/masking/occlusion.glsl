@@ -3,7 +3,7 @@
 
 #include "../constants.glsl"
 
-// What the surroundings of a place hide, as one number or as a cone (Chan 2018, 4.4-4.7; src/reflectance/masking/occlusion.rs).
+// What the surroundings of a place hide, as one number or as a cone (Chan 2018, 4.4-4.7; crates/leadr-reflectance/src/masking/occlusion.rs).
 // A visibility is the share of the cosine-weighted hemisphere that is free. A cone is vec4(axis, cosine of its half angle): everything
 // inside is free.
 

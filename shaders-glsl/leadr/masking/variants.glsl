@@ -6,7 +6,7 @@
 #include "../slopes/grid.glsl"
 
 // Geometric attenuation of any slope distribution, as the factor G / a_o of f_r cos(theta_i) = F D (G / a_o) / 4 (thesis
-// Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). src/reflectance/masking/variants.rs derives each.
+// Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). crates/leadr-reflectance/src/masking/variants.rs derives each.
 
 const int LEADR_SMITH_CORRELATED = 0;    // LEADR's: a_i / (a_i A_o + a_o (A_i - a_i))
 const int LEADR_SMITH_SEPARABLE = 1;     // a_i / (A_o A_i)

@@ -6,7 +6,7 @@
 #include "../slopes/grid.glsl"
 
 // Blinn-Phong lobes with mipmapped normals, after Toksvig (2005), and the functions that LEAN and CLEAN mapping need for an
-// environment lookup; src/reflectance/materials/classic.rs has the derivations.
+// environment lookup; crates/leadr-reflectance/src/materials/classic.rs has the derivations.
 
 // Blinn-Phong exponent for a Beckmann roughness, with the same curvature at the peak (Walter et al. 2007); 0 to 1e6.
 float blinn_phong_exponent(float alpha) {

@@ -5,7 +5,7 @@
 #include "../facets/fresnel.glsl"
 
 // How much light mirror facets reflect in all, and two ways to give back what one bounce between them loses (Kulla and Conty 2017;
-// Turquin 2019; src/reflectance/materials/energy.rs). The albedo lies in a table of 33 columns and 48 rows that the includer names, as
+// Turquin 2019; crates/leadr-reflectance/src/materials/energy.rs). The albedo lies in a table of 33 columns and 48 rows that the includer names, as
 //     uniform sampler2D energy;
 //     #define LEADR_ENERGY_TEXEL(x, y) texelFetch(energy, ivec2(x, y), 0).xy
 // EnergyTable::texels gives its texels: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 47)^4, and the average at x = 32.

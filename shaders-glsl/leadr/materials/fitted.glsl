@@ -10,7 +10,7 @@
 // diffuse body adds. Its numbers lie one after another in a buffer that the includer names:
 //     layout(std430) readonly buffer Fits { float fits[]; };
 //     #define LEADR_FITTED_WORD(i) fits[i]
-// A material begins at the word `fit`. src/reflectance/materials/fitted_table.rs writes:
+// A material begins at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes:
 //     0 masking   1 lobes   2 roughness alpha that stands for it   3 direction of its widest slopes   4, 5 mean slope
 //     6 intervals of ln D   7 azimuths   8 where ln D begins   9 intervals of the visible area   10 where that begins
 //     11 intervals of the Fresnel term   12 where that begins   13 lobes: share, covariance xx, yy, xy, alpha

@@ -5,7 +5,7 @@
 #include "../facets/fresnel.glsl"
 
 // Diffuse reflection of rough surfaces whose facets light each other, under a coat of mirrors (Chan 2018, section 5, and a fit of this
-// project's; formulas and proof of its albedo in src/reflectance/materials/multiscattering.rs).
+// project's; formulas and proof of its albedo in crates/leadr-reflectance/src/materials/multiscattering.rs).
 
 // The BRDF of a white diffuse facet below a coat (eq. 62); its albedo is 1 - F.
 float facet_diffuse(float f0, float cosine_o, float cosine_i) {

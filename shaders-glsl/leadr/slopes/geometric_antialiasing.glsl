@@ -5,7 +5,7 @@
 #include "packing.glsl"
 
 // The change of the surface's normal across a pixel, as roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its
-// supplement). Kernels are covariances (s_xx, s_yy, s_xy). src/reflectance/slopes/geometric_antialiasing.rs relates the
+// supplement). Kernels are covariances (s_xx, s_yy, s_xy). crates/leadr-reflectance/src/slopes/geometric_antialiasing.rs relates the
 // forms; the kernel of the normal alone is add_macro_curvature.
 
 const float LEADR_PIXEL_VARIANCE = 0.25; // variance of the pixel filter, squared pixels

@@ -7,7 +7,7 @@
 #define LEADR_PRECISE
 #endif
 
-// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). src/reflectance/slopes/moments.rs explains each.
+// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). crates/leadr-reflectance/src/slopes/moments.rs explains each.
 // Subtracting the squares of steep means loses small variances: with one surface per pixel prefer mean and covariance.
 
 struct SlopeMoments {

@@ -1,7 +1,7 @@
 #ifndef LEADR_NORMAL_BLENDING_GLSL
 #define LEADR_NORMAL_BLENDING_GLSL
 
-// A detail normal on a base normal, both unit normals of normal maps with z > 0. src/reflectance/slopes/normal_blending.rs says what each blend is and to which
+// A detail normal on a base normal, both unit normals of normal maps with z > 0. crates/leadr-reflectance/src/slopes/normal_blending.rs says what each blend is and to which
 // order it adds slopes.
 
 // n at length 1; straight up if it has none.

@@ -4,7 +4,7 @@
 #include "../fma.glsl"
 #include "moments.glsl"
 
-// How a texel stores its slope moments: LEADR, LEAN and three forms of CLEAN. src/reflectance/slopes/packing.rs says which
+// How a texel stores its slope moments: LEADR, LEAN and three forms of CLEAN. crates/leadr-reflectance/src/slopes/packing.rs says which
 // form of CLEAN to choose and proves the conservative one.
 
 // Variances of S along its principal axes, the larger first.

@@ -5,7 +5,7 @@
 
 // Tiling by example (Heitz and Neyret 2018): a map that repeats becomes one that does not, with the same mean and covariance. Corners of
 // a lattice of triangles look at the map in different places; looks are blended about its mean by weights whose squares sum to one.
-// src/reflectance/slopes/tiling.rs explains it.
+// crates/leadr-reflectance/src/slopes/tiling.rs explains it.
 
 // The barycentric coordinate from which on the look of a corner is seen.
 const float LEADR_LEAST_LOOK = 0.3;

@@ -4,7 +4,7 @@
 #include "statistics.glsl"
 
 // Slope statistics of a surface expressed in another frame, to first order about its mean normal, and their sum over
-// several surfaces. src/reflectance/slopes/turn.rs derives both.
+// several surfaces. crates/leadr-reflectance/src/slopes/turn.rs derives both.
 
 // One part of a surface over a common plane.
 struct SlopePart {

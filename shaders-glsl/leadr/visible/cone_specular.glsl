@@ -3,7 +3,7 @@
 
 #include "../masking/occlusion.glsl"
 
-// What share of the mirrors' light a cone leaves (src/reflectance/visible/cone_specular.rs). Cones: occlusion.glsl.
+// What share of the mirrors' light a cone leaves (crates/leadr-reflectance/src/visible/cone_specular.rs). Cones: occlusion.glsl.
 
 // Share of a GGX lobe that lies within a cone of half angle `angle`, radians, whose axis is `apart` from the lobe's.
 float lobe_in_cone(float alpha, float apart, float angle) {

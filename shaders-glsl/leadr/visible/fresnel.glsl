@@ -23,7 +23,7 @@ float mean_schlick_weight(float facet, float b, vec2 axis, vec2 slope, float res
 // Mean Fresnel reflectance of the facets visible from wo: the share of light that never reaches the diffuse surface below.
 // The cosine is approximated by a normal variable, with mean and variance to second order about the mean visible facet
 // along the slope seen by the viewer, and Schlick's fifth power is averaged over it; the slope across only lengthens N. S:
-// usable (clamp_covariance). src/reflectance/visible/fresnel.rs derives it.
+// usable (clamp_covariance). crates/leadr-reflectance/src/visible/fresnel.rs derives it.
 vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(across, wo.xy), 0.0);

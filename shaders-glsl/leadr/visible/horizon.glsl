@@ -5,7 +5,7 @@
 #include "../integrals/sh.glsl"
 #include "../slopes/grid.glsl"
 
-// What the bumps around a point hide from it (src/reflectance/visible/horizon.rs). For every azimuth v (unit, in the tangent
+// What the bumps around a point hide from it (crates/leadr-reflectance/src/visible/horizon.rs). For every azimuth v (unit, in the tangent
 // plane) the horizon stands at the elevation of tangent
 //     T(v) = m.v + lean.v + sqrt(v^T spread v)
 // where m is the mean slope: nothing below its plane is seen anyway. Under a change of coordinates `lean` behaves like a mean

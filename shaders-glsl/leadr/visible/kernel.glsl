@@ -2,7 +2,7 @@
 #define LEADR_VISIBLE_KERNEL_GLSL
 
 // The environment as probes look it up: a cube map whose levels are blurred by a smooth, round kernel, as wide everywhere on
-// the sphere, with a deviation of LEADR_KERNEL_TEXELS texels of the level (src/reflectance/visible/kernel.rs). Level 0 is the
+// the sphere, with a deviation of LEADR_KERNEL_TEXELS texels of the level (crates/leadr-reflectance/src/visible/kernel.rs). Level 0 is the
 // environment itself. Variances are per axis, in radians squared.
 
 const float LEADR_KERNEL_TEXELS = 1.2;

@@ -6,7 +6,7 @@
 // The part of the visible slopes that mirrors a lit direction. A facet mirrors a direction above the mesosurface's horizon if its
 // slope lies within a conic about the viewer's; exp(-lean.x - x D x / 2), x the slope from the mean, is a Gaussian
 // that fades out with that height, the more the rougher the surface. Times the density of the slopes it is another Gaussian
-// (src/reflectance/visible/lit_slopes.rs).
+// (crates/leadr-reflectance/src/visible/lit_slopes.rs).
 
 // -ln weight of a direction at the horizon against the highest, of a very rough surface seen from straight above; mean variance of
 // the slopes, per axis, at which half of it applies; the linear part against that of the quadratic.

@@ -10,7 +10,7 @@
 // A normal map on smooth geometry (thesis 2.1, Table 2.IV): its facets hide nothing, and a viewer sees them by the part of the
 // macrosurface that they have. Those that face the viewer have a normal density of slopes that is cut off; those that face away are
 // black, as <wo, wm> is clamped. The base of a facet shows its own facets by projected area, as ever
-// (src/reflectance/visible/mapped.rs derives it). Once per pixel
+// (crates/leadr-reflectance/src/visible/mapped.rs derives it). Once per pixel
 //     MappedSlopes v = mapped_slopes(wo, m, S of the map, S with the base);
 //     VisibleProbes probes = mapped_probes(wo, v, probe_kernel(n));
 // and for each probe as in specular.glsl; the sum counts v.facing times.

@@ -5,7 +5,7 @@
 #include "diffuse.glsl"
 
 // The colour of what is seen and lit, where colours follow the heights or the slopes of the relief under a pixel;
-// src/reflectance/visible/relief_color.rs derives it. With the mean colour, `low` and `high` filtered beside it, and the covariances
+// crates/leadr-reflectance/src/visible/relief_color.rs derives it. With the mean colour, `low` and `high` filtered beside it, and the covariances
 // of colour and slope `x` and `y`:
 //     ReliefColor r = ReliefColor(low, high, x, y);
 //     SlopesScore score = lit_slopes_score(wo, wi, m, S);

@@ -8,7 +8,7 @@
 #include "../slopes/grid.glsl"
 
 // Diffuse environments with the shadows that the surface casts on itself, from one irradiance lookup;
-// src/reflectance/visible/shadowed_environment.rs derives it.
+// crates/leadr-reflectance/src/visible/shadowed_environment.rs derives it.
 
 // How the visible part of the mesosurface is tilted.
 struct VisibleTilt {

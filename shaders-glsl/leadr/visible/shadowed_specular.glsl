@@ -7,7 +7,7 @@
 #include "specular.glsl"
 
 // Specular environments with the shadows that the surface casts on itself, for rules with few probes
-// (src/reflectance/visible/shadowed_specular.rs). Once per pixel
+// (crates/leadr-reflectance/src/visible/shadowed_specular.rs). Once per pixel
 //     VisibleProbes probes = visible_probes(shadowing, wo, m, S, probe_kernel(n));
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
 // and for each probe

@@ -11,7 +11,7 @@
 // Specular reflection of an environment by a few probes among the visible slopes. The lobe is taken apart into smaller, round
 // Gaussians, one per probe: nodes on rings in the plane of two standard normals carry a part of its covariance, and each
 // lookup is a kernel that has the rest (kernel.glsl says what cube that needs). Weights sum to one, so there is no division,
-// and a constant environment returns its own value. src/reflectance/visible/specular.rs derives it. Once per pixel
+// and a constant environment returns its own value. crates/leadr-reflectance/src/visible/specular.rs derives it. Once per pixel
 //     VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));

@@ -1,4 +1,4 @@
-// Edge samples: the mark of those that see their pixel's own surface, and their rays (src/render/passes/edges).
+// Edge samples: the mark of those that see their pixel's own surface, and their rays (crates/leadr-render/src/passes/edges).
 #ifndef LEADR_EDGES
 #define LEADR_EDGES
 

@@ -1,5 +1,5 @@
 // An atlas with one tile per patch, filtered as one surface: taps walk from patch to patch, and where the mips of a tile end,
-// coarser levels follow whose samples neighbouring patches share (src/render/surfaces/atlas).
+// coarser levels follow whose samples neighbouring patches share (crates/leadr-render/src/surfaces/atlas).
 #ifndef LEADR_FILTER_ATLAS
 #define LEADR_FILTER_ATLAS
 

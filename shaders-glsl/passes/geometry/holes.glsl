@@ -1,5 +1,5 @@
 // Surfaces with holes. Under a pixel the map of their opacity tells which share of the surface is there; as large a share of the samples
-// sees it, so that leaves and fences keep their coverage at every distance (src/render/surfaces/material.rs makes the levels).
+// sees it, so that leaves and fences keep their coverage at every distance (crates/leadr-render/src/surfaces/material.rs makes the levels).
 #ifndef LEADR_GEOMETRY_HOLES
 #define LEADR_GEOMETRY_HOLES
 #include "patch.glsl"

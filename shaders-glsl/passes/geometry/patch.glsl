@@ -1,4 +1,4 @@
-// The point-normal patch of src/render/surfaces/patch.rs: the geometry pass draws it, the filter pass evaluates it again at the
+// The point-normal patch of crates/leadr-render/src/surfaces/patch.rs: the geometry pass draws it, the filter pass evaluates it again at the
 // place that a pixel sees.
 #ifndef LEADR_GEOMETRY_PATCH
 #define LEADR_GEOMETRY_PATCH

@@ -10,7 +10,7 @@ struct RestTriangle {
     vec3 normals[3];
 };
 
-// Twelve bits for each coordinate of an octahedron, in a float that holds all 24 (src/render/surfaces/object.rs).
+// Twelve bits for each coordinate of an octahedron, in a float that holds all 24 (crates/leadr-render/src/surfaces/object.rs).
 vec3 unpack_rest_normal(float code) {
     vec2 octahedron = vec2(floor(code / 4096.0), mod(code, 4096.0)) / 4095.0 * 2.0 - 1.0;
     vec3 normal = vec3(octahedron, 1.0 - abs(octahedron.x) - abs(octahedron.y));

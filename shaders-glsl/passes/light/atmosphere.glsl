@@ -1,4 +1,4 @@
-// The air, and the tables made of it. src/render/light/atmosphere.rs and sky.rs have these numbers from here, in 64 bits:
+// The air, and the tables made of it. crates/leadr-render/src/light/atmosphere.rs and sky.rs have these numbers from here, in 64 bits:
 // the build turns this file into the module crate::render::light::constants, so it holds nothing but comments and
 // lines of the form `const TYPE NAME = VALUE;`. Lengths are in kilometres.
 #ifndef ATMOSPHERE_GLSL

@@ -1,4 +1,4 @@
-// The clear sky into the faces of a cube map, from its tables (src/render/light/sky.rs, `SkyTables::radiance`).
+// The clear sky into the faces of a cube map, from its tables (crates/leadr-render/src/light/sky.rs, `SkyTables::radiance`).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"

@@ -1,4 +1,4 @@
-// The clear sky of src/render/light/sky.rs in 32 bits: same names, same order; the equations and their sources are there.
+// The clear sky of crates/leadr-render/src/light/sky.rs in 32 bits: same names, same order; the equations and their sources are there.
 #ifndef SKY_GLSL
 #define SKY_GLSL
 #include "atmosphere.glsl"

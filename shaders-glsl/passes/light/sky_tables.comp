@@ -1,4 +1,4 @@
-// The three small tables of the clear sky (src/render/light/sky.rs), one dispatch each: 0 multiple scattering by altitude
+// The three small tables of the clear sky (crates/leadr-render/src/light/sky.rs), one dispatch each: 0 multiple scattering by altitude
 // (16 groups), 1 view table (16 groups), 2 light on the ground (1 group).
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -1,4 +1,4 @@
-// What a cascade is (src/render/surfaces/ocean/waves.rs).
+// What a cascade is (crates/leadr-render/src/surfaces/ocean/waves.rs).
 #ifndef LEADR_OCEAN_CASCADE
 #define LEADR_OCEAN_CASCADE
 
@@ -18,7 +18,7 @@ vec2 cascade_vector(Cascade c, vec2 v) {
     return cascade_texcoord(c, v);
 }
 
-// The weight of a cascade's horizontal divergence in the foam (src/render/surfaces/ocean/waves.rs): ripples trap no air, but
+// The weight of a cascade's horizontal divergence in the foam (crates/leadr-render/src/surfaces/ocean/waves.rs): ripples trap no air, but
 // tear apart the foam of longer waves.
 float foam_weight(Cascade c) {
     return c.size >= 10.0 ? 1.0 : 0.35;

@@ -1,4 +1,4 @@
-// The sea against a beach that rises toward +x (src/render/surfaces/ocean/shore.rs): where the sand is, how the waves die out over
+// The sea against a beach that rises toward +x (crates/leadr-render/src/surfaces/ocean/shore.rs): where the sand is, how the waves die out over
 // it, the swell that breaks on it, the swash and the foam. Pure functions.
 #ifndef LEADR_OCEAN_SHORE
 #define LEADR_OCEAN_SHORE

@@ -1,4 +1,4 @@
-// Shared by the stages that draw the sea (src/render/passes/ocean/surface.rs).
+// Shared by the stages that draw the sea (crates/leadr-render/src/passes/ocean/surface.rs).
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
 #include "cascade.glsl"

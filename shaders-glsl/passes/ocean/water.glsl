@@ -1,4 +1,4 @@
-// What the filters of the sea need to know about the water (`WaterGpu` in src/render/passes/ocean/filter.rs).
+// What the filters of the sea need to know about the water (`WaterGpu` in crates/leadr-render/src/passes/ocean/filter.rs).
 #ifndef LEADR_OCEAN_WATER
 #define LEADR_OCEAN_WATER
 

@@ -7,7 +7,7 @@
 
 // Passes that filter and shade read all the 32 resources that drivers push, so these share one: nine coefficients of four numbers; the
 // tables of leadr/materials/energy.glsl of GGX and of Beckmann facets; the visibility of the sky past large shapes (sky_visibility.glsl); where each material begins, counted from there; then one material
-// after another (src/render/surfaces/fits.rs).
+// after another (crates/leadr-render/src/surfaces/fits.rs).
 layout(std430) readonly buffer Irradiance { float light_words[]; };
 const uint ENERGY_WORDS = 36u;
 const uint ENERGY_TABLE = 33u * 48u * 2u;

@@ -1,4 +1,4 @@
-// Specialisation constants of the shading pipelines (src/render/passes/shade.rs).
+// Specialisation constants of the shading pipelines (crates/leadr-render/src/passes/shade.rs).
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
 #include "../constants.glsl"

@@ -1,4 +1,4 @@
-// What large shapes hide of a place's surroundings (src/render/light/sky_visibility.rs), and what stands in for it.
+// What large shapes hide of a place's surroundings (crates/leadr-render/src/light/sky_visibility.rs), and what stands in for it.
 #ifndef LEADR_SHADE_SKY_VISIBILITY
 #define LEADR_SHADE_SKY_VISIBILITY
 #include "fits.glsl"

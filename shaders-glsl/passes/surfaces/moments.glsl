@@ -1,6 +1,6 @@
 // Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture
 // coordinate (the whole image is [0, 1]²), of the triangles between the texels' centres over the texel.
-// src/maps/moments.rs does the same in the same order and finds the same bits.
+// crates/leadr-maps/src/moments.rs does the same in the same order and finds the same bits.
 // The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
 #include "../constants.glsl"
 #define LEADR_PRECISE precise

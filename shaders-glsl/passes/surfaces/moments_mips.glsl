@@ -1,6 +1,6 @@
 // One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
 // odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
-// src/maps/moments.rs does the same in the same order and finds the same bits.
+// crates/leadr-maps/src/moments.rs does the same in the same order and finds the same bits.
 // The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
 #include "moments_store.glsl"
 // Rows, as in moments.glsl.

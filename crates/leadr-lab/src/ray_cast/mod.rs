@@ -14,7 +14,7 @@
 //! is one surface (its own [`facing_area`](Patch::facing_area) strays from the closed form; use several seeds), over a
 //! finite number `n` of correlation lengths slopes are Gaussian only to about `n^−1/2`, and triangles flatten
 //! what is between lattice points (moments are met after that, so only the order of 1/`correlation`² of shape is
-//! lost; `tests/lab/ray_cast.rs` measures it).
+//! lost; `crates/leadr-lab/tests/lab/ray_cast.rs` measures it).
 
 mod cast;
 mod patch;

@@ -1,4 +1,4 @@
-//! The ray casts against another ray caster (`tests/data`), closed forms, and themselves at another resolution.
+//! The ray casts against another ray caster (`crates/leadr-testing/data`), closed forms, and themselves at another resolution.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
 //! Direction-correlated shadowing and shadowed environments: properties that hold for any constants, and the models'
-//! errors against ray casts, our own and those of another ray caster (`tests/data`).
+//! errors against ray casts, our own and those of another ray caster (`crates/leadr-testing/data`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;

@@ -1,6 +1,6 @@
 """Positions of posed creatures, computed in double precision with numpy and nothing of this crate.
 
-    python tests/data/posed_creatures.py FOLDER > tests/data/posed_creatures.json
+    python crates/leadr-models/tests/data/posed_creatures.py FOLDER > crates/leadr-models/tests/data/posed_creatures.json
 
 FOLDER holds the shared creatures. Reads GLB files whose vertices follow at most four joints and whose curves are linear or stepped.
 """

@@ -69,7 +69,7 @@ fn creatures_hold_what_their_source_says() {
     }
 }
 
-/// Positions by `tests/data/posed_creatures.py`, in double precision.
+/// Positions by `crates/leadr-models/tests/data/posed_creatures.py`, in double precision.
 #[test]
 fn posed_creatures_are_where_another_program_finds_them() {
     let _unmeasured = unmeasured();

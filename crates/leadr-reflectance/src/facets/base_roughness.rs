@@ -13,7 +13,7 @@
 //! **What does** (rms 0.04). Seen from above, the truth is *narrower* than the paper's form, since the tail takes its weight
 //! from the flanks; seen at a grazing angle it is wider, since each facet hides its own far side. Both are closed forms of what
 //! a shader has at hand, fitted to Monte Carlo casts of Gaussian facets that carry a Beckmann base, with shadowing:
-//! `tests/reflectance/base_roughness.rs` repeats them. The form sees the view only, so specular light is not reciprocal; with
+//! `crates/leadr-reflectance/tests/reflectance/base_roughness.rs` repeats them. The form sees the view only, so specular light is not reciprocal; with
 //! the paper's form it is.
 
 use super::projected_area::{meso_area, slope_spread};

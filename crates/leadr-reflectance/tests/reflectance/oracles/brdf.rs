@@ -1,4 +1,4 @@
-//! The BRDFs against the values of an existing BRDF library (`tests/data/brdf_values.json`): Beckmann and GGX, isotropic to
+//! The BRDFs against the values of an existing BRDF library (`crates/leadr-testing/data/brdf_values.json`): Beckmann and GGX, isotropic to
 //! noncentral.
 //!
 //! The library's shadowing of noncentral surfaces has the thesis's form, so it is compared with [`Masking::SmithThesis`]

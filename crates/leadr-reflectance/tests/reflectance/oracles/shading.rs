@@ -1,4 +1,4 @@
-//! The 64-bit reference against numbers of other programs (`tests/data`): an independent dense quadrature of LEADR's
+//! The 64-bit reference against numbers of other programs (`crates/leadr-testing/data`): an independent dense quadrature of LEADR's
 //! equations, and the values of an existing BRDF library.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};

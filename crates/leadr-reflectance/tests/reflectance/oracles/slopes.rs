@@ -1,5 +1,5 @@
 //! Beckmann and GGX against an existing BRDF library and an independent evaluation of the same equations
-//! (`tests/data/brdf_values.json`), isotropic to noncentral.
+//! (`crates/leadr-testing/data/brdf_values.json`), isotropic to noncentral.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann::Beckmann;

@@ -1,4 +1,4 @@
-//! The visible-slope rules against an independent dense quadrature (`tests/data/leadr_integrals.json`).
+//! The visible-slope rules against an independent dense quadrature (`crates/leadr-testing/data/leadr_integrals.json`).
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::frame::Frame;
