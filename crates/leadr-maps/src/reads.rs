@@ -1,19 +1,19 @@
 //! Which files were read, and what they said then.
 //!
-//! All readers of untrusted files go through one door ([`limits`](super::limits)), so whatever a scene is made from is known there,
-//! the pictures beside a model included.
+//! All readers of untrusted files use [`limits`](super::limits), which notes each read here. The record does not depend on the
+//! thread: a model's images are read on all cores.
 
-use std::cell::RefCell;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::checksum::checksum;
 
-thread_local! {
-    /// What this thread has read since it was asked to remember.
-    static RECORD: RefCell<Option<Vec<FileRead>>> = const { RefCell::new(None) };
-}
+type Record = Arc<Mutex<Vec<FileRead>>>;
+
+/// The records that are open, of the whole process: a scene is read by many threads.
+static OPEN: Mutex<Vec<Record>> = Mutex::new(Vec::new());
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,28 +24,36 @@ pub struct FileRead {
     pub checksum: u64,
 }
 
-/// Does `work` and tells which files this thread has read for it, sorted.
+/// Does `work` and returns the files that were read meanwhile, by any thread, sorted.
 pub fn recorded<T>(work: impl FnOnce() -> T) -> (T, Vec<FileRead>) {
-    let before = RECORD.replace(Some(Vec::new()));
+    /// Closes the record, also if `work` panics.
+    struct Close(Record);
+    impl Drop for Close {
+        fn drop(&mut self) {
+            locked(&OPEN).retain(|open| !Arc::ptr_eq(open, &self.0));
+        }
+    }
+    let record = Record::default();
+    locked(&OPEN).push(record.clone());
+    let close = Close(record.clone());
     let result = work();
-    let mut read = RECORD.replace(before).unwrap_or_default();
+    drop(close);
+    let mut read = std::mem::take(&mut *locked(&record));
     read.sort();
     read.dedup();
     (result, read)
 }
 
-/// Remembers that `bytes` of `path` were read, if somebody asked.
+/// Notes in all open records that `bytes` of `path` were read.
 pub(super) fn note(path: &Path, bytes: &[u8]) {
-    RECORD.with_borrow_mut(|record| {
-        if let Some(record) = record {
-            record.push(FileRead { path: path.to_path_buf(), checksum: checksum(bytes) });
-        }
-    });
+    if !locked(&OPEN).is_empty() {
+        add(path, checksum(bytes));
+    }
 }
 
-/// Remembers the whole of a file that is not read at once.
+/// Notes the whole of a file that is not read at once.
 pub(super) fn note_whole(path: &Path) -> std::io::Result<()> {
-    if RECORD.with_borrow(Option::is_none) {
+    if locked(&OPEN).is_empty() {
         return Ok(());
     }
     let (mut file, mut sum, mut block) = (File::open(path)?, 0, vec![0; 1 << 20]);
@@ -56,8 +64,16 @@ pub(super) fn note_whole(path: &Path) -> std::io::Result<()> {
         }
         sum = checksum(&[&block[..length], &u64::to_le_bytes(sum)].concat());
     }
-    RECORD.with_borrow_mut(|record| {
-        record.get_or_insert_default().push(FileRead { path: path.to_path_buf(), checksum: sum });
-    });
+    add(path, sum);
     Ok(())
+}
+
+fn add(path: &Path, checksum: u64) {
+    for record in &*locked(&OPEN) {
+        locked(record).push(FileRead { path: path.to_path_buf(), checksum });
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

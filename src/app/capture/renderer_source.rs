@@ -54,11 +54,13 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
     let begun = Instant::now();
     let watch = output.set_up();
     watch(SetUp::Begins("reading files"));
-    let (inputs, files) = recorded(|| Inputs::load(scene));
-    let inputs = inputs?;
-    watch(SetUp::Begins("opening the device"));
-    let gpu = config.device.open()?;
-    let Set { renderer, animation, .. } = set(scene, inputs, &gpu, Some(&scene.render_settings()), &*watch)?;
+    let (made, files) = recorded(|| -> Result<Set, AppError> {
+        let inputs = Inputs::load(scene)?;
+        watch(SetUp::Begins("opening the device"));
+        let gpu = config.device.open()?;
+        Ok(set(scene, inputs, &gpu, Some(&scene.render_settings()), &*watch)?)
+    });
+    let Set { renderer, animation, .. } = made?;
     let mut source = RendererSource::new(config, renderer, animation, files);
     source.set_up_seconds = begun.elapsed().as_secs_f64();
     Ok(Box::new(source))

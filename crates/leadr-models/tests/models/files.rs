@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use leadr_maps::HeightMap;
+use leadr_maps::reads::{FileRead, recorded};
 use leadr_maps::save::encode_png_grey16;
 use leadr_models::{LoadOptions, Model, ModelFault};
 use serde_json::{Value, json};
@@ -42,6 +43,34 @@ fn files_beside_a_model_are_found_by_their_encoded_names() {
     let texture = model.materials[0].base_color.texture.as_ref().unwrap();
     assert_eq!(texture.raster.value(0, 0, 2), 3.0 / 255.0);
     assert!(model.remarks[0].contains("has 0 sets of texture coordinates"), "{:?}", model.remarks);
+}
+
+#[test]
+fn reads_on_other_threads_are_recorded() {
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    let path = painted(folder.path(), "a.png");
+    let mut json: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    json["images"].as_array_mut().unwrap().push(json!({ "uri": "b.png" }));
+    json["textures"].as_array_mut().unwrap().push(json!({ "source": 1 }));
+    fs::write(&path, json.to_string()).unwrap();
+    fs::write(folder.path().join("a.png"), png(1, 1, &[1, 2, 3, 255])).unwrap();
+    let read = |blue| -> Vec<FileRead> {
+        fs::write(folder.path().join("b.png"), png(1, 1, &[1, 2, blue, 255])).unwrap();
+        let (model, mut read) = recorded(|| Model::load(&path, LoadOptions::default()));
+        model.unwrap();
+        // Other tests read files of their own meanwhile.
+        read.retain(|file| file.path.starts_with(folder.path()));
+        read
+    };
+    let (before, after) = (read(3), read(4));
+    let names = |read: &[FileRead]| -> Vec<_> {
+        read.iter().map(|file| file.path.file_name().unwrap().to_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(names(&before), ["a.png", "b.png", "it.bin", "painted.gltf"]);
+    assert_eq!(names(&after), names(&before));
+    let changed: Vec<bool> = before.iter().zip(&after).map(|(a, b)| a.checksum != b.checksum).collect();
+    assert_eq!(changed, [false, true, false, false]);
 }
 
 #[test]
