@@ -100,7 +100,6 @@ pub mod materials;
 pub mod prelude;
 pub mod quadrature;
 pub mod random;
-pub mod rational_fit;
 mod roots;
 pub mod shading;
 pub mod slopes;

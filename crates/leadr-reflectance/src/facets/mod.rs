@@ -1,13 +1,11 @@
 //! Facets: which slopes a rough surface has, how large it looks from a direction, what one facet reflects, and how to
 //! sample a visible facet.
 
-pub mod base_moments;
 pub mod base_roughness;
 pub mod beckmann;
 pub mod beckmann_sampling;
 #[cfg(test)]
 mod chi_square;
-pub mod combined_gloss;
 pub mod curve;
 pub mod ellipse;
 pub mod footprint_normals;

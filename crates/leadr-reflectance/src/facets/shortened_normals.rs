@@ -193,7 +193,7 @@ impl Shortening {
         self.alpha_of_lack(a + b - a * b)
     }
 
-    /// The gloss of facets of gloss `detail` that stand on facets of gloss `base`, as [`Self::combine`]. Cheaper ways: [`combined_gloss`](super::combined_gloss).
+    /// The gloss of facets of gloss `detail` that stand on facets of gloss `base`, as [`Self::combine`].
     #[must_use]
     pub fn combine_gloss(self, base: f64, detail: f64, gloss: Gloss) -> f64 {
         gloss.gloss(self.combine(gloss.alpha(base), gloss.alpha(detail)))
@@ -201,7 +201,7 @@ impl Shortening {
 }
 
 /// `α` of GGX facets by macrosurface area from the lack of their mean normal, for shaders: off by 1e-4 of itself for `α` from .0027 to 1, gloss 1 to 0
-/// of [`Gloss::Wwii`]. Other lacks are held at 4.08e-5 or 1/3; a NaN is the former. Coefficients from example 19.
+/// of [`Gloss::Wwii`]. Other lacks are held at 4.08e-5 or 1/3; a NaN is the former.
 #[must_use]
 pub fn ggx_alpha_of_lack_fit(lack: f64) -> f64 {
     let lack = held(lack, 4.08e-5, 1.0 / 3.0);
