@@ -48,12 +48,10 @@ fn a_device_lost_in_a_sequence_leaves_whole_frames_and_a_line() {
         }
         early = number;
     };
-    for name in ["moving.webp", "moving.apng"] {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join(name);
-        fs::write(&file, "what was there").unwrap();
-        one_line_error(&capture(&file, number), 1, name);
-        assert_eq!(fs::read(&file).unwrap(), b"what was there", "{name}");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{name}: something is left beside it");
-    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("moving.webp");
+    fs::write(&file, "what was there").unwrap();
+    one_line_error(&capture(&file, number), 1, "moving.webp");
+    assert_eq!(fs::read(&file).unwrap(), b"what was there");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something is left beside it");
 }

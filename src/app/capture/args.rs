@@ -25,7 +25,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
   leadr capture --frames 0..48 --fps 24 -o walk.webp
-  leadr capture --frames 0..48 --fps 24 --size 480x270 -o walk.gif
+  leadr capture --frames 0..48 --fps 24 --size 480x270 -o walk.webp
   leadr capture --frames 0..48 --fps 24 -o - | ffmpeg -i - -vf setparams=colorspace=bt709 walk.mp4
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --frames 0..90 --turntable --time 0.4 -o round.webp
@@ -83,7 +83,7 @@ pub struct CaptureArgs {
     /// Further layers to write (EXR only)
     #[arg(long, value_name = "NAME,...", value_parser = choice(&Layer::ALL, Layer::name, Layer::help), value_delimiter = ',')]
     pub layers: Vec<Layer>,
-    /// File to write: .png or .exr, with {frame} in its name for a sequence; or .webp, .apng, .gif or .y4m, a moving picture
+    /// File to write: .png or .exr, with {frame} in its name for a sequence; or .webp or .y4m, a moving picture
     /// of all frames; or - for a .y4m on standard output [default: out/SCENE-TECHNIQUE-CAMERA...]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -218,7 +218,7 @@ impl CaptureArgs {
         }
         match kind {
             FileKind::Still(_) | FileKind::Sheet { .. } if self.plays.is_some() => {
-                return Err(format!("--loop needs a moving picture (.webp, .apng or .gif), not '{shown}'"));
+                return Err(format!("--loop needs a moving picture (.webp), not '{shown}'"));
             }
             FileKind::Still(_) | FileKind::Sheet { .. } if self.travel().is_some() && self.fps.is_some() => {
                 return Err(
@@ -233,7 +233,7 @@ impl CaptureArgs {
                 }
             }
             FileKind::Moving(MovingKind::Y4m) if self.plays.is_some() => {
-                return Err(format!("--loop needs a moving picture (.webp, .apng or .gif); '{shown}' is a video"));
+                return Err(format!("--loop needs a moving picture (.webp); '{shown}' is a video"));
             }
             FileKind::Moving(kind) => self.check_rate(kind, shown)?,
         }
@@ -396,12 +396,12 @@ pub mod tests {
             &["--grid", "0"],
             &["--samples", "0"],
             &["-o", "a.webp"],
-            &["--frames", "0..4", "-o", "a-{frame}.gif"],
+            &["--frames", "0..4", "-o", "a-{frame}.webp"],
             &["--frames", "0..4", "-o", "a.webp", "--resume"],
-            &["--frames", "0..4", "-o", "a.apng", "--shard", "1/2"],
-            &["--frames", "0..4", "-o", "a.gif", "--layers", "depth"],
-            &["--frames", "0..4", "-o", "a.gif", "--fps", "60"],
-            &["--frames", "0..4", "-o", "a.gif", "--fps", "0.005"],
+            &["--frames", "0..4", "-o", "a.webp", "--shard", "1/2"],
+            &["--frames", "0..4", "-o", "a.webp", "--layers", "depth"],
+            &["--frames", "0..4", "-o", "a.gif"],
+            &["--frames", "0..4", "-o", "a.webp", "--fps", "0.005"],
             &["--frames", "0..4", "-o", "a.webp", "--fps", "120"],
             &["--frames", "0..4", "-o", "a.webp", "--loop", "65536"],
             &["--turntable"],

@@ -63,10 +63,6 @@ pub enum StillKind {
 pub enum MovingKind {
     /// Animated WebP, lossless.
     Webp,
-    /// Animated PNG.
-    Apng,
-    /// Animated GIF, 255 colours a frame.
-    Gif,
     /// Uncompressed video for encoders, YUV4MPEG2.
     Y4m,
 }
@@ -76,10 +72,8 @@ impl MovingKind {
     #[must_use]
     pub fn most_per_second(self) -> f64 {
         match self {
-            // Delays of one hundredth are too short.
-            Self::Gif => 50.0,
             // Delays of ten thousandths are too short.
-            Self::Webp | Self::Apng => 90.0,
+            Self::Webp => 90.0,
             Self::Y4m => f64::INFINITY,
         }
     }
@@ -88,8 +82,7 @@ impl MovingKind {
     #[must_use]
     pub fn least_per_second(self) -> f64 {
         match self {
-            Self::Gif => 0.01,
-            Self::Webp | Self::Apng => 0.02,
+            Self::Webp => 0.02,
             Self::Y4m => 0.0,
         }
     }
@@ -123,15 +116,15 @@ impl OutputPattern {
             _ if sheet.is_some() => return refuse("must end in .png for a --sheet".into()),
             Some("exr") => FileKind::Still(StillKind::Exr),
             Some("webp") => FileKind::Moving(MovingKind::Webp),
-            Some("apng") => FileKind::Moving(MovingKind::Apng),
-            Some("gif") => FileKind::Moving(MovingKind::Gif),
             Some("y4m") => FileKind::Moving(MovingKind::Y4m),
             None if path == Path::new(STDOUT) => FileKind::Moving(MovingKind::Y4m),
-            _ => {
-                return refuse(
-                    "must end in .png or .exr, or for a moving picture in .webp, .apng, .gif or .y4m".into(),
-                );
+            Some("gif" | "apng") => {
+                return refuse(format!(
+                    "is not supported: write a .webp, stills such as '{FRAME}.png', or a .y4m that an encoder such as \
+                     ffmpeg converts"
+                ));
             }
+            _ => return refuse("must end in .png or .exr, or for a moving picture in .webp or .y4m".into()),
         };
         if let Some(odd) = path.to_str().and_then(odd_placeholder) {
             return refuse(format!("has {odd}, and only {FRAME} stands for something"));
@@ -190,11 +183,11 @@ mod tests {
         assert_eq!((walk.path(7), walk.path(12345)), ("out/w-0007.png".into(), "out/w-12345.png".into()));
         let still = OutputPattern::new(Path::new("a.EXR"), &Timeline::Still { time: 0.0 }, None).unwrap();
         assert_eq!((still.path(0), still.kind), ("a.EXR".into(), FileKind::Still(StillKind::Exr)));
-        let moving = OutputPattern::new(Path::new("walk.GIF"), &sequence(0, 9, None), None).unwrap();
-        assert_eq!((moving.path(7), moving.kind), ("walk.GIF".into(), FileKind::Moving(MovingKind::Gif)));
+        let moving = OutputPattern::new(Path::new("walk.WEBP"), &sequence(0, 9, None), None).unwrap();
+        assert_eq!((moving.path(7), moving.kind), ("walk.WEBP".into(), FileKind::Moving(MovingKind::Webp)));
         let piped = OutputPattern::new(Path::new("-"), &sequence(0, 9, None), None).unwrap();
         assert_eq!((piped.is_stdout(), piped.kind), (true, FileKind::Moving(MovingKind::Y4m)));
-        assert_eq!(serde_json::to_value(moving.kind).unwrap(), "gif");
+        assert_eq!(serde_json::to_value(moving.kind).unwrap(), "webp");
     }
 
     #[test]
@@ -202,12 +195,16 @@ mod tests {
         let still = Timeline::Still { time: 0.0 };
         assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None), None).is_err());
         assert!(OutputPattern::new(Path::new("a-{frame}.webp"), &sequence(0, 9, None), None).is_err());
-        for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.gif", "a.y4m", "-"] {
+        for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.y4m", "-"] {
             assert!(OutputPattern::new(Path::new(name), &still, None).is_err(), "{name}");
         }
         for name in ["a-{fame}.png", "a-{Frame}-{frame}.png", "{scene}/{frame}.png"] {
             let fault = OutputPattern::new(Path::new(name), &sequence(0, 9, None), None).unwrap_err().to_string();
             assert!(fault.contains("only {frame}"), "{name}: {fault}");
+        }
+        for name in ["a.gif", "a.APNG"] {
+            let fault = OutputPattern::new(Path::new(name), &sequence(0, 9, None), None).unwrap_err().to_string();
+            assert!([".webp", "'{frame}.png'", ".y4m"].iter().all(|other| fault.contains(other)), "{fault}");
         }
         for name in ["{}-{frame}.png", "{1}/{frame}.png", "{{frame}}.png", "}{frame}{.png"] {
             assert!(OutputPattern::new(Path::new(name), &sequence(0, 9, None), None).is_ok(), "{name}");

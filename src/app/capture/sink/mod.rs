@@ -1,12 +1,7 @@
 //! Where the frames of a capture go: a file for each, or one file of all of them.
 
-mod animation;
-mod apng;
-mod delays;
 mod frame_sink;
-mod gif;
 mod open;
-mod palette;
 mod sheet;
 mod stills;
 mod webp;

@@ -1,7 +1,7 @@
 //! The sink for each kind of output.
 
 use super::frame_sink::Sink;
-use super::{animation, apng, gif, sheet, stills, webp, y4m};
+use super::{sheet, stills, webp, y4m};
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::pattern::{FileKind, MovingKind};
 use leadr_tools::command::error::AppError;
@@ -14,9 +14,7 @@ use leadr_tools::command::error::AppError;
 pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
     match config.output.kind {
         FileKind::Still(kind) => Ok(Box::new(stills::Stills::new(config, kind))),
-        FileKind::Moving(MovingKind::Webp) => animation::open::<webp::Webp>(config),
-        FileKind::Moving(MovingKind::Apng) => animation::open::<apng::Apng>(config),
-        FileKind::Moving(MovingKind::Gif) => animation::open::<gif::Gif>(config),
+        FileKind::Moving(MovingKind::Webp) => webp::open(config),
         FileKind::Moving(MovingKind::Y4m) => y4m::open(config),
         FileKind::Sheet { sheet } => sheet::open(config, sheet),
     }

@@ -49,105 +49,50 @@ fn read_webp(path: &Path) -> Shown {
     Shown { size, plays, frames: (0..count).map(&mut read).collect() }
 }
 
-fn read_apng(path: &Path) -> Shown {
-    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
-    let (width, height) = reader.info().size();
-    let control = reader.info().animation_control.unwrap();
-    let mut canvas = vec![0; (width * height * 3) as usize];
-    let mut frames = Vec::new();
-    for _ in 0..control.num_frames {
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut pixels).unwrap();
-        let frame = *reader.info().frame_control().unwrap();
-        for (y, row) in pixels.chunks(3 * frame.width as usize).take(frame.height as usize).enumerate() {
-            let at = 3 * ((frame.y_offset as usize + y) * width as usize + frame.x_offset as usize);
-            canvas[at..at + row.len()].copy_from_slice(row);
-        }
-        frames.push((1000.0 * f64::from(frame.delay_num) / f64::from(frame.delay_den), canvas.clone()));
-    }
-    Shown { size: (width, height), plays: control.num_plays, frames }
-}
-
-fn read_gif(path: &Path) -> Shown {
-    let mut options = gif::DecodeOptions::new();
-    options.set_color_output(gif::ColorOutput::RGBA);
-    let mut decoder = options.read_info(BufReader::new(File::open(path).unwrap())).unwrap();
-    let (width, height) = (usize::from(decoder.width()), usize::from(decoder.height()));
-    let mut canvas = vec![0; width * height * 3];
-    let mut frames = Vec::new();
-    while let Some(frame) = decoder.read_next_frame().unwrap() {
-        for (index, pixel) in frame.buffer.chunks(4).enumerate().filter(|(_, pixel)| pixel[3] > 0) {
-            let (x, y) = (index % usize::from(frame.width), index / usize::from(frame.width));
-            let at = 3 * ((usize::from(frame.top) + y) * width + usize::from(frame.left) + x);
-            canvas[at..at + 3].copy_from_slice(&pixel[..3]);
-        }
-        frames.push((f64::from(frame.delay) * 10.0, canvas.clone()));
-    }
-    let plays = match decoder.repeat() {
-        gif::Repeat::Infinite => 0,
-        gif::Repeat::Finite(more) => u32::from(more) + 1,
-    };
-    Shown { size: (width as u32, height as u32), plays, frames }
-}
-
-type Read = fn(&Path) -> Shown;
-const FORMATS: [(&str, Read); 3] = [("webp", read_webp), ("apng", read_apng), ("gif", read_gif)];
-
 #[test]
 fn moving_pictures_show_every_frame_for_its_time() {
     let folder = tempfile::tempdir().unwrap();
-    for (kind, read) in FORMATS {
-        for (fps, plays) in [("24", "0"), ("30", "1"), ("12.5", "3")] {
-            let flags = ["--frames", "2..9", "--fps", fps, "--loop", plays];
-            let config = configure(folder.path(), &format!("a.{kind}"), &flags);
-            let report = run(&config, &mut Double::new(&config)).unwrap();
-            assert_eq!(report["frames"].as_array().unwrap().len(), 7);
-            assert_eq!(report["frames"][3]["file"], config.output.path(0).to_str().unwrap());
-            let shown = read(&config.output.path(0));
-            assert_eq!((shown.size, shown.plays), ((5, 3), plays.parse().unwrap()), "{kind}");
-            let (delays, pictures): (Vec<_>, Vec<_>) = shown.frames.into_iter().unzip();
-            // All colours of so small a picture are in the palette of a GIF.
-            assert_eq!(pictures, expected(&config), "{kind}");
-            let unit = if kind == "gif" { 10.0 } else { 1.0 };
-            let (sum, exact) = (delays.iter().sum::<f64>(), 7000.0 / fps.parse::<f64>().unwrap());
-            assert!((sum - exact).abs() <= unit / 2.0 + 1e-9, "{kind} {fps}: {delays:?}");
-            assert!(delays.iter().all(|delay| (delay - exact / 7.0).abs() < unit), "{kind} {fps}: {delays:?}");
-        }
-        assert_eq!(files(folder.path()).len(), 1, "{:?}", files(folder.path()));
-        fs::remove_file(folder.path().join(format!("a.{kind}"))).unwrap();
+    for (fps, plays) in [("24", "0"), ("30", "1"), ("12.5", "3")] {
+        let flags = ["--frames", "2..9", "--fps", fps, "--loop", plays];
+        let config = configure(folder.path(), "a.webp", &flags);
+        let report = run(&config, &mut Double::new(&config)).unwrap();
+        assert_eq!(report["frames"].as_array().unwrap().len(), 7);
+        assert_eq!(report["frames"][3]["file"], config.output.path(0).to_str().unwrap());
+        let shown = read_webp(&config.output.path(0));
+        assert_eq!((shown.size, shown.plays), ((5, 3), plays.parse().unwrap()));
+        let (delays, pictures): (Vec<_>, Vec<_>) = shown.frames.into_iter().unzip();
+        assert_eq!(pictures, expected(&config));
+        let (sum, exact) = (delays.iter().sum::<f64>(), 7000.0 / fps.parse::<f64>().unwrap());
+        assert!((sum - exact).abs() <= 0.5 + 1e-9, "{fps}: {delays:?}");
+        assert!(delays.iter().all(|delay| (delay - exact / 7.0).abs() < 1.0), "{fps}: {delays:?}");
     }
+    assert_eq!(files(folder.path()), ["a.webp"]);
 }
 
 #[test]
 fn moving_pictures_are_the_same_bytes_for_the_same_call() {
     let folder = tempfile::tempdir().unwrap();
-    for (kind, _) in FORMATS {
-        let bytes = ["a", "b"].map(|name| {
-            let config = configure(folder.path(), &format!("{name}.{kind}"), &["--frames", "0..5"]);
-            let config = CaptureConfig { scene: sized(&config, 40, 30), ..config };
-            run(&config, &mut Double::new(&config)).unwrap();
-            fs::read(config.output.path(0)).unwrap()
-        });
-        assert!(bytes[0] == bytes[1] && bytes[0].len() > 500, "{kind}");
-    }
+    let bytes = ["a", "b"].map(|name| {
+        let config = configure(folder.path(), &format!("{name}.webp"), &["--frames", "0..5"]);
+        let config = CaptureConfig { scene: sized(&config, 40, 30), ..config };
+        run(&config, &mut Double::new(&config)).unwrap();
+        fs::read(config.output.path(0)).unwrap()
+    });
+    assert!(bytes[0] == bytes[1] && bytes[0].len() > 500);
 }
 
 #[test]
 fn a_moving_picture_that_fails_leaves_the_old_file_and_no_other() {
     let folder = tempfile::tempdir().unwrap();
-    for (kind, read) in FORMATS {
-        let name = format!("a.{kind}");
-        let config = configure(folder.path(), &name, &["--frames", "0..5"]);
-        let failing = || Double { fail_at: Some(3), ..Double::new(&config) };
-        let fault = run(&config, &mut failing()).unwrap_err().to_string();
-        assert!(fault.contains("frame 3"), "{fault}");
-        assert!(files(folder.path()).is_empty(), "{:?}", files(folder.path()));
-        run(&config, &mut Double::new(&config)).unwrap();
-        run(&config, &mut failing()).unwrap_err();
-        assert_eq!(files(folder.path()), [name]);
-        assert_eq!(read(&config.output.path(0)).frames.len(), 5);
-        fs::remove_file(config.output.path(0)).unwrap();
-    }
+    let config = configure(folder.path(), "a.webp", &["--frames", "0..5"]);
+    let failing = || Double { fail_at: Some(3), ..Double::new(&config) };
+    let fault = run(&config, &mut failing()).unwrap_err().to_string();
+    assert!(fault.contains("frame 3"), "{fault}");
+    assert!(files(folder.path()).is_empty(), "{:?}", files(folder.path()));
+    run(&config, &mut Double::new(&config)).unwrap();
+    run(&config, &mut failing()).unwrap_err();
+    assert_eq!(files(folder.path()), ["a.webp"]);
+    assert_eq!(read_webp(&config.output.path(0)).frames.len(), 5);
 }
 
 #[test]
