@@ -35,7 +35,7 @@ float classic_light_ndf(int i, Light light, vec3 wo, vec3 wh, vec3 n, float expo
 // Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
 // the cosine, a microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is looked up once, in mirror
 // direction, blurred as widely as the lobe.
-vec3 classic_radiance(Surface surface, float environment_scale) {
+vec3 classic_radiance(Surface surface) {
     vec2 m = surface.mean_slope;
     vec3 wo = surface.wo;
     vec3 n = normal_of_slope(m);
@@ -51,10 +51,10 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     if (SPECULAR_ENVIRONMENT) {
         float variance = FAMILY == FAMILY_LEAN ? normal_variance(m, S) : blinn_phong_variance(exponent);
         vec3 wi = 2.0 * dot(wo, n) * n - wo;
-        radiance += environment_scale * ambient_in_mirrors(surface) * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
+        radiance += ambient_in_mirrors(surface) * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
     }
     if (DIFFUSE_ENVIRONMENT) {
-        radiance += albedo * ambient_on_diffuse(surface, albedo) * (environment_scale / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
+        radiance += albedo * ambient_on_diffuse(surface, albedo) * (1.0 / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
@@ -82,7 +82,7 @@ float gloss_mirrors(vec3 wo, vec3 wi, vec3 wh, float square) {
 
 // Shortened normals (Chan 2018): GGX about the mean normal, of the roughness that stands for its length, of which the relief's and the
 // base's share multiply.
-vec3 gloss_radiance(Surface surface, float environment_scale) {
+vec3 gloss_radiance(Surface surface) {
     vec2 m = surface.mean_slope;
     float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
     float base = normal_lack(LEADR_GGX_MACRO, surface.alpha);
@@ -105,13 +105,13 @@ vec3 gloss_radiance(Surface surface, float environment_scale) {
             GaussianLobe lobe = ggx_lobe(DisplacedGgx(1.0, vec3(vec2(alpha * alpha), 0.0)), k);
             seen += lobe.weight * lobe_radiance(surface, wi, 4.0 * lobe.S.x);
         }
-        radiance += environment_scale * ambient_in_mirrors(surface) * reflected * cone_mirrors(surface, alpha) * seen;
+        radiance += ambient_in_mirrors(surface) * reflected * cone_mirrors(surface, alpha) * seen;
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 c[9] = environment_sh();
         vec3 irradiance = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(m))), 0.0);
         vec3 bounced = MULTISCATTERING ? first_albedo(b.facets, albedo) : vec3(1.0);
-        vec3 ambient = (environment_scale / LEADR_PI) * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, c);
+        vec3 ambient = (1.0 / LEADR_PI) * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, c);
         radiance += body * bounced * ambient * irradiance;
     }
     if (any_on_diffuse() || any_in_mirrors()) {
@@ -149,15 +149,15 @@ Surface facing_away(Surface surface) {
 }
 
 // Radiance toward the viewer, by the technique's family.
-vec3 family_radiance(Surface surface, float environment_scale) {
+vec3 family_radiance(Surface surface) {
     if (FAMILY == FAMILY_UNLIT) {
         return surface.albedo;
     }
     if (FAMILY == FAMILY_GLOSS) {
-        return gloss_radiance(surface, environment_scale);
+        return gloss_radiance(surface);
     }
     if (FAMILY != FAMILY_LEADR) {
-        return classic_radiance(surface, environment_scale);
+        return classic_radiance(surface);
     }
     if (NORMAL_MAPPED) {
         if (FINEST_LEVEL && meso_area(surface.wo, surface.mean_slope) <= 0.0) {
@@ -171,7 +171,7 @@ vec3 family_radiance(Surface surface, float environment_scale) {
     if (FINEST_LEVEL && (FACET_FRAME || is_fitted(surface.fit))) {
         surface = in_facet_frame(surface);
     }
-    return leadr_radiance(surface, environment_scale);
+    return leadr_radiance(surface);
 }
 
 #endif

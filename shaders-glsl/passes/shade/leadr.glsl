@@ -543,7 +543,7 @@ vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light
     return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.dip, 0.5 * length(surface.wo + light.wi));
 }
 
-vec3 leadr_radiance(Surface surface, float environment_scale) {
+vec3 leadr_radiance(Surface surface) {
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
@@ -575,7 +575,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         if (MULTISCATTERING) {
             mirrors.reflected *= bounces.mirrors;
         }
-        radiance += environment_scale * ambient_in_mirrors(surface) * mirrors_in_cone(surface) * mirrors.reflected;
+        radiance += ambient_in_mirrors(surface) * mirrors_in_cone(surface) * mirrors.reflected;
         entering = 1.0 - mirrors.fresnel;
     } else if (DIFFUSE && !exact) {
         entering = 1.0 - fresnel_under(surface, bases);
@@ -599,7 +599,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         if (MULTISCATTERING) {
             albedo *= first_albedo(bounces.facets, albedo);
         }
-        vec3 ambient = environment_scale * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
+        vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
     if (any_on_diffuse() || any_in_mirrors()) {

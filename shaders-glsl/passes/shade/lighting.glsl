@@ -97,7 +97,7 @@ vec3 pixel_ray(vec2 place) {
 // Radiance along a ray that hits nothing.
 vec3 sky_radiance(vec3 ray) {
     ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
-    return textureLod(background_cube, ray, 0.0).rgb * lighting.environment.y;
+    return textureLod(background_cube, ray, 0.0).rgb;
 }
 
 // Radiance from the direction wi of the tangent frame.

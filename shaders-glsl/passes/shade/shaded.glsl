@@ -23,7 +23,7 @@ vec3 surface_radiance(Surface surface) {
     }
     // What a surface emits counts among the diffuse light of lights, which it may be one of; where nothing is lit it shows as albedo does.
     vec3 emitted = DIFFUSE_LIGHTS || FAMILY == FAMILY_UNLIT ? surface.emission * lighting.camera_position.w : vec3(0.0);
-    return family_radiance(surface, lighting.environment.y) + emitted;
+    return family_radiance(surface) + emitted;
 }
 
 // The same for a pixel without edge samples.

@@ -16,7 +16,7 @@ layout(std140) uniform Lighting {
     vec4 point_falloff[MAX_POINT_LIGHTS];   // see point_reach
     vec4 point_shadow[MAX_POINT_LIGHTS];    // x: texels of penumbra per unit of depth, y: texel of its map at distance 1
     vec4 viewport;                // width, height, pixels along one of the picture
-    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
+    vec4 environment;             // x: face size of the cube, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
     uvec4 draws;                  // sample, seed
 } lighting;
 

@@ -48,7 +48,7 @@ shared_struct! {
         pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Width and height of the image, and its samples along a side of a pixel.
         pub viewport: [f32; 4],
-        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the
+        /// Face size of the cube, 0, world size of a shadow texel, tangent of the lowest elevation at which the
         /// cube is looked up for the background.
         pub environment: [f32; 4],
         /// Index of the sample, and the seed of what is drawn at random in it.
@@ -89,7 +89,7 @@ impl LightingGpu {
             point_shadow: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
             // The maps of all suns show the same sphere, and stand before those of point lights.
-            environment: [environment.face_size() as f32, 1.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
+            environment: [environment.face_size() as f32, 0.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
             draws: [0; 4],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
