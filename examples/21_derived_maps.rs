@@ -11,8 +11,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use leadr::maps::derive::{
-    About, Difference, Integration, Relaxation, SLICES, Slopes, heights_of_slopes, relaxed_heights, slopes_of_heights,
-    visibility,
+    About, Difference, Integration, SLICES, Slopes, heights_of_slopes, slopes_of_heights, visibility,
 };
 use leadr::maps::material::{Encoding, NormalMap, Texture, green_axis};
 use leadr::maps::{HeightMap, Wrap, load_height_map, load_raster};
@@ -101,24 +100,6 @@ fn integrate(slopes: &Slopes, known: Option<&HeightMap>) -> Result<HeightMap, Fa
         if how == Integration::default() {
             kept = Some(found);
         }
-    }
-    let direct = Integration { smoothness: 1.0, ..Integration::default() };
-    let direct = heights_of_slopes(slopes, &direct, &|_| {})?.heights;
-    for (sweeps, cycles) in [(10, 0), (100, 0), (3, 2), (3, 4), (3, 8)] {
-        let start = Instant::now();
-        let how = Relaxation { sweeps, cycles, ..Relaxation::default() };
-        let found = relaxed_heights(slopes, &how, &|_| {})?;
-        let seconds = start.elapsed().as_secs_f64();
-        let degrees = slopes.angle_to(&with_mean(&found, slopes.mean(), Difference::Triangles));
-        let off: f64 = found.texels.iter().zip(&direct.texels).map(|(a, b)| f64::from(a - b).powi(2)).sum();
-        let size: f64 = direct.texels.iter().map(|&h| f64::from(h).powi(2)).sum();
-        println!(
-            "  {:<34} {seconds:7.2}  {:10}  {degrees:11.4}  {}, {:.3} % from the direct solution at smoothness 1",
-            format!("relaxed, {sweeps} sweeps, {cycles} cycles"),
-            "",
-            sizes(&found) + &apart(&found, known),
-            100.0 * (off / size.max(1e-30)).sqrt()
-        );
     }
     let kept = kept.ok_or("the default is no row of the table")?;
     println!("  mean slope {:.5} {:.5}", kept.mean_slope[0], kept.mean_slope[1]);
@@ -274,12 +255,6 @@ fn speed(side: u32) -> Result<(), Failure> {
     for wrap in [Wrap::Repeat, Wrap::Clamp] {
         let how = Integration { wrap, ..Integration::default() };
         timed(&format!("heights, {wrap:?}"), || heights_of_slopes(&slopes, &how, &|_| {}))?;
-    }
-    for (sweeps, cycles) in [(10, 0), (3, 4)] {
-        let how = Relaxation { sweeps, cycles, ..Relaxation::default() };
-        timed(&format!("heights, relaxed, {sweeps} sweeps, {cycles} cycles"), || {
-            relaxed_heights(&slopes, &how, &|_| {})
-        })?;
     }
     for (wrap, slices) in [(Wrap::Repeat, SLICES), (Wrap::Repeat, 2 * SLICES), (Wrap::Clamp, SLICES)] {
         let what = format!("visibility, {wrap:?}, {slices} slices");

@@ -8,7 +8,7 @@
 //! The mean square of the triangles' slopes is that of the differences between neighbours ([`moments`](crate::moments)). All operators
 //! here are convolutions that are even along both axes, or become so: where the map repeats, and where heights are mirrored at the edges, a transform
 //! ([`spectral`](super::spectral)) makes the solution a division. Smoothness 0 is the pseudo-inverse of `D`; smoothness 1 is the
-//! finite-element solution, whose normal equation is the five-point Laplacian that [relaxation](super::relaxed_heights) solves.
+//! finite-element solution, whose normal equation is the five-point Laplacian.
 
 use rayon::prelude::*;
 

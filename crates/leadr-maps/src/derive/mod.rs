@@ -6,12 +6,10 @@
 
 mod heights;
 mod occlusion;
-mod relaxation;
 mod slopes;
 mod spectral;
 mod sweep;
 
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
-pub use relaxation::{Relaxation, relaxed_heights};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};
