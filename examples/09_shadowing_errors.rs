@@ -4,8 +4,8 @@
 //! `cargo run --release --example 09_shadowing_errors [seed]`
 
 use glam::{DVec2, DVec3};
-use leadr::reflectance::integrals::shadowed_reference::Surface;
 use leadr_lab::ray_cast::Spectrum;
+use leadr_lab::shadowed_reference::Surface;
 use leadr_lab::shadowing_errors::{ShadowingSettings, lit_facets, shadowing_errors};
 
 fn main() {

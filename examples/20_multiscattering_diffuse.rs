@@ -10,14 +10,14 @@ use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::Beckmann;
 use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::gloss::Gloss;
-use leadr::reflectance::integrals::energy_table::energy_nodes;
-use leadr::reflectance::integrals::facet_walk::{Facets, facet_walks};
 use leadr::reflectance::masking::variants::Masking;
 use leadr::reflectance::materials::energy::{EnergyTable, compensation_color, compensation_lobe, compensation_scale};
 use leadr::reflectance::materials::microfacet::{half_vector, microfacet_eval_ggx};
 use leadr::reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, chan_diffuse, chan_rational_rough};
 use leadr::reflectance::quadrature::composite_gauss;
 use leadr::reflectance::visible::diffuse::leadr_diffuse_light_visible;
+use leadr_lab::energy_table::energy_nodes;
+use leadr_lab::facet_walk::{Facets, facet_walks};
 use leadr_lab::multiscattering_study::{Simulation, fit_bounces, fitted};
 
 /// Levels of gloss of the paper's figures.

@@ -1,7 +1,7 @@
 //! Numbers of Chan's *Material Advances in Call of Duty: WWII* (2018) that no other example measures: what a stored length is worth, filtering of gloss and normals
 //! apart, hidden directions, slices of a BRDF, and where diffuse models make light or swallow more than there is. `docs/measurements/chan-2018.md` holds them.
 //!
-//! `cargo run --release --no-default-features --example 22_chan_2018 [WALKS]`
+//! `cargo run --release --example 22_chan_2018 [WALKS]`
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,6 @@ use leadr::reflectance::facets::fresnel::schlick_weight;
 use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::gloss::{GLOSS_ADVANCED_WARFARE, GLOSS_WWII, Gloss, gloss_alpha};
 use leadr::reflectance::facets::shortened_normals::Shortening;
-use leadr::reflectance::integrals::facet_walk::{Facets, facet_walks};
 use leadr::reflectance::masking::occlusion::{Hidden, adjusted_visibility};
 use leadr::reflectance::materials::energy::EnergyTable;
 use leadr::reflectance::materials::microfacet::half_vector;
@@ -17,6 +16,7 @@ use leadr::reflectance::materials::multiscattering::{chan_diffuse, chan_rational
 use leadr::reflectance::quadrature::composite_gauss;
 use leadr::reflectance::random::Random;
 use leadr::reflectance::{DVec2, DVec3};
+use leadr_lab::facet_walk::{Facets, facet_walks};
 use rayon::prelude::*;
 
 /// GGX by macrosurface area.

@@ -6,10 +6,10 @@ use leadr::render::frame::Layer;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::tessellation::TessellationSettings;
-use leadr::scenes::full_screen::full_screen_stage;
 use leadr::scenes::stage::Lights;
 use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::stage_under_sky;
+use leadr_tools::bench::full_screen::full_screen_stage;
 use serde_json::Value;
 
 fn run(arguments: &[&str]) -> Output {

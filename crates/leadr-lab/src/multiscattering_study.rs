@@ -1,9 +1,9 @@
 //! How near diffuse models are to walks between facets, and the fit of `reflectance::materials::multiscattering` again.
 
+use crate::facet_walk::{Facets, ORDERS, facet_walks};
+use crate::least_squares::least_squares;
 use glam::{DVec2, DVec3};
 use leadr_reflectance::facets::ggx::Ggx;
-use leadr_reflectance::integrals::facet_walk::{Facets, ORDERS, facet_walks};
-use leadr_reflectance::least_squares::least_squares;
 use leadr_reflectance::materials::energy::{EnergyTable, entered};
 use leadr_reflectance::materials::multiscattering::{BounceFit, multiscattering_diffuse};
 use leadr_reflectance::quadrature::gauss_legendre;

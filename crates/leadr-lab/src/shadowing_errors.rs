@@ -6,10 +6,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::ray_cast::{Patch, Spectrum, SphereError, SpherePixel, SphereTruth, Tile, cosine_direction};
+use crate::shadowed_reference::Surface;
 use leadr_reflectance::frame::{frame_about, from_frame, to_frame};
 use leadr_reflectance::integrals::reference::diffuse_directional;
 use leadr_reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
-use leadr_reflectance::integrals::shadowed_reference::Surface;
 use leadr_reflectance::masking::correlated::{direction_area, lit_fraction};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::slopes::grid::slope_cholesky;

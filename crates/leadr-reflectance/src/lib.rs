@@ -93,7 +93,6 @@ pub mod extraction;
 pub mod facets;
 pub mod frame;
 pub mod integrals;
-pub mod least_squares;
 pub mod limits;
 pub mod masking;
 pub mod materials;

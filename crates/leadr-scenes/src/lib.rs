@@ -9,7 +9,6 @@ pub mod detail;
 pub mod dressed;
 pub mod error;
 pub mod fitted;
-pub mod full_screen;
 pub mod ground;
 mod holes;
 pub mod light;

@@ -5,8 +5,8 @@
 
 use super::diffuse::{Environment, converged_moments};
 use super::surfaces::{Surface, surfaces, wild_surfaces};
+use crate::least_squares::least_squares;
 use leadr_reflectance::integrals::diffuse::NormalMoments;
-use leadr_reflectance::least_squares::least_squares;
 use leadr_reflectance::random::Random;
 use leadr_reflectance::visible::diffuse::{Term, moments_by_terms};
 use rayon::prelude::*;

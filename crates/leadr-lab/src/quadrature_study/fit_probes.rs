@@ -10,9 +10,9 @@
 
 use super::specular::{Lobes, Sharpness};
 use super::surfaces::{Surface, rough_surfaces, spherical, surfaces};
+use crate::least_squares::least_squares;
 use glam::{DVec2, DVec3};
 use leadr_reflectance::integrals::reference::{visible_extents, visible_mean_panels};
-use leadr_reflectance::least_squares::least_squares;
 use leadr_reflectance::masking::correlated::{direction_area, lit_fraction};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::random::Random;

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 use leadr_lab::ray_cast::SpherePixel;
+use leadr_lab::shadowed_reference::Surface;
 use leadr_lab::shadowing_errors::{ShadowingLight, ShadowingModel, ShadowingSettings, lit_facets, shadowing_errors};
 use leadr_reflectance::facets::fresnel::Fresnel;
 use leadr_reflectance::facets::projected_area::meso_area;
@@ -13,7 +14,6 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution as _;
 use leadr_reflectance::frame::{Frame, to_frame};
 use leadr_reflectance::integrals::reference::visible_mean;
 use leadr_reflectance::integrals::sh::{Sh9, sh_basis};
-use leadr_reflectance::integrals::shadowed_reference::Surface;
 use leadr_reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::masking::variants::{Masking, attenuation};

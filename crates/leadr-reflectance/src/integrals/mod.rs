@@ -3,14 +3,11 @@
 
 pub mod diffuse;
 pub mod directional_albedo;
-pub mod energy_table;
 pub mod facet_mirrors;
-pub mod facet_walk;
 pub mod ggx_filtering;
 pub mod ggx_lobes;
 pub mod light_size;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;
-pub mod shadowed_reference;
 pub mod specular;

@@ -1,7 +1,7 @@
 //! Diffuse reflection of rough surfaces whose facets light each other, under a coat of mirrors (Chan 2018, section 5).
 //!
 //! The published hand fit is [`chan_diffuse`] (listing 1). [`multiscattering_diffuse`] is a fit of this project's to the same
-//! simulation ([`facet_walk`](crate::integrals::facet_walk)), built so that its directional albedo is known
+//! simulation (`leadr_lab::facet_walk`), built so that its directional albedo is known
 //! exactly:
 //!
 //! `f_r = ρ/π (κ P / (c_o + c_i) + r_o r_i / r̄ (1 + (1 − ρ q) η d))`
@@ -89,7 +89,7 @@ pub struct BounceFit {
 }
 
 /// Fitted by example 20 to walks on GGX facets whose coat reflects as mirrors do
-/// ([`Facets::Coated`](crate::integrals::facet_walk::Facets::Coated)): no light is lost. Use this one.
+/// (`Facets::Coated` of the simulation): no light is lost. Use this one.
 pub const BOUNCES: BounceFit = BounceFit {
     grazing: [0.39284, 0.11088, 0.01835],
     again: [0.92213, 0.76687, 0.46287],
@@ -98,7 +98,7 @@ pub const BOUNCES: BounceFit = BounceFit {
 };
 
 /// Fitted to walks in which what the coat reflects is gone
-/// ([`Facets::Diffuse`](crate::integrals::facet_walk::Facets::Diffuse)), as in Chan's simulation.
+/// (`Facets::Diffuse`), as in Chan's simulation.
 pub const BOUNCES_LOSSY: BounceFit = BounceFit {
     grazing: [0.38738, 0.12849, 0.02321],
     again: [0.84374, 0.74115, 0.45752],

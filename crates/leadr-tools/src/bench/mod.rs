@@ -3,6 +3,7 @@
 mod against;
 mod bases;
 mod forward;
+pub mod full_screen;
 mod goals;
 mod maps;
 mod ocean;

@@ -292,8 +292,8 @@ fn paper_ms(table: &str, row: &str) -> Option<f64> {
 mod tests {
     use super::super::scene::{distances, techniques};
     use super::*;
+    use crate::bench::full_screen::full_screen_stage;
     use leadr_scenes::config::SceneConfig;
-    use leadr_scenes::full_screen::full_screen_stage;
     use leadr_scenes::registry::Scene;
     use leadr_scenes::stage::Lights;
 

@@ -224,7 +224,7 @@ pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadr_scenes::full_screen::full_screen_stage;
+    use crate::bench::full_screen::full_screen_stage;
     use leadr_scenes::registry::SCENES;
     use leadr_scenes::stage::Lights;
 

@@ -1,10 +1,10 @@
-//! Makes the nodes of an [`EnergyTable`](crate::materials::energy::EnergyTable) by quadrature: the data in `materials/energy_data.rs`.
+//! Makes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature: the data in `materials/energy_data.rs`.
 
-use super::directional_albedo::{AlbedoRule, directional_albedo};
-use crate::facets::slope_distribution::SlopeDistribution;
-use crate::masking::variants::Masking;
-use crate::materials::energy::{ENERGY_ALPHAS, ENERGY_COSINES, SplitAlbedo, energy_weight};
 use glam::DVec3;
+use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
+use leadr_reflectance::integrals::directional_albedo::{AlbedoRule, directional_albedo};
+use leadr_reflectance::masking::variants::Masking;
+use leadr_reflectance::materials::energy::{ENERGY_ALPHAS, ENERGY_COSINES, SplitAlbedo, energy_weight};
 use rayon::prelude::*;
 
 /// Steps of a cell at which the table is held against the integral.
@@ -100,11 +100,11 @@ fn albedo_at<D: SlopeDistribution>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facets::beckmann::Beckmann;
-    use crate::facets::ggx::Ggx;
-    use crate::materials::energy::{EnergyTable, compensation_color, entered};
-    use crate::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, multiscattering_albedo};
     use glam::DVec2;
+    use leadr_reflectance::facets::beckmann::Beckmann;
+    use leadr_reflectance::facets::ggx::Ggx;
+    use leadr_reflectance::materials::energy::{EnergyTable, compensation_color, entered};
+    use leadr_reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, multiscattering_albedo};
     use std::sync::LazyLock;
 
     const RULE: AlbedoRule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };

@@ -1,12 +1,12 @@
 //! Converged integrals over visible slopes under any [`Shadowing`] model: the reference for rules and ray casts.
 
-use super::reference::{diffuse_directional, visible_mean};
-use super::sh::{Sh9, sh_irradiance};
-use super::specular::environment_sample_at;
-use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction};
-use crate::masking::shadowing::Shadowing;
-use crate::slopes::grid::{normal_of_slope, slope_cholesky};
 use glam::{DVec2, DVec3};
+use leadr_reflectance::integrals::reference::{diffuse_directional, visible_mean};
+use leadr_reflectance::integrals::sh::{Sh9, sh_irradiance};
+use leadr_reflectance::integrals::specular::environment_sample_at;
+use leadr_reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use std::f64::consts::PI;
 
 /// A surface with Gaussian slopes.

@@ -3,12 +3,12 @@
 
 use glam::{Vec2, Vec3};
 
-use super::stage::{Stage, Views};
 use leadr_maps::procedural;
 use leadr_render::camera::Camera;
 use leadr_render::scene::Object;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
+use leadr_scenes::stage::{Stage, Views};
 
 /// Vertical field of view, degrees: the view is up to 22° off the normal at the rims of a square picture.
 const FOV: f32 = 45.0;

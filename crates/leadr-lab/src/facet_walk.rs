@@ -1,6 +1,6 @@
 //! Light that bounces between facets: a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016).
-//! It is the reference for [`materials::energy`](crate::materials::energy) and
-//! [`materials::multiscattering`](crate::materials::multiscattering).
+//! It is the reference for [`materials::energy`](leadr_reflectance::materials::energy) and
+//! [`materials::multiscattering`](leadr_reflectance::materials::multiscattering).
 //!
 //! A Smith surface is a volume of facets whose heights and normals are independent. Light that goes in the direction `w`
 //! from the height `h` meets no facet with the probability `C(h)^Λ(w)`, where `C` is the distribution function of heights
@@ -10,14 +10,14 @@
 //!
 //! Only central isotropic distributions with a point symmetry are meant; any that can draw visible normals works.
 
-use crate::facets::fresnel::schlick_weight;
-use crate::facets::slope_distribution::SlopeDistribution;
-use crate::frame::{frame_about, from_frame};
-use crate::materials::brdf::cosine_sample;
-use crate::materials::microfacet::half_vector;
-use crate::materials::multiscattering::FACET_DIFFUSE;
-use crate::random::Random;
 use glam::{DVec2, DVec3};
+use leadr_reflectance::facets::fresnel::schlick_weight;
+use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
+use leadr_reflectance::frame::{frame_about, from_frame};
+use leadr_reflectance::materials::brdf::cosine_sample;
+use leadr_reflectance::materials::microfacet::half_vector;
+use leadr_reflectance::materials::multiscattering::FACET_DIFFUSE;
+use leadr_reflectance::random::Random;
 use std::f64::consts::FRAC_1_PI;
 
 /// What facets are made of.
@@ -27,7 +27,7 @@ pub enum Facets {
     Mirrors(f64),
     /// White and Lambertian.
     Lambert,
-    /// [`facet_diffuse`](crate::materials::multiscattering::facet_diffuse); what the coat reflects is lost (Chan 2018, 5.4).
+    /// [`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse); what the coat reflects is lost (Chan 2018, 5.4).
     Diffuse(f64),
     /// The same facets, whose coat reflects as mirrors do: nothing is lost. Light that met only mirrors is not counted,
     /// as it belongs to the specular lobe.
@@ -189,12 +189,12 @@ fn visible_normal(distribution: &impl SlopeDistribution, back: DVec3, random: &m
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facets::beckmann::Beckmann;
-    use crate::facets::ggx::Ggx;
-    use crate::integrals::directional_albedo::{AlbedoRule, directional_albedo};
-    use crate::masking::variants::Masking;
-    use crate::materials::energy::{EnergyTable, compensation_color};
-    use crate::materials::microfacet::microfacet_eval;
+    use leadr_reflectance::facets::beckmann::Beckmann;
+    use leadr_reflectance::facets::ggx::Ggx;
+    use leadr_reflectance::integrals::directional_albedo::{AlbedoRule, directional_albedo};
+    use leadr_reflectance::masking::variants::Masking;
+    use leadr_reflectance::materials::energy::{EnergyTable, compensation_color};
+    use leadr_reflectance::materials::microfacet::microfacet_eval;
 
     fn direction(c: f64, phi: f64) -> DVec3 {
         let s = ((1.0 - c) * (1.0 + c)).max(0.0).sqrt();
