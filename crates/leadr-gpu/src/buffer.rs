@@ -53,9 +53,6 @@ impl Drop for BufferInner {
 
 impl Buffer {
     /// A buffer of `size` bytes (at least 4 are allocated) with undefined content.
-    ///
-    /// # Errors
-    /// [`GpuError::Allocation`] when memory is short.
     pub fn new(gpu: &Arc<Gpu>, name: &str, size: u64, memory: Memory) -> Result<Self> {
         let size = size.max(4);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -85,9 +82,6 @@ impl Buffer {
     }
 
     /// A device-local buffer that holds a copy of `data`; waits for the upload.
-    ///
-    /// # Errors
-    /// [`GpuError::Allocation`] when memory is short, or a failed submission.
     pub fn from_slice<T: NoUninit>(gpu: &Arc<Gpu>, name: &str, data: &[T]) -> Result<Self> {
         let buffer = Self::new(gpu, name, size_of_val(data) as u64, Memory::Device)?;
         buffer.write(0, data)?;
@@ -165,9 +159,6 @@ impl Buffer {
     }
 
     /// Reads the whole buffer as values of `T` (a remainder smaller than one value is ignored).
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
     pub fn read_all<T: AnyBitPattern + NoUninit>(&self) -> Result<Vec<T>> {
         self.read(0, self.inner.size as usize / size_of::<T>().max(1))
     }

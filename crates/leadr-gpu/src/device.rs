@@ -161,9 +161,6 @@ impl Gpu {
     }
 
     /// Waits until the device has finished all its work.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn wait_idle(&self) -> Result<()> {
         let _queue = self.queue();
         // SAFETY: the queue is held, as device_wait_idle demands of all queues.

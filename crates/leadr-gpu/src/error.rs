@@ -2,7 +2,8 @@
 
 use ash::vk;
 
-/// The result of everything in [`gpu`](super).
+/// The result of whatever uses the device. Short memory, a failed Vulkan call or pipeline and a lost device can happen in each of
+/// these functions; their documentation names only other errors.
 pub type Result<T> = std::result::Result<T, GpuError>;
 
 /// A failure in the Vulkan layer. Its text is one sentence that names the fault and the remedy.

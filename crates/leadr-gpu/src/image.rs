@@ -202,9 +202,6 @@ impl Image {
     /// # Safety
     /// `raw` is an image of this device that matches `desc`, and it stays alive until this object, its views and the
     /// commands that use them are gone.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub(crate) unsafe fn borrowed(gpu: &Arc<Gpu>, name: &str, raw: vk::Image, desc: ImageDesc) -> Result<Self> {
         gpu.name(raw, name);
         Self::with_view(ImageInner {
@@ -266,9 +263,6 @@ impl Image {
     }
 
     /// A view of all mips and layers as a 2D array, whatever the image: for `sampler2DArray` of a single layer or a cube.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn array(&self) -> Result<ImageView> {
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, 0..self.inner.desc.mips, 0..self.inner.desc.layers)
     }

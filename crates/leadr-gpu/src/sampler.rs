@@ -49,17 +49,11 @@ impl Drop for SamplerInner {
 
 impl Sampler {
     /// A sampler with the same address mode on all axes. Cube maps are seamless whatever the mode.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, filter: Filter, mode: AddressMode) -> Result<Self> {
         Self::with_modes(gpu, name, filter, [mode; 2])
     }
 
     /// A sampler of images, with address modes across and down.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn with_modes(gpu: &Arc<Gpu>, name: &str, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
         let [across, down] = modes.map(|mode| match mode {
             AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,

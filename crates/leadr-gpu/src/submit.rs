@@ -56,9 +56,6 @@ enum State {
 
 impl CommandRecorder {
     /// A recorder named `name` in captures and messages.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
         let mut recorder = Self {
             gpu: gpu.clone(),
@@ -162,9 +159,6 @@ impl CommandRecorder {
     }
 
     /// Waits until the submission, if there is one, is done, and releases the objects that it used.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn wait(&mut self) -> Result<()> {
         if self.is_pending() {
             // SAFETY: the fence belongs to a submission in progress; once that is done, nothing uses the fence.

@@ -80,9 +80,6 @@ impl Timestamps {
 
     /// The marks of the last submission that had any, in order: name, and milliseconds since the first mark. Waits for the
     /// commands that write them.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn marks(&self) -> Result<Vec<(String, f64)>> {
         let names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if names.is_empty() {
@@ -100,9 +97,6 @@ impl Timestamps {
 
     /// The time from each mark to the next, in milliseconds, under the name of the later mark: to time a pass, place a mark
     /// after it. The first mark only starts the clock.
-    ///
-    /// # Errors
-    /// As [`marks`](Self::marks).
     pub fn intervals(&self) -> Result<Vec<(String, f64)>> {
         let marks = self.marks()?;
         Ok(marks.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1)).collect())

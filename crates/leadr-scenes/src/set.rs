@@ -187,9 +187,6 @@ impl SkyOrPicture {
     }
 
     /// The environment of an equirectangular `picture`, or without one of the sky.
-    ///
-    /// # Errors
-    /// Memory that is short, or a failed submission.
     pub fn make(&self, gpu: &Arc<Gpu>, picture: Option<&RgbImage>) -> Result<Environment, GpuError> {
         match picture {
             Some(picture) => Environment::from_panorama(gpu, Environment::FACE_SIZE, picture, self.lights),

@@ -56,8 +56,5 @@ pub trait FrameSource {
     }
 
     /// Renders one moment, and tells after each sample how many are done.
-    ///
-    /// # Errors
-    /// If the device fails.
     fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError>;
 }

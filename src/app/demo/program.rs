@@ -43,9 +43,6 @@ impl DemoProgram {
     }
 
     /// The first picture: on a processor that draws by itself, of coarse maps, which are there sooner.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn begin(&mut self, inputs: Inputs, gpu: &Arc<Gpu>, watch: Watch<'_>) -> Result<Show, AppError> {
         let coarse = self.config.scene.first_tile(self.config.atlas_tile).filter(|_| gpu.is_software());
         self.is_complete = coarse.is_none();
@@ -68,9 +65,6 @@ impl DemoProgram {
     }
 
     /// The same with files that are loaded.
-    ///
-    /// # Errors
-    /// Memory that is short.
     fn show_with(
         &self,
         inputs: Inputs,

@@ -16,9 +16,6 @@ impl<K, V> Default for Cache<K, V> {
 
 impl<K: Eq + Hash, V: Clone> Cache<K, V> {
     /// What was made for a kind, or is made now.
-    ///
-    /// # Errors
-    /// As `make`.
     pub fn get(&mut self, kind: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
         if let Some(made) = self.0.get(&kind) {
             return Ok(made.clone());

@@ -15,9 +15,6 @@ impl<T> Default for Pool<T> {
 
 impl<T> Pool<T> {
     /// One that no frame holds, or a new one.
-    ///
-    /// # Errors
-    /// As `make`.
     pub fn take(&mut self, make: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
         if let Some(free) = self.0.iter().find(|made| Arc::strong_count(made) == 1) {
             return Ok(free.clone());

@@ -17,9 +17,6 @@ use leadr_gpu::{Commands, GpuError, Result, Timestamps};
 impl PreparedFrame<'_> {
     /// Draws sample `index` of `settings.samples`, with all its edge samples, into the mean of the samples drawn before it. Waits
     /// for the device, and returns the time of each pass on it.
-    ///
-    /// # Errors
-    /// Memory that is short, or a lost device.
     pub fn draw_sample(&mut self, index: u32) -> Result<Vec<PassTime>> {
         self.draw_sample_repeating(index, 1, &mut CpuTime::default())
     }

@@ -37,17 +37,11 @@ impl FrameOutput {
 
 impl Renderer {
     /// Renders a frame and reads it back.
-    ///
-    /// # Errors
-    /// As [`prepare`](Self::prepare).
     pub fn render(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
         self.render_watched(state, settings, &mut |_| ())
     }
 
     /// Renders a frame as [`render`](Self::render) does, and tells after each sample how many are done: a frame may take minutes.
-    ///
-    /// # Errors
-    /// As [`prepare`](Self::prepare).
     pub fn render_watched(
         &mut self,
         state: &FrameState,
@@ -74,9 +68,6 @@ impl Renderer {
 
     /// Renders a frame whose filter and shading are two passes in any case, so that [`layer`](Self::layer) reads the very numbers
     /// that were shaded.
-    ///
-    /// # Errors
-    /// As [`prepare`](Self::prepare).
     #[doc(hidden)]
     pub fn render_in_two_passes(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
         self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::GBuffer, &mut |_| ())
@@ -113,9 +104,6 @@ impl Renderer {
     /// settings is a warm-up. Each pass is drawn `repeats` times (at least once) between its timestamps and its time
     /// divided by that number: a fast device needs it, since its clock ticks in fractions of a microsecond. The passes
     /// order themselves by their own barriers, so repetitions don't overlap.
-    ///
-    /// # Errors
-    /// As [`prepare`](Self::prepare).
     pub fn measure(
         &mut self,
         state: &FrameState,
@@ -128,9 +116,6 @@ impl Renderer {
 
     /// Draws a frame as [`measure`](Self::measure) does, and returns what it cost the device and the processor. With `repeats`
     /// above 1 the processor's times are those of the repeated passes, which no other frame has.
-    ///
-    /// # Errors
-    /// As [`prepare`](Self::prepare).
     #[doc(hidden)]
     pub fn cost(
         &mut self,

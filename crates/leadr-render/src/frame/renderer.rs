@@ -75,9 +75,6 @@ impl Renderer {
 
     /// Uploads a scene, and meanwhile makes the pipelines of frames like this one, which take drivers up to half a second; the first
     /// frame makes what is missing. The processor's threads share the work.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
     pub fn for_frames_like(
         gpu: &Arc<Gpu>,
         scene: impl Into<Scene>,
@@ -163,18 +160,12 @@ impl Renderer {
 
     /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
     /// `IrradiancePass`: rgb and 0 each.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     #[doc(hidden)]
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read(0, 9)
     }
 
     /// Brings the environment to a sky before the frame that shows it, so that the frame need not.
-    ///
-    /// # Errors
-    /// A failed submission.
     pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
         let environment = &mut self.environment;
         let drawn = self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ());

@@ -28,9 +28,6 @@ pub struct SkyPast {
 
 impl SkyPast {
     /// The volume about what throws shadows; `None` without any. It is made anew where that has moved.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn around(&mut self, gpu: &Arc<Gpu>, casters: &[&PosedObject]) -> Result<Option<Arc<SkyBuffer>>> {
         let Some(columns) = Columns::of(casters.iter().flat_map(|posed| posed.triangles())) else { return Ok(None) };
         if let Some((known, sky)) = &self.last

@@ -59,9 +59,6 @@ impl CubeLobes {
     /// The pass for environments with faces of `environment_size` texels. The faces of the cube have `size` texels, no more
     /// than those. `smooth`: whether the environment has no detail as small as two texels of the cube. `brightest`: its largest
     /// radiance. The cube is undefined until it is recorded.
-    ///
-    /// # Errors
-    /// [`GpuError::Allocation`](leadr_gpu::GpuError), or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool, brightest: f32) -> Result<Self> {
         let levels = kernel_levels(size);
         let mip = (environment_size / size).max(1).ilog2();

@@ -13,9 +13,6 @@ pub struct CubeMips {
 
 impl CubeMips {
     /// Creates the pipelines.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let pipeline =
             |small| ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[("SMALL", SpecValue::Bool(small))], &[]);

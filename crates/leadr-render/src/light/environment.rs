@@ -66,17 +66,11 @@ impl Environment {
     /// An equirectangular panorama: its top row is +z, its centre +x, and its columns run clockwise seen from above. Its
     /// texels must be finite, as the loaders of `maps` guarantee. Up to four small and bright places of it become directional
     /// [`lights`](Self::lights), which throw shadows; the cube holds the rest.
-    ///
-    /// # Errors
-    /// As [`from_sky`](Self::from_sky).
     pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
         Self::from_panorama(gpu, face_size, image, LightExtraction::default())
     }
 
     /// The same, with a say in what becomes a light.
-    ///
-    /// # Errors
-    /// As [`from_sky`](Self::from_sky).
     pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
         let pass = EquirectPass::new(gpu)?;
         let parts = split(image, lights);

@@ -125,9 +125,6 @@ pub struct EquirectPass {
 
 impl EquirectPass {
     /// Creates the pipeline.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/light/equirect.comp", &[], &[Push::LAYOUT])?,

@@ -41,17 +41,11 @@ pub struct IrradiancePass {
 
 impl IrradiancePass {
     /// Creates the pipelines and buffers.
-    ///
-    /// # Errors
-    /// [`GpuError::Allocation`] or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Self::with_fits(gpu, &[])
     }
 
     /// The same, with the numbers of measured materials behind the coefficients (`passes/shade/fits.glsl`).
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
     pub fn with_fits(gpu: &Arc<Gpu>, fits: &[f32]) -> Result<Self> {
         let coefficients = Buffer::new(gpu, "irradiance", 9 * 16 + size_of_val(fits) as u64, Memory::Device)?;
         if !fits.is_empty() {

@@ -23,9 +23,6 @@ pub struct IrradianceRest {
 impl IrradianceRest {
     /// The pass, and a cube with `face_size` texels along an edge, undefined until it is recorded. Lookups between texels flatten
     /// what lies between them: under one bright side of a picture of the sky, irradiance is 0.8 % too dark with 8, 0.3 with 16.
-    ///
-    /// # Errors
-    /// [`GpuError::Allocation`](leadr_gpu::GpuError), or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, face_size: u32) -> Result<Self> {
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
         let cube = Image::new(gpu, "irradiance rest", desc)?;

@@ -49,9 +49,6 @@ pub struct SkyPass {
 
 impl SkyPass {
     /// Creates the pipelines and the buffer of the tables (49 KiB).
-    ///
-    /// # Errors
-    /// [`GpuError::Allocation`](leadr_gpu::GpuError) or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let structs = [Push::LAYOUT, SkyTablesGpu::LAYOUT];
         Ok(Self {

@@ -57,9 +57,6 @@ pub struct AccumulatePass {
 
 impl AccumulatePass {
     /// The pass.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: PartsKind) -> Result<Self> {
         let msaa = if let PartsKind::Multisampled(count) = kind { count } else { 1 };
         let edges = kind == PartsKind::Edges;

@@ -46,9 +46,6 @@ pub struct EnvironmentLights {
 impl EnvironmentLights {
     /// Reads an environment back from the device, which must be idle; `None` if it is black. `receiving` says how well a world
     /// direction lights what is seen, in any unit, above 0.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     pub fn read(environment: &Environment, receiving: impl Fn(Vec3) -> f64) -> Result<Option<Self>> {
         let mip = (environment.face_size() / FACE_SIZE).max(1).ilog2().min(environment.levels() - 1);
         let mut texels = Vec::new();

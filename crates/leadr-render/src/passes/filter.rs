@@ -127,9 +127,6 @@ pub struct FilterPass {
 impl FilterPass {
     /// The pass for the inputs that a technique needs, and for objects of these kinds. `relief_drawn`: whether the geometry
     /// is displaced by as much as the maps say.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(
         gpu: &Arc<Gpu>,
         needs: Needs,

@@ -169,9 +169,6 @@ struct PipelineSet {
 impl PatchPipelines {
     /// Pipelines whose vertex and tessellation stages are those of patches, for surfaces of these kinds. `holes`: the fragment stage of what
     /// has holes.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -283,9 +280,6 @@ impl PipelineSet {
 impl GeometryPass {
     /// The pass for objects of these kinds. It draws both sides of a surface unless that says otherwise: a closed surface hides its own
     /// inside.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind]) -> Result<Self> {
         let desc = GraphicsDesc {
             fragment: Some("passes/geometry/geometry.frag"),

@@ -34,9 +34,6 @@ pub struct CommonPasses {
 
 impl CommonPasses {
     /// Makes the passes of a scene with such casters.
-    ///
-    /// # Errors
-    /// A failed pipeline, or memory that is short.
     pub fn new(gpu: &Arc<Gpu>, casters: geometry::CasterKinds) -> Result<Self> {
         Ok(Self {
             shadow: shadow::ShadowPass::new(gpu, casters)?,

@@ -34,9 +34,6 @@ pub struct MsaaPass {
 
 impl MsaaPass {
     /// The pass for so many samples of each pixel.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, samples: u32) -> Result<Self> {
         let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed()))];
         Ok(Self {

@@ -26,9 +26,6 @@ pub struct ObjectDepthPass {
 
 impl ObjectDepthPass {
     /// The pass.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let pipeline = |fragment: &str| {
             let desc = GraphicsDesc {

@@ -41,9 +41,6 @@ pub struct Presented<'a> {
 impl PresentPass {
     /// The pass for targets of one format. Targets in an sRGB format encode by themselves; for all others the pass writes
     /// sRGB codes.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, format: vk::Format, tonemap: Tonemap) -> Result<Self> {
         let target_encodes = matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB);
         let pipeline = GraphicsPipeline::new(

@@ -113,9 +113,6 @@ pub struct ReferencePass {
 
 impl ReferencePass {
     /// The pass for such pictures.
-    ///
-    /// # Errors
-    /// Memory that is short, or a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
@@ -222,9 +219,6 @@ impl HeightFieldAxis {
 
 impl ReliefLights {
     /// The lights of a frame on its casters. The device must be idle, and the environment must show the frame's sky.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     pub fn new(
         gpu: &Arc<Gpu>,
         state: &FrameState,
@@ -282,9 +276,6 @@ impl ReliefLights {
 
     /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` for which the lights
     /// were made. The device must be idle.
-    ///
-    /// # Errors
-    /// A failed write.
     pub fn point(
         &mut self,
         state: &FrameState,

@@ -67,9 +67,6 @@ pub struct ReliefShadowPass {
 
 impl ReliefShadowPass {
     /// The pass, for such casters.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
         Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, kinds.iter())? })
@@ -104,9 +101,6 @@ pub struct ReliefMaps {
 
 impl ReliefMaps {
     /// Maps of `size`² texels for this many lights of these casters.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, casters: &[&PosedObject], size: u32, lights: usize) -> Result<Self> {
         let layers = lights.max(1) as u32;
         let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
@@ -128,9 +122,6 @@ impl ReliefMaps {
     }
 
     /// Points the maps at the casters for which they were made, with a view for each light. The device must be idle.
-    ///
-    /// # Errors
-    /// A failed write.
     pub fn point(
         &mut self,
         casters: &[&PosedObject],

@@ -240,9 +240,6 @@ pub struct LightSamplers {
 
 impl LightSamplers {
     /// The samplers.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
@@ -277,9 +274,6 @@ pub struct ShadePass {
 
 impl ShadePass {
     /// The pass of one kind.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/shade.vert",
@@ -329,9 +323,6 @@ pub struct SkyBehindPass {
 
 impl SkyBehindPass {
     /// The pass, for the slots of multisampled pixels too or not.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, multisampled: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/sky.vert",

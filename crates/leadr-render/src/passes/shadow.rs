@@ -165,9 +165,6 @@ impl ShadowMaps {
 
 impl ShadowPass {
     /// The pass, for such casters.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc =
             GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
@@ -176,9 +173,6 @@ impl ShadowPass {
     }
 
     /// Maps of `size`² texels for so many lights, which frames share; without any a single texel that nothing reads.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, lights: u32) -> Result<ShadowMaps> {
         let (size, layers) = if lights == 0 { (1, 1) } else { (size, lights) };
         let kept = |maps: &&ShadowMaps| maps.image.desc().width == size && maps.image.desc().layers >= layers;

@@ -13,9 +13,6 @@ pub struct TilePass {
 
 impl TilePass {
     /// The pass.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[], &[])?,

@@ -36,9 +36,6 @@ pub struct DivisionBuffers {
 
 impl DivisionBuffers {
     /// Buffers for an object.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Self> {
         Ok(Self {
             vertices: object.frame_buffer(
@@ -73,9 +70,6 @@ impl DividedObject {
 
     /// Divides the object, which is always the same in the same pose, unless that was done for the same lens. The device must not
     /// be reading the buffers.
-    ///
-    /// # Errors
-    /// A failed write, which does not happen in practice.
     pub fn divide(&mut self, posed: &PosedObject, lens: Lens, settings: &TessellationSettings) -> Result<()> {
         if self.of.is_some_and(|(of, so)| of == lens && so.divides_as(settings)) {
             return Ok(());
@@ -86,9 +80,6 @@ impl DividedObject {
 
     /// The same division with vertices no closer together than so many metres, in other buffers; `None` if none of its vertices are.
     /// The device must not be reading the buffers.
-    ///
-    /// # Errors
-    /// As [`divide`](Self::divide).
     pub fn no_finer_than(
         &self,
         spacing: f32,

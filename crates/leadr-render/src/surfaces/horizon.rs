@@ -168,9 +168,6 @@ impl Level {
 
 impl HorizonMaps {
     /// Placeholders for an object without relief; they are never read.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
         let image = |what: &str, format| {
             let image = Image::new(gpu, &format!("{name} no {what}"), ImageDesc::new(format, 1, 1))?;
@@ -184,9 +181,6 @@ impl HorizonMaps {
     }
 
     /// The horizons of the heights in `maps`, whose checksum is `heights`. With a cache those of large maps are looked for there.
-    ///
-    /// # Errors
-    /// A failed read, or memory that is short.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,

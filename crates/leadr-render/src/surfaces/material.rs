@@ -279,9 +279,6 @@ pub struct ReliefColorImages {
 
 impl ReliefColorImages {
     /// Those of an object that still has its heights and its material.
-    ///
-    /// # Errors
-    /// Memory that is short, or a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border) -> Result<Self> {
         let name = format!("{} weighted colour", object.name);
         let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());

@@ -132,9 +132,6 @@ pub struct MomentsPass {
 
 impl MomentsPass {
     /// Creates the pipelines.
-    ///
-    /// # Errors
-    /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, edges: Edges, format: MomentFormat) -> Result<Self> {
         let kind = match edges {
             Edges::Wrap(Wrap::Repeat) => MOMENTS_REPEAT,
@@ -262,9 +259,6 @@ impl LeadrMapGpu {
     }
 
     /// Reads the slopes of a level back: `E[hs], E[ht], E[hs²], E[ht²]`.
-    ///
-    /// # Errors
-    /// As [`Image::read`].
     pub fn read_slopes(&self, mip: u32) -> Result<Vec<[f32; 4]>> {
         Ok(match self.pass.format {
             MomentFormat::Float32 => self.slopes.read(mip, 0)?,
@@ -275,9 +269,6 @@ impl LeadrMapGpu {
     }
 
     /// Reads their mixed moments back.
-    ///
-    /// # Errors
-    /// As [`Image::read`].
     pub fn read_joint(&self, mip: u32) -> Result<Vec<f32>> {
         Ok(match self.pass.format {
             MomentFormat::Float32 => self.joint.read(mip, 0)?,
@@ -286,9 +277,6 @@ impl LeadrMapGpu {
     }
 
     /// Maps of this size with undefined content, for [`record`](Self::record) to fill.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
     pub fn empty(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, width: u32, height: u32) -> Result<Self> {
         let [slopes, joint] = pass.format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();

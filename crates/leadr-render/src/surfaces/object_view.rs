@@ -86,9 +86,6 @@ pub struct ViewBuffers {
 
 impl ViewBuffers {
     /// Buffers for an object.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Self> {
         Ok(Self {
             visible: object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)?,
@@ -119,9 +116,6 @@ impl ObjectView {
     }
 
     /// Chooses what is drawn of a divided object, and writes the buffers. The device must not be reading them.
-    ///
-    /// # Errors
-    /// A failed write, which does not happen in practice.
     pub fn look(
         &mut self,
         posed: &PosedObject,

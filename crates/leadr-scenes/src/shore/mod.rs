@@ -53,9 +53,6 @@ pub fn sea(waves: &Waves) -> Ocean {
 }
 
 /// The stage, with atlas tiles of `tile` texels for the animal and these waves; see [`Trex::load`] for `progress`.
-///
-/// # Errors
-/// As [`Trex::load`].
 pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
     let shore = shore();
     let (trex, sand) = rayon::join(|| Trex::load(tile, progress), || beach::sand(&shore));

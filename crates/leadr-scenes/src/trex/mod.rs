@@ -119,9 +119,6 @@ impl Trex {
     }
 
     /// As [`Self::load`], with this cache or none.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
     pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
         if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
             return Err(TrexError::Tile(tile));

@@ -43,9 +43,6 @@ pub fn unbaked_body(tile: u32) -> Object {
 }
 
 /// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
-///
-/// # Errors
-/// As [`Trex::load`].
 pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
     let (trex, ground) = rayon::join(|| Trex::load(tile, progress), ground);
     trex.map(|trex| walking_on(trex, ground))

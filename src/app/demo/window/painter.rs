@@ -120,9 +120,6 @@ impl Painter {
     }
 
     /// Waits for the frames on their way.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn finish(&mut self) -> Result<(), AppError> {
         for i in 0..FRAMES_IN_FLIGHT {
             self.finish_slot((self.next + i) % FRAMES_IN_FLIGHT)?;
@@ -170,9 +167,6 @@ impl Painter {
     }
 
     /// Surrounds the scene with another environment; the next frame needs a state of the scene.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn surround(&mut self, environment: Environment) -> Result<(), AppError> {
         self.finish()?;
         self.shown = [None, None];
@@ -181,9 +175,6 @@ impl Painter {
     }
 
     /// Draws another scene from now on; the next frame needs its state.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn replace(&mut self, renderer: Renderer) -> Result<(), AppError> {
         self.finish()?;
         self.shown = [None, None];
@@ -193,9 +184,6 @@ impl Painter {
     }
 
     /// The same in the environment that surrounds the scene now.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn dress(&mut self, mut renderer: Renderer) -> Result<(), AppError> {
         self.finish()?;
         renderer.exchange_environments(&mut self.renderer);
@@ -238,9 +226,6 @@ impl Painter {
     ///
     /// A moving picture has one sample in the middle of each pixel, and is as good as its pace says. A still one has the samples of
     /// [`Renderer::render`] and becomes the same picture.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     pub fn draw(&mut self, frame: WindowFrame<'_>) -> Result<bool, AppError> {
         let WindowFrame { size, state, sides, pace, exposure, tonemap, split, mut panel } = frame;
         let current = self.next;
@@ -349,9 +334,6 @@ impl Painter {
     }
 
     /// The picture in the window, or its left and right side, linear. In a narrower or a moving one pixels may be fewer.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     pub fn pictures(&mut self) -> Result<Vec<RgbImage>, AppError> {
         self.finish()?;
         let read = |shown: &Shown| {
@@ -372,9 +354,6 @@ impl Painter {
     }
 
     /// A quantity that the picture was shaded by, and its size; the next frame needs a state of the scene.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     pub fn layer(&mut self, layer: Layer) -> Result<LayerPicture, AppError> {
         self.finish()?;
         let (size, _) = self.drawn();

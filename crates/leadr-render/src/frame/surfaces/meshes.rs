@@ -88,9 +88,6 @@ impl MeshPipelines {
     }
 
     /// The pipelines of a frame.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn prepare(
         &mut self,
         state: &FrameState,

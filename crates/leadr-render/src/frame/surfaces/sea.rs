@@ -91,9 +91,6 @@ impl Sea {
     }
 
     /// Makes the pipelines of such frames.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn make_pipelines(&mut self, settings: &RenderSettings, drawing: SurfaceDrawing) -> Result<()> {
         self.drawing(settings, drawing).map(|_| ())
     }

@@ -38,9 +38,6 @@ pub struct JoinPass {
 
 impl JoinPass {
     /// The pass of one kind.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: JoinKind) -> Result<Self> {
         let spec = [kind.needs.spec(), vec![("SHADOW_MAPS", SpecValue::I32(kind.shadow_maps as i32))]].concat();
         Ok(Self {

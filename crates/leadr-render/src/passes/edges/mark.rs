@@ -15,9 +15,6 @@ pub struct EdgePass {
 
 impl EdgePass {
     /// The pass.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[], &[EdgeRays::LAYOUT])?,

@@ -69,9 +69,6 @@ pub struct OceanFilterPass {
 
 impl OceanFilterPass {
     /// The pass, with or without a shore.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, needs: Needs, into: FilterInto, shore: bool) -> Result<Self> {
         let own = vec![("HAS_BEACH", SpecValue::Bool(shore))];
         Ok(Self {

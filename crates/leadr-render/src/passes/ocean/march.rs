@@ -59,9 +59,6 @@ pub struct OceanMarch {
 
 impl OceanMarch {
     /// The passes for these waves.
-    ///
-    /// # Errors
-    /// As [`OceanFields::new`].
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
         let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
         let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };

@@ -52,9 +52,6 @@ pub struct RingBuffers {
 
 impl OceanSurfacePass {
     /// The pass, with or without a shore.
-    ///
-    /// # Errors
-    /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, shore: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/ocean/surface.vert",
@@ -106,9 +103,6 @@ impl OceanSurfacePass {
 
 impl RingBuffers {
     /// Buffers for these rings.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, rings: &Rings) -> Result<Self> {
         let Rings { mesh, topology } = rings;
         let buffer =
@@ -126,9 +120,6 @@ impl RingBuffers {
 
     /// Writes the rings as laid around a viewer, over water whose height at rest is `level`, metres. The device must be
     /// idle.
-    ///
-    /// # Errors
-    /// A failed write.
     pub fn update(&self, laid: &Laid, from: &Viewpoint, level: f32) -> Result<()> {
         let Laid { positions, spacing, factors, list } = laid;
         let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };

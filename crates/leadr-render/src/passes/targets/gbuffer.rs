@@ -60,9 +60,6 @@ impl GBuffer {
     ];
 
     /// A G-buffer of `size` pixels.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
         let [slopes, material, surface, horizon, reflection, emission, relief_color] = Self::FORMATS.map(color);
@@ -101,9 +98,6 @@ impl GBuffer {
     }
 
     /// Reads it back, row by row.
-    ///
-    /// # Errors
-    /// A lost device, or memory that is short.
     pub fn read(&self) -> Result<Vec<FilteredPixel>> {
         let slopes: Vec<[u32; 4]> = self.slopes.read(0, 0)?;
         let material: Vec<[u32; 4]> = self.material.read(0, 0)?;

@@ -23,9 +23,6 @@ pub struct JoinedEdges {
 
 impl JoinedEdges {
     /// Images for a picture of `size` pixels with so many shadow maps.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), shadow_maps: u32) -> Result<Self> {
         let image =
             |name, size: (u32, u32)| Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage());

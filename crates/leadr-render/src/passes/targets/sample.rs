@@ -22,17 +22,11 @@ pub struct SampleTargets {
 
 impl SampleTargets {
     /// Targets for an image of `size` samples; the G-buffer is a single texel unless `with_gbuffer`.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), with_gbuffer: bool) -> Result<Self> {
         Self::with(gpu, size, VisibleSurface::new(gpu, size)?, with_gbuffer)
     }
 
     /// Targets for the pixels of a picture of `size`, whose geometry is multisampled, and the slots of their other surfaces.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn with_slots(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let whole = |pixels: u32| pixels.next_multiple_of(OTHERS_BLOCK as u32);
         let size = (whole(size.0), 2 * whole(size.1));

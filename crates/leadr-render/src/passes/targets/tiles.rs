@@ -20,9 +20,6 @@ pub struct Tiles {
 
 impl Tiles {
     /// The tiles of an image of `size` pixels.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let (columns, rows) = (size.0.div_ceil(SIZE), size.1.div_ceil(SIZE));
         let bytes = u64::from(columns) * u64::from(rows) * 16;

@@ -93,17 +93,11 @@ pub struct VisibleSurface {
 
 impl VisibleSurface {
     /// Surfaces of `size` pixels, drawn by the geometry stages.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         Self::with(gpu, size, GeometryTargets::new(gpu, size, 1)?)
     }
 
     /// Surfaces of `size` pixels, written by the [`MsaaPass`](crate::passes::msaa::MsaaPass).
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn stored(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let image = |name, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).storage());
         let [surface, footprint] = GeometryTargets::FORMATS;

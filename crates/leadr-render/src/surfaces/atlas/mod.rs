@@ -76,9 +76,6 @@ pub struct AtlasGpu {
 
 impl AtlasGpu {
     /// Placeholders for an object whose maps are not an atlas; they are never read.
-    ///
-    /// # Errors
-    /// Memory that is short.
     pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
         let image = |what: &str, format| {
             let image = Image::new(gpu, &format!("{name} no coarse {what}"), ImageDesc::new(format, 1, 1))?;
