@@ -158,14 +158,6 @@ impl CameraPose {
         let (position, target) = (Vec3::from_array(self.position), Vec3::from_array(self.target));
         Camera { up: Vec3::from_array(self.up), ..Camera::looking_at(position, target, self.fov_degrees) }
     }
-
-    /// The same view from `metres` away from the target.
-    #[must_use]
-    pub fn at_distance(self, metres: f32) -> Self {
-        let target = Vec3::from_array(self.target);
-        let away = (Vec3::from_array(self.position) - target).normalize_or_zero();
-        Self { position: (target + away * metres).to_array(), ..self }
-    }
 }
 
 #[cfg(test)]
@@ -180,7 +172,6 @@ mod tests {
             up: [0.0, 1.0, 1.0],
             fov_degrees: CameraPose::FOV_DEGREES,
         };
-        assert_eq!(pose.at_distance(4.0).position, [0.0, -4.0, 3.0]);
         let camera = pose.camera();
         assert_eq!((camera.position.y, camera.target.z, camera.up.y), (-10.0, 3.0, 1.0));
         assert!((camera.fov_y - CameraPose::FOV_DEGREES.to_radians()).abs() < 1e-6);

@@ -1,6 +1,5 @@
 //! What a renderer needs from a material (thesis 1.2): evaluation, sampling, and the density of the samples.
 
-use super::half_difference::{HalfDifference, half_difference_to_directions};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_4};
 
@@ -27,18 +26,6 @@ pub trait Brdf {
     /// `f_r(wi, wo)`, per steradian: [`Brdf::eval_cos`] divided by `wi.z`, and 0 for a light on or below the horizon.
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wi.z <= 0.0 { DVec3::ZERO } else { self.eval_cos(wo, wi) / wi.z.max(1e-30) }
-    }
-
-    /// [`Brdf::eval`] in the half/difference parameterisation (thesis eq. 1.8).
-    fn eval_half_difference(&self, p: &HalfDifference) -> DVec3 {
-        let (wo, wi) = half_difference_to_directions(p);
-        self.eval(wo, wi)
-    }
-
-    /// [`Brdf::eval_cos`] in the half/difference parameterisation (thesis eq. 1.8).
-    fn eval_cos_half_difference(&self, p: &HalfDifference) -> DVec3 {
-        let (wo, wi) = half_difference_to_directions(p);
-        self.eval_cos(wo, wi)
     }
 
     /// Density with which [`Brdf::sample`] draws `wi` for `wo`, per steradian. By default the cosine over π.

@@ -1,8 +1,8 @@
 //! One sphere as a cell of the supplement's tables shows it, and the three lightings of the tables.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Vec3};
 
-use super::surface::{Detail, Frequency, Surface};
+use super::surface::Surface;
 use crate::stage::{Lights, Stage, Views};
 use crate::studio::studio;
 use leadr_maps::RgbImage;
@@ -70,13 +70,6 @@ pub fn views() -> Views {
     let fov = 2.0 * (tangent / FILL).atan().to_degrees();
     let mid = Camera::looking_at(-Vec3::Y * DISTANCE, Vec3::ZERO, fov);
     Views { near: mid.at_distance(2.0), mid, far: mid.at_distance(10.0 * DISTANCE) }
-}
-
-/// A sphere with slopes of standard deviations `sigma = (σ_θ, σ_φ)` (supplement 2.1), at the size for tables. Bakes the
-/// surface, in seconds; rows whose slopes are in one ratio can share a [`Surface`].
-#[must_use]
-pub fn cell(sigma: Vec2, frequency: Frequency, facets: Facets) -> Stage {
-    Surface::bake(sigma, frequency, Detail::TABLE).stage(sigma.max_element(), facets)
 }
 
 /// The light of a table.

@@ -26,9 +26,3 @@ pub const ANISOTROPIC: [Vec2; 9] = [
     Vec2::new(0.2, 0.8),
     Vec2::new(0.2, 1.6),
 ];
-
-/// All sixteen pairs, isotropic first.
-#[must_use]
-pub fn pairs() -> Vec<Vec2> {
-    ISOTROPIC.iter().map(|&sigma| Vec2::splat(sigma)).chain(ANISOTROPIC).collect()
-}

@@ -151,7 +151,6 @@ fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trex::topology::quad_shape;
     use glam::Vec2;
     use leadr_render::surfaces::patch::Patch;
     use std::time::Instant;
@@ -178,7 +177,7 @@ mod tests {
         let mut valence = [0; 9];
         neighbors(&surface).iter().for_each(|r| valence[r.len().min(8)] += 1);
         let shapes: Vec<_> = mesh.patches.iter().map(|q| quad_shape(q.map(|i| mesh.positions[i as usize]))).collect();
-        let of = |f: fn(&crate::trex::topology::QuadShape) -> f32| percentiles(shapes.iter().map(f).collect());
+        let of = |f: fn(&QuadShape) -> f32| percentiles(shapes.iter().map(f).collect());
         println!("valence {valence:?}\naspect {:.2?} off plane {:.3?}", of(|s| s.aspect), of(|s| s.off_plane));
         let angles = of(|s| -s.min_angle).map(|a| -a);
         println!(
@@ -195,7 +194,7 @@ mod tests {
                 let d = sdf.coarse_distance(point.position);
                 off.push(d.abs());
                 worst = worst.max(d.abs());
-                slope.push(-sdf.coarse_normal(point.position).dot(point.normal));
+                slope.push(-sdf.coarse_gradient(point.position, 2e-3).normalize_or(Vec3::Z).dot(point.normal));
                 samples += 1;
                 here += usize::from(point.du.cross(point.dv).dot(point.normal) <= 0.0);
             }
@@ -230,5 +229,39 @@ mod tests {
         let (a, b) = (build(&sdf).unwrap(), build(&sdf).unwrap());
         assert!(a.positions == b.positions && a.normals == b.normals && a.patches == b.patches);
         assert!(a.skin == b.skin && a.accessibility == b.accessibility);
+    }
+
+    /// Shape measures per quad.
+    #[derive(Clone, Copy, Debug)]
+    struct QuadShape {
+        /// Longer over shorter midline.
+        aspect: f32,
+        /// Smallest inner angle, degrees.
+        min_angle: f32,
+        /// Distance of the corners from the mean plane over the mean edge length.
+        off_plane: f32,
+        /// Mean edge length, metres.
+        edge: f32,
+        /// Area, square metres.
+        area: f32,
+    }
+
+    /// Measures one quad.
+    fn quad_shape(p: [Vec3; 4]) -> QuadShape {
+        let midline = |a: usize, b: usize, c: usize, d: usize| ((p[a] + p[b] - p[c] - p[d]) * 0.5).length();
+        let (m0, m1) = (midline(0, 1, 2, 3), midline(1, 2, 3, 0));
+        let edge = (0..4).map(|k| (p[(k + 1) % 4] - p[k]).length()).sum::<f32>() / 4.0;
+        let normal = (p[2] - p[0]).cross(p[3] - p[1]);
+        let center = (p[0] + p[1] + p[2] + p[3]) * 0.25;
+        let min_angle = (0..4)
+            .map(|k| (p[(k + 1) % 4] - p[k]).angle_between(p[(k + 3) % 4] - p[k]).to_degrees())
+            .fold(f32::MAX, f32::min);
+        QuadShape {
+            aspect: m0.max(m1) / m0.min(m1).max(1e-6),
+            min_angle,
+            off_plane: (p[0] - center).dot(normal.normalize_or_zero()).abs() / edge,
+            edge,
+            area: normal.length() * 0.5,
+        }
     }
 }

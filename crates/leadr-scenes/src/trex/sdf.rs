@@ -327,18 +327,6 @@ impl TrexSdf {
         self.coarse.gradient(p, step)
     }
 
-    /// Outward unit normal of the full model at (or near) a surface point.
-    #[must_use]
-    pub fn normal(&self, p: Vec3) -> Vec3 {
-        self.gradient(p).normalize_or(Vec3::Z)
-    }
-
-    /// Outward unit normal of the coarse model.
-    #[must_use]
-    pub fn coarse_normal(&self, p: Vec3) -> Vec3 {
-        self.coarse.gradient(p, STEP).normalize_or(Vec3::Z)
-    }
-
     /// Distance to the nearest of palate, mouth floor and tongue, metres: near zero or negative on the lining of the
     /// mouth.
     #[must_use]

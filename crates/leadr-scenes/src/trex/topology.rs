@@ -2,8 +2,6 @@
 
 use std::collections::HashMap;
 
-use glam::Vec3;
-
 use super::dual::QuadSurface;
 
 /// Counts that tell whether a quad surface is one closed ball.
@@ -78,39 +76,4 @@ pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
         list.dedup();
     }
     out
-}
-
-/// Shape measures per quad.
-#[derive(Clone, Copy, Debug)]
-pub struct QuadShape {
-    /// Longer over shorter midline.
-    pub aspect: f32,
-    /// Smallest inner angle, degrees.
-    pub min_angle: f32,
-    /// Distance of the corners from the mean plane over the mean edge length.
-    pub off_plane: f32,
-    /// Mean edge length, metres.
-    pub edge: f32,
-    /// Area, square metres.
-    pub area: f32,
-}
-
-/// Measures one quad.
-#[must_use]
-pub fn quad_shape(p: [Vec3; 4]) -> QuadShape {
-    let midline = |a: usize, b: usize, c: usize, d: usize| ((p[a] + p[b] - p[c] - p[d]) * 0.5).length();
-    let (m0, m1) = (midline(0, 1, 2, 3), midline(1, 2, 3, 0));
-    let edge = (0..4).map(|k| (p[(k + 1) % 4] - p[k]).length()).sum::<f32>() / 4.0;
-    let normal = (p[2] - p[0]).cross(p[3] - p[1]);
-    let center = (p[0] + p[1] + p[2] + p[3]) * 0.25;
-    let min_angle = (0..4)
-        .map(|k| (p[(k + 1) % 4] - p[k]).angle_between(p[(k + 3) % 4] - p[k]).to_degrees())
-        .fold(f32::MAX, f32::min);
-    QuadShape {
-        aspect: m0.max(m1) / m0.min(m1).max(1e-6),
-        min_angle,
-        off_plane: (p[0] - center).dot(normal.normalize_or_zero()).abs() / edge,
-        edge,
-        area: normal.length() * 0.5,
-    }
 }

@@ -54,8 +54,6 @@ shared_struct! {
 
 /// Links and coarse levels on the device; placeholders for objects without an atlas.
 pub struct AtlasGpu {
-    /// Whether there is an atlas.
-    pub tiled: bool,
     /// `AtlasHeadGpu`, then a `PatchLinkGpu` for every patch.
     pub links: Buffer,
     /// Coarse levels of the moments in [`LeadrMapGpu::slopes`].
@@ -83,7 +81,6 @@ impl AtlasGpu {
             Ok::<_, GpuError>(image)
         };
         Ok(Self {
-            tiled: false,
             links: Buffer::from_slice(gpu, &format!("{name} no links"), &[0u32; 40])?,
             slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
             joint: image("joint", Format::R32_SFLOAT)?,
@@ -198,7 +195,6 @@ impl AtlasGpu {
         let mut bytes = bytemuck::bytes_of(&head).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&links));
         Ok(Self {
-            tiled: true,
             links: Buffer::from_slice(gpu, &format!("{name} links"), &bytes)?,
             slopes: coarse_slopes,
             joint: coarse_joint,
