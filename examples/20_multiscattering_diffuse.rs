@@ -1,10 +1,11 @@
 //! Light that bounces between facets (Chan 2018, section 5): walks on rough surfaces, how far the published fits and those
-//! of `reflectance::materials::multiscattering` are from them, and that fit again. With `energy`, prints
-//! `crates/leadr-reflectance/src/materials/energy_data.rs` instead, with `walks`, tables of albedo and of mirrors.
+//! of `reflectance::materials::multiscattering` are from them, and that fit again. With `energy`, writes
+//! `crates/leadr-reflectance/src/materials/energy.bin` to standard output instead, with `walks`, tables of albedo and of mirrors.
 //!
 //! `cargo run --release --example 20_multiscattering_diffuse [energy | walks | WALKS]`
 
 use std::f64::consts::{FRAC_1_PI, PI};
+use std::io::Write;
 
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::Beckmann;
@@ -40,24 +41,11 @@ fn chan(wo: DVec3, wi: DVec3, gloss: f64) -> f64 {
     chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), gloss)
 }
 
-fn print_energy() {
-    println!(
-        "//! Nodes of the tables of [`energy`](super::energy), in 65535ths: `1 − ideal` and `grazing` in turn, by cosine and then"
-    );
-    println!("//! by roughness. `cargo run --release --example 20_multiscattering_diffuse energy` prints this file.\n");
-    let tables = [
-        ("GGX", energy_nodes(|a| Ggx::isotropic(DVec2::ZERO, a))),
-        ("BECKMANN", energy_nodes(|a| Beckmann::isotropic(DVec2::ZERO, a))),
-    ];
-    for (i, (name, nodes)) in tables.iter().enumerate() {
-        let facets = if i == 0 { "GGX" } else { "\nBeckmann" };
-        println!("{}/// {} facets.", if i == 0 { "" } else { "\n" }, facets.trim());
-        println!("#[rustfmt::skip]\npub(super) const {name}: [u16; {}] = [", 2 * nodes.len());
-        for row in nodes.chunks(8) {
-            println!("    {}", row.iter().map(|[a, b]| format!("{a}, {b},")).collect::<Vec<_>>().join(" "));
-        }
-        println!("];");
-    }
+fn write_energy() {
+    let ggx = energy_nodes(|a| Ggx::isotropic(DVec2::ZERO, a));
+    let beckmann = energy_nodes(|a| Beckmann::isotropic(DVec2::ZERO, a));
+    let bytes: Vec<u8> = [ggx, beckmann].concat().into_iter().flatten().flat_map(|node| node.to_le_bytes()).collect();
+    std::io::stdout().write_all(&bytes).expect("stdout takes the table");
 }
 
 /// Directional albedos, and what further bounces between mirrors add.
@@ -150,7 +138,7 @@ fn print_walks() {
 fn main() {
     let argument = std::env::args().nth(1).unwrap_or_default();
     match argument.as_str() {
-        "energy" => return print_energy(),
+        "energy" => return write_energy(),
         "walks" => return print_walks(),
         _ => {}
     }

@@ -1,4 +1,4 @@
-//! Makes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature: the data in `materials/energy_data.rs`.
+//! Makes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature: the data in `materials/energy.bin`.
 
 use glam::DVec3;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;

@@ -8,7 +8,6 @@
 //! The table is of [`directional_albedo`](crate::integrals::directional_albedo), never below it between
 //! its nodes, so that nothing exceeds 1. Its average row is the exact mean of what it interpolates.
 
-use super::energy_data::{BECKMANN, GGX};
 use crate::facets::fresnel::grazing_reflectance;
 use crate::limits::at_least;
 use glam::DVec3;
@@ -51,6 +50,10 @@ pub const ENERGY_ALPHAS: usize = 48;
 /// Texels in a row: those of the cosines, then the average.
 pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
 
+/// Nodes of the tables of GGX and then Beckmann facets, in 65535ths as 16-bit little endian: `1 − ideal` and `grazing` in turn, by
+/// cosine and then by roughness. Example 20 writes the file.
+static NODES: &[u8; 2 * 4 * ENERGY_COSINES * ENERGY_ALPHAS] = include_bytes!("energy.bin");
+
 /// Albedo of mirrors by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`,
 /// `α = (y/47)⁴`, and at `x = 32` the average over the hemisphere. Between them it is linear in `√cos` ([`energy_weight`])
 /// and in the fourth root of `α`: what smooth facets lose depends on `cos / α`, so rows are a ratio apart, not a step.
@@ -64,13 +67,19 @@ impl EnergyTable {
     /// Of GGX facets under height-correlated masking.
     #[must_use]
     pub fn ggx() -> Self {
-        Self::from_nodes(|i| [GGX[2 * i], GGX[2 * i + 1]].map(|v| f32::from(v) / 65535.0))
+        Self::stored(0)
     }
 
     /// Of Beckmann facets under height-correlated masking.
     #[must_use]
     pub fn beckmann() -> Self {
-        Self::from_nodes(|i| [BECKMANN[2 * i], BECKMANN[2 * i + 1]].map(|v| f32::from(v) / 65535.0))
+        Self::stored(1)
+    }
+
+    fn stored(table: usize) -> Self {
+        let (words, _) = NODES.as_chunks::<2>();
+        let at = |i: usize| f32::from(u16::from_le_bytes(words[i])) / 65535.0;
+        Self::from_nodes(|node| [0, 1].map(|k| at(2 * (table * ENERGY_COSINES * ENERGY_ALPHAS + node) + k)))
     }
 
     /// From `(1 − ideal, grazing)` at node `x + 32 y`.

@@ -3,7 +3,6 @@
 pub mod brdf;
 pub mod classic;
 pub mod energy;
-mod energy_data;
 pub mod fitted;
 pub mod fitted_table;
 pub mod half_difference;
