@@ -1,12 +1,11 @@
 //! Spheres of known roughness: the grid of the LEADR supplement's tables.
 //!
 //! [`noise`] is the height function, [`surface`] bakes it for the renderer, [`cell`] is one sphere as a table shows it
-//! with its three kinds of light, [`grid`] all sixteen in one picture, and [`rough`] a sphere of a common material.
+//! with its three kinds of light, and [`grid`] all sixteen in one picture.
 
 pub mod cell;
 pub mod grid;
 pub mod noise;
-pub mod rough;
 pub mod surface;
 
 use glam::Vec2;

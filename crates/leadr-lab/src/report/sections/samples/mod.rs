@@ -1,16 +1,17 @@
 //! One sample of LEADR compared with references of many samples: how near to the truth, how much faster.
 
 mod race;
+mod rough_sphere;
 mod worth;
 
 use serde::Serialize;
 
 use self::race::{Contest, FASTER, MEASURES, Race, Row, WORTH, race};
+use self::rough_sphere::RoughSphere;
 use crate::report::section::Section;
 use crate::report::studio::Studio;
 use crate::report::subject::Subject;
 use leadr_render::surfaces::tessellation::TessellationSettings;
-use leadr_scenes::spheres::rough::RoughSphere;
 use leadr_scenes::spheres::surface::Detail;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number, percent};

@@ -8,10 +8,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::cell::{DISTANCE, Facets, views};
-use super::surface::{Detail, Surface};
-use crate::stage::{Stage, Views};
 use leadr_render::camera::Camera;
+use leadr_scenes::spheres::cell::{DISTANCE, Facets, views};
+use leadr_scenes::spheres::surface::{Detail, Surface};
+use leadr_scenes::stage::{Stage, Views};
 
 /// Albedo of the diffuse part.
 pub const ALBEDO: f32 = 0.5;
@@ -70,9 +70,9 @@ fn bump_area(length: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spheres::cell::FILL;
-    use crate::spheres::noise::SphereNoise;
     use glam::DVec2;
+    use leadr_scenes::spheres::cell::FILL;
+    use leadr_scenes::spheres::noise::SphereNoise;
 
     #[test]
     fn bumps_have_the_area_over_which_heights_are_correlated() {
