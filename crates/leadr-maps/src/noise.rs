@@ -20,6 +20,20 @@ pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 / (1 << 24) as f32
 }
 
+/// 0 up to `low`, 1 from `high` on, smooth between (Hermite).
+#[must_use]
+pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Rows of `width` texels as columns.
+#[must_use]
+pub fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
+    let height = texels.len() / width;
+    (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
+}
+
 /// The unit gradient at a corner of the lattice, `[cos, sin]`.
 fn corner_gradient(seed: u32, x: i32, y: i32) -> [f32; 2] {
     let (sin, cos) = (unit(hash(seed, x, y)) * std::f32::consts::TAU).sin_cos();

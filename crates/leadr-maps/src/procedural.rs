@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 use rayon::prelude::*;
 
 use super::HeightMap;
-use super::noise::{Fractal, Gradients, Scattered, Turned, TurnedFractal, hash, unit};
+use super::noise::{Fractal, Gradients, Scattered, Turned, TurnedFractal, hash, smoothstep, transpose, unit};
 use leadr_reflectance::random::Random;
 
 /// The source of this module, for the keys of caches: what it makes is made again when it changes.
@@ -75,11 +75,6 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
         }
     });
     blurred
-}
-
-fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
-    let height = texels.len() / width;
-    (0..texels.len()).map(|i| texels[(i % height) * width + i / height]).collect()
 }
 
 /// Fractal gradient noise: `octaves` octaves from `cells` lattice cells across the map, each of twice the frequency
@@ -214,11 +209,6 @@ impl Pebbles {
         });
         highest
     }
-}
-
-fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::plane::{plane, toward_horizon};
 use leadr_maps::cache::remembered;
 use leadr_maps::material::alpha_code;
+use leadr_maps::noise::transpose;
 use leadr_maps::procedural;
 use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::scene::{MaterialMap, Object, Tiling};
@@ -85,11 +86,6 @@ fn blur_rows(texels: &[f32], width: usize, radius: usize) -> Vec<f32> {
             })
         })
         .collect()
-}
-
-fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
-    let height = texels.len() / width;
-    (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use super::plane::{self, plane};
 use super::sphere::bake_patches;
 use super::stage::{Stage, Views};
 use leadr_maps::material::alpha_code;
+use leadr_maps::noise::smoothstep;
 use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{MaterialMap, Object, Pose};
@@ -83,11 +84,6 @@ fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     let uv = if patch < per_face { uv } else { Vec2::new(uv.y, uv.x) };
     let cell = (patch % per_face) as u32;
     (Vec2::new((cell % PATCHES) as f32, (cell / PATCHES) as f32) + uv) * (2.0 / PATCHES as f32) - 1.0
-}
-
-fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// The cloth at one place.

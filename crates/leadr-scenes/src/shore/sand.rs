@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use leadr_maps::cache::remembered;
 use leadr_maps::material::alpha_code;
-use leadr_maps::noise::{features, fractal, gradient, unit};
+use leadr_maps::noise::{features, fractal, gradient, smoothstep, unit};
 use leadr_maps::srgb::srgb8_from_linear;
 
 /// Linear albedo of wet sand, and of the sea floor.
@@ -44,12 +44,7 @@ pub struct Sand {
 /// How wet the sand is: 0 dry, 1 swept by the swash.
 fn wetness(s: f32, y: f32, period: i32) -> f32 {
     let ragged = 0.45 * fractal(11, 50.0 + s * 0.2, y * 0.2, period / 5, 4, 0.55);
-    smooth(-3.9, -2.9, s + ragged)
-}
-
-fn smooth(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+    smoothstep(-3.9, -2.9, s + ragged)
 }
 
 /// Relief of dry sand: wind ripples in patches, old tracks, slow waves. `period`: metres after which it repeats along y.
@@ -59,7 +54,7 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     let bend =
         2.2 * gradient(5, s * 0.5 + 60.0, y * 0.5, period / 2) + 0.7 * gradient(6, s * 1.5, y * 1.5, period * 3 / 2);
     let phase = std::f32::consts::TAU * (s / 0.16 + bend);
-    let patch = smooth(-0.25, 0.35, gradient(7, s * 0.3 + 70.0, y * 0.3, period * 3 / 10));
+    let patch = smoothstep(-0.25, 0.35, gradient(7, s * 0.3 + 70.0, y * 0.3, period * 3 / 10));
     let ripples = 0.006 * (phase.sin() + 0.3 * (2.0 * phase + 0.8).sin()) * (0.25 + 0.75 * patch);
     let mut tracks = 0.0;
     features(8, s * 1.2 + 80.0, y * 1.2, period * 6 / 5, 1, |f| {
@@ -75,7 +70,7 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
 fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
     let rills = 0.0035
         * gradient(21, s * 0.8 + 30.0, y * 5.0, period * 5)
-        * smooth(-0.2, 0.4, gradient(22, s * 0.4 + 30.0, y * 0.4, period * 2 / 5));
+        * smoothstep(-0.2, 0.4, gradient(22, s * 0.4 + 30.0, y * 0.4, period * 2 / 5));
     rills
         + 0.008 * fractal(23, s * 0.6 + 35.0, y * 0.6, period * 3 / 5, 2, 0.5)
         + 0.0005 * gradient(24, s * 20.0, y * 20.0, period * 20)
@@ -85,13 +80,13 @@ fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
 fn wrack(s: f32, y: f32, period: i32) -> f32 {
     let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, period / 5, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
-    let tufts = smooth(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, period * 6, 2, 0.6))
-        * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, period / 2));
+    let tufts = smoothstep(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, period * 6, 2, 0.6))
+        * smoothstep(-0.3, 0.3, gradient(33, s, y * 0.5, period / 2));
     near * tufts
 }
 
 fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
-    let damp = smooth(-5.2, -3.4, s + 0.6 * fractal(12, s * 0.3 + 40.0, y * 0.3, period * 3 / 10, 3, 0.5));
+    let damp = smoothstep(-5.2, -3.4, s + 0.6 * fractal(12, s * 0.3 + 40.0, y * 0.3, period * 3 / 10, 3, 0.5));
     let grain = 1.0
         + 0.05 * gradient(41, s * 23.0, y * 23.0, period * 23)
         + 0.06 * fractal(42, s * 0.9 + 30.0, y * 0.9, period * 9 / 10, 3, 0.5);

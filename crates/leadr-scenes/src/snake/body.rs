@@ -4,6 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
+use leadr_maps::noise::smoothstep;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// Patches around the body and along it.
@@ -38,11 +39,6 @@ pub struct Body {
     pub distance: Vec<f32>,
     /// Length over girth from the tail to each ring: `∫ ds / (2π r)`.
     pub girths: Vec<f32>,
-}
-
-fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// Metres from the tail to the snout, as `control_points` make it.

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::body::to_snout;
-use leadr_maps::noise::{fractal, hash, unit};
+use leadr_maps::noise::{fractal, hash, smoothstep, unit};
 
 /// Scales around the body.
 pub const AROUND: f32 = 30.0;
@@ -21,11 +21,6 @@ pub struct Skin {
     pub color: Vec3,
     /// Beckmann roughness.
     pub roughness: f32,
-}
-
-fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// A scale under a point.

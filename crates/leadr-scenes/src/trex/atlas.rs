@@ -14,10 +14,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::noise::smooth_step as ss;
 use super::sdf::TrexSdf;
 use super::skin::Skin;
 use leadr_maps::material::alpha_code;
+use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch::{Patch, PatchPoint};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 

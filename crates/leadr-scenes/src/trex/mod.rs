@@ -30,7 +30,7 @@ use sdf::TrexSdf;
 use skin::Skin;
 
 /// The generator's own source text: whatever changes what is baked changes the cache key.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     include_str!("atlas.rs"),
     include_str!("baked.rs"),
     include_str!("cage.rs"),
@@ -44,6 +44,7 @@ const SOURCES: [&str; 14] = [
     include_str!("skin.rs"),
     include_str!("topology.rs"),
     include_str!("weights.rs"),
+    leadr_maps::noise::SOURCE,
     leadr_render::surfaces::patch::SOURCE,
 ];
 

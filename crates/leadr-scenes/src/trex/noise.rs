@@ -26,14 +26,6 @@ pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Smooth step from 0 at `a` to 1 at `b` (`a < b`), Hermite.
-#[inline]
-#[must_use]
-pub fn smooth_step(a: f32, b: f32, x: f32) -> f32 {
-    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
 /// Value noise in `[0, 1)`: a random value per lattice point of the unit grid, joined by Hermite blends.
 #[must_use]
 pub fn value(p: Vec3, seed: u32) -> f32 {

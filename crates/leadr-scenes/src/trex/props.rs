@@ -2,9 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::noise::{hash, smooth_step as ss, unit};
+use super::noise::{hash, unit};
 use super::parts::{Frame, Space};
 use super::skin::Skin;
+use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights};
 
 /// Joint indices of the design's skeleton table, left side; right ones are [`RIGHT`] further.

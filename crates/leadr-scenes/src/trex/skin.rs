@@ -5,8 +5,9 @@
 
 use glam::{Mat3, Vec3};
 
-use super::noise::{smooth_step as ss, value, worley};
+use super::noise::{value, worley};
 use super::parts::{Frame, Space};
+use leadr_maps::noise::smoothstep as ss;
 
 /// A ball in which the skin wrinkles: rounded ridges across `direction`.
 #[derive(Clone, Copy, Debug)]
