@@ -88,10 +88,6 @@ fn names_a_folder(path: &Path) -> bool {
 }
 
 /// Bakes maps and prints what they are like.
-///
-/// # Errors
-/// [`AppError::Usage`] if flags do not go together; [`AppError::Failed`] if a file is damaged, sizes differ, or the result cannot be
-/// written.
 pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let start = Instant::now();
     let precision = match arguments.format {

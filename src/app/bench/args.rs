@@ -124,9 +124,6 @@ fn tables() -> impl TypedValueParser<Value = Table> {
 
 impl BenchArgs {
     /// What is measured.
-    ///
-    /// # Errors
-    /// [`AppError::Usage`] if flags contradict each other.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
         // The tables come alone, along with the scenes, or not at all.
         let about_scenes = self.technique.is_some() || !self.tables.is_empty();

@@ -13,10 +13,6 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
 /// Measures what the arguments ask for and prints it.
-///
-/// # Errors
-/// Flags that contradict each other, wrong input files, no device, a device that fails, a run that cannot be compared or is slower
-/// than it may be.
 pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve()?;
     if let Some(frames) = arguments.soak {

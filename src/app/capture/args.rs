@@ -144,9 +144,6 @@ impl CaptureConfig {
 
 impl CaptureArgs {
     /// Checks the arguments, which are those of `line`, against each other and reads the camera file, if one is named.
-    ///
-    /// # Errors
-    /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
     pub fn resolve(&self, line: CommandLine) -> Result<CaptureConfig, AppError> {
         let a = self.clone();
         let command = a.command(line);

@@ -80,9 +80,6 @@ impl fmt::Display for CaptureReport<'_> {
 }
 
 /// Renders what the arguments ask for, which are those of `line`, prints the name of each file that is whole and at last the report.
-///
-/// # Errors
-/// Flags that contradict each other, wrong input files, no device, a frame that fails.
 pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve(line)?;
     check_stdout(&config, output)?;

@@ -14,9 +14,6 @@ use leadr_tools::command::files::extension;
 pub const GUTTER: u32 = 4;
 
 /// Pixels of a sheet of pictures of size `cell`.
-///
-/// # Errors
-/// If it is larger than a picture may be, in a sentence.
 pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
     // At most 1000 sides of 2¹⁴ and gutters: no overflow.
     let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
@@ -104,10 +101,6 @@ const STDOUT: &str = "-";
 
 impl OutputPattern {
     /// Checks a pattern against what is to be written.
-    ///
-    /// # Errors
-    /// [`AppError::Usage`] if the extension is none that is written, or none of a sheet, if `{frame}` is missing for a sequence
-    /// of stills or present for one file, or if a still is to be a moving picture.
     pub fn new(path: &Path, timeline: &Timeline, sheet: Option<Sheet>) -> Result<Self, AppError> {
         let shown = path.display();
         let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));

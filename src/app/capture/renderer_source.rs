@@ -45,9 +45,6 @@ impl RendererSource {
 }
 
 /// Loads the inputs of `config`, opens the device and prepares the renderer.
-///
-/// # Errors
-/// If an input file or the device is not what it should be.
 pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
     // Files first: their errors are found at once, without a device.
     let scene = &config.scene;

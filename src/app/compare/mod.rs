@@ -74,10 +74,6 @@ impl Kind {
 }
 
 /// Compares two pictures, prints the result, writes the error image, and checks the result against the thresholds.
-///
-/// # Errors
-/// [`AppError::Usage`] if the files are of different kinds; [`AppError::Failed`] if one is damaged, their sizes differ, the
-/// error image cannot be written, or a measure is over its threshold.
 pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let kind = Kind::of(&arguments.reference)?;
     if Kind::of(&arguments.test)? != kind {

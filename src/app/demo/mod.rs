@@ -62,10 +62,6 @@ impl fmt::Display for DemoReport {
 
 /// Shows a scene until its window is closed, or for as many frames as `arguments` say, and prints what was shown. `line`: the flags
 /// that the user gave.
-///
-/// # Errors
-/// Flags or files that are wrong, no display, no device that can draw on it, a lost device; with `--validation`, any
-/// validation message.
 pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     output.result(&demo(arguments, line, output)?)
 }

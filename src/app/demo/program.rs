@@ -57,9 +57,6 @@ impl DemoProgram {
     }
 
     /// Loads and uploads a configuration.
-    ///
-    /// # Errors
-    /// Files that are wrong, or memory that is short.
     fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, watch: Watch<'_>) -> Result<Show, AppError> {
         self.show_with(Inputs::load(config)?, gpu, config, watch)
     }

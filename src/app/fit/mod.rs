@@ -38,10 +38,6 @@ const SHOWN: usize = 5;
 const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
 /// Fits a material and writes what was asked for.
-///
-/// # Errors
-/// [`AppError::Usage`] for names that end in something else than they should; [`AppError::Failed`] for files that cannot be read or written, or materials that
-/// scatter nothing back.
 pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let targets = targets(arguments)?;
     let start = Instant::now();

@@ -26,14 +26,8 @@ pub trait Sink {
     }
 
     /// Takes the next frame, which comes from `origin`; `file` is the one that holds it.
-    ///
-    /// # Errors
-    /// If the frame cannot be encoded or written.
     fn put(&mut self, file: &Path, frame: &Frame, origin: &Origin) -> Result<(), AppError>;
 
     /// All frames are there.
-    ///
-    /// # Errors
-    /// If the end of the file cannot be written, or the file not be put in its place.
     fn finish(self: Box<Self>) -> Result<(), AppError>;
 }

@@ -8,9 +8,6 @@ use leadr_tools::command::error::AppError;
 
 /// The sink that `config` asks for. Files of several frames are begun here, so that a folder that refuses them is found
 /// before anything is drawn.
-///
-/// # Errors
-/// If a file cannot be begun.
 pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
     match config.output.kind {
         FileKind::Still(kind) => Ok(Box::new(stills::Stills::new(config, kind))),

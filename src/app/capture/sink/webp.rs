@@ -37,9 +37,6 @@ struct Webp {
 }
 
 /// Begins the moving picture that `config` asks for.
-///
-/// # Errors
-/// If the file cannot be begun.
 pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
     let path = config.output.path(0);
     let file = begin(&path)?;

@@ -12,9 +12,6 @@ pub struct Display {
 
 impl Display {
     /// Connects to the display. Only once per process, and on its main thread.
-    ///
-    /// # Errors
-    /// A sentence that says what to do where there is no display.
     pub fn open() -> Result<Self, AppError> {
         let no_display = |reason: String| {
             // The reason of an operating system's error follows the place in the source that met it.
@@ -44,9 +41,6 @@ impl Display {
     }
 
     /// How to open a device that can draw on this display, for [`Gpu::new`](leadr_gpu::Gpu::new).
-    ///
-    /// # Errors
-    /// A kind of display that Vulkan cannot draw on.
     pub fn gpu_options(&self, device: Option<String>, validation: bool) -> Result<GpuOptions, AppError> {
         Ok(GpuOptions {
             device,

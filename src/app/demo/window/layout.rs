@@ -38,9 +38,6 @@ impl Layout {
     }
 
     /// What a file says; the usual layout if there is none.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is no layout.
     pub fn read(path: &Path) -> Result<Self, AppError> {
         let fault = |reason: String| {
             AppError::Failed(format!("'{}' is no layout of the window: {reason}; remove it", path.display()))
@@ -63,9 +60,6 @@ impl Layout {
     }
 
     /// Writes it to a file, all or nothing.
-    ///
-    /// # Errors
-    /// A folder that cannot be made or refuses the file.
     pub fn write(&self, path: &Path) -> Result<(), AppError> {
         make_folder_of(path)?;
         let text = serde_json::to_string_pretty(self).map_err(|error| AppError::io("write", path, error))?;

@@ -135,9 +135,6 @@ impl WindowReport {
 /// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's own, but goes where that one's target goes:
 /// a scene that follows something is followed. `settings.samples` is what a picture that stands still is refined to. `program` opens
 /// other scenes. The renderer's device must come from [`Display::gpu_options`].
-///
-/// # Errors
-/// A device that cannot draw on the display, a lost device, memory that is short, a screenshot that cannot be written.
 pub fn run(
     display: Display,
     mut show: Show,

@@ -100,9 +100,6 @@ pub struct WindowFrame<'a> {
 
 impl Painter {
     /// A painter for a window of the renderer's display.
-    ///
-    /// # Errors
-    /// A device that cannot draw on the window, or a failed Vulkan call.
     pub fn new(renderer: Renderer, window: Arc<Window>) -> Result<Self, AppError> {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;

@@ -79,9 +79,6 @@ pub trait Program {
     fn scene(&self) -> &str;
 
     /// Opens a scene by its name, or a model's file.
-    ///
-    /// # Errors
-    /// A name or a file that cannot be opened; the device has no room for it.
     fn open(&mut self, gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError>;
 
     /// The roughness of what is shown.
@@ -91,24 +88,15 @@ pub trait Program {
     fn stretches(&self) -> bool;
 
     /// Makes the scene that is shown with another roughness, Beckmann alpha above 0, up to 1, or its own.
-    ///
-    /// # Errors
-    /// A scene that has no such choice; the device has no room for it.
     fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError>;
 
     /// What the surfaces that are shown are made of.
     fn worn(&self) -> Worn;
 
     /// Makes the scene that is shown with another material: a measured one, as `leadr fit` keeps it, or a folder; or with its own.
-    ///
-    /// # Errors
-    /// A scene that has no such choice; files that are wrong; the device has no room for it.
     fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError>;
 
     /// The scene that is shown in all detail, if it is not yet.
-    ///
-    /// # Errors
-    /// The device has no room for it; files that are gone.
     fn complete(&mut self, gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError>;
 
     /// Notes that another environment surrounds the scene.

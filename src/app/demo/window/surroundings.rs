@@ -60,9 +60,6 @@ impl Surroundings {
     }
 
     /// The choice that a dropped file is.
-    ///
-    /// # Errors
-    /// A file that is no environment.
     pub fn dropped(path: PathBuf) -> Result<EnvironmentChoice, AppError> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         match extension.as_ref().and_then(|e| e.to_str()) {
@@ -72,9 +69,6 @@ impl Surroundings {
     }
 
     /// Makes `choice` and notes that it is shown from now on. After an error what was shown stays.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or memory that is short.
     pub fn show(&mut self, gpu: &Arc<Gpu>, choice: EnvironmentChoice) -> Result<Environment, AppError> {
         let picture = choice.load(self.made_with.rotation)?;
         let environment = self.made_with.make(gpu, picture.as_ref())?;
