@@ -160,5 +160,5 @@ fn misuse_is_an_error_with_the_name_in_it() {
         says(&error, &[words]);
     }
     says(&compute_error(&gpu, "probes/absent.comp", &[], &[]), &["absent.comp", "shaders-glsl"]);
-    says(&compute_error(&gpu, "probes/selftest/selftest.frag", &[], &[]), &["FRAGMENT"]);
+    says(&compute_error(&gpu, "probes/selftest/selftest.frag", &[], &[]), &["Fragment"]);
 }
