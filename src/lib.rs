@@ -76,9 +76,7 @@ pub use self::{
         },
         passes::accumulate::Accumulation,
         scene::{FrameState, MAX_POINT_LIGHTS, MaterialMap, Object, PointLight, Pose, Scene, Sun},
-        settings::{
-            DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
-        },
+        settings::{DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms},
         surfaces::{
             displacement::{Border, HeightField},
             ocean::Ocean,

@@ -56,7 +56,7 @@ def slopes(name):
         distance = 100.0
         fov = 2 * np.degrees(np.arctan(reliefs.REPEAT / 2 / distance))
         down = dict(position=[0.0, 0.0, distance], target=[0.0, 0.0, 0.0], up=[0.0, 1.0, 0.0], fov_degrees=fov)
-        flags = ["--scene", "plane", "--bare", "--height-map", reliefs.path(name), "--height-scale", SLOPES_SCALE, "--no-displacement"]
+        flags = ["--scene", "plane", "--bare", "--height-map", reliefs.path(name), "--height-scale", SLOPES_SCALE, "--smooth-geometry"]
         flags += ["--size", f"{pixels}x{pixels}", "--samples", 1, "--layers", "covariance,mean-slope"]
         layers = files.channels(program.capture(f"slopes-{name}-{pixels}.exr", "studio", down, *flags))
         for axis, expected in zip("XY", truth_variance):

@@ -63,4 +63,17 @@ mod tests {
     fn the_declaration_is_consistent() {
         command().debug_assert();
     }
+
+    #[test]
+    fn flags_stand_under_headings_and_few_are_in_the_short_help() {
+        for name in ["capture", "demo", "bench"] {
+            let all = command();
+            let Some(command) = all.find_subcommand(name) else { continue };
+            for argument in command.get_arguments() {
+                assert!(argument.get_help_heading().is_some(), "{name}: {argument} has no heading");
+            }
+            let common = command.get_arguments().filter(|argument| !argument.is_hide_short_help_set()).count();
+            assert!((10..=30).contains(&common), "{name} -h has {common} flags");
+        }
+    }
 }

@@ -23,9 +23,10 @@ use leadr_tools::program;
 
 use capture::args::CaptureArgs;
 use cli::{Cli, Command};
-use flags::command_line::CommandLine;
+use flags::command_line;
 #[cfg(feature = "window")]
 use flags::scene::SceneArgs;
+use leadr_scenes::given::CommandLine;
 
 /// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns
 /// the exit code: 0 done, 1 failed or over a threshold, 2 wrong usage.
@@ -48,5 +49,5 @@ fn dispatch(cli: Cli, matches: &ArgMatches, output: &Output) -> Result<(), AppEr
 
 /// The flags among those of `A` that the command was given.
 fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
-    matches.subcommand().map(|(_, matches)| CommandLine::given::<A>(matches)).unwrap_or_default()
+    matches.subcommand().map(|(_, matches)| command_line::given::<A>(matches)).unwrap_or_default()
 }

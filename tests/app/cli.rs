@@ -50,7 +50,7 @@ fn help_and_version_are_results() {
 fn wrong_usage_ends_with_2_and_names_the_flag() {
     let cases: [(&[&str], &str); 56] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
-        (&["capture", "--scene", "ocean", "--no-displacement"], "--no-displacement"),
+        (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
         (&["capture", "--scene", "ocean", "--atlas-tile", "16"], "--atlas-tile"),
         (&["capture", "--scene", "ocean", "--sky-occlusion", "off"], "--sky-occlusion"),

@@ -9,7 +9,7 @@ use leadr::maps::material::{Material, RoughnessMeaning};
 use leadr::maps::save::save_exr;
 use leadr::maps::{RgbImage, load_height_map, load_raster, procedural};
 use leadr::render::surfaces::moments::MomentFormat;
-use leadr::scenes::config::{MaterialFiles, SceneConfig};
+use leadr::scenes::config::{MaterialFiles, Picture, SceneConfig};
 use leadr::scenes::registry::Scene;
 use leadr::scenes::set::{Inputs, set};
 use leadr::scenes::view::{Size, View};
@@ -96,7 +96,7 @@ fn config(scene: &str, height_map: &Path, material: MaterialFiles) -> SceneConfi
         material,
         view: View::Mid,
         size: Size { width: 96, height: 64 },
-        samples: 1,
+        picture: Picture { samples: 1, ..Picture::default() },
         atlas_tile: 16,
         // What surrounds it comes from no file.
         bare: true,
@@ -119,7 +119,7 @@ fn a_file_is_drawn_to_the_last_bit() {
         for (scene, names) in [("plane", &["baked.ktx2", "baked.exr"][..]), ("sphere", &["baked.ktx2"])] {
             let apart = config(scene, &files.at("heights.exr"), files.apart(all));
             let expected = picture(&gpu, &apart);
-            let flat = SceneConfig { height_scale: 0.0, ..apart };
+            let flat = SceneConfig { picture: Picture { height_scale: 0.0, ..apart.picture }, ..apart };
             assert!(rrmse(&expected, &picture(&gpu, &flat)).unwrap() > 0.05, "there is something to see");
             for name in names {
                 let baked = config(scene, &files.bake(name, all, Precision::F32), MaterialFiles::default());

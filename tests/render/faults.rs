@@ -14,7 +14,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
-use leadr::scenes::config::SceneConfig;
+use leadr::scenes::config::{Picture, SceneConfig};
 use leadr::scenes::error::SceneError;
 use leadr::scenes::registry::{MODEL, Scene};
 use leadr::scenes::set::{Inputs, set};
@@ -142,7 +142,7 @@ fn config(scene: &str, model: Option<PathBuf>) -> SceneConfig {
         scene: Scene::find(scene).unwrap_or(&MODEL),
         model,
         size: Size { width: 32, height: 32 },
-        samples: 1,
+        picture: Picture { samples: 1, ..Picture::default() },
         msaa: 4,
         bare: true,
         ..SceneConfig::default()

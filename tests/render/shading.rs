@@ -20,7 +20,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
-    DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+    DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 use leadr_testing::cube::panorama;
@@ -138,7 +138,7 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
 
 impl Pixel {
     /// Reflected radiance in a white room, and mean Fresnel reflectance.
-    fn mirrors(&self, integral: Integral, f0: DVec3) -> [DVec3; 2] {
+    fn mirrors(&self, integral: ShadingOptions, f0: DVec3) -> [DVec3; 2] {
         let (wo, s, shadowing) = (self.wo, self.specular_s, integral.shadowing);
         match integral.quadrature {
             Quadrature::Grid(n) => {
@@ -156,7 +156,7 @@ impl Pixel {
     }
 
     /// Moments of the visible normals.
-    fn normals(&self, integral: Integral) -> diffuse::NormalMoments {
+    fn normals(&self, integral: ShadingOptions) -> diffuse::NormalMoments {
         match integral.quadrature {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
@@ -168,7 +168,7 @@ impl Pixel {
     }
 
     /// Diffuse radiance of a light per unit of irradiance and albedo.
-    fn diffuse_light(&self, integral: Integral, wi: DVec3) -> f64 {
+    fn diffuse_light(&self, integral: ShadingOptions, wi: DVec3) -> f64 {
         let (wo, s) = (self.wo, self.diffuse_s);
         let cholesky = slope_grid::slope_cholesky(s);
         let areas = [wo, wi].map(|w| direction_area(w, self.m, cholesky));
@@ -188,13 +188,13 @@ impl Pixel {
 }
 
 /// The integration methods that the tests below cover.
-fn integrals() -> Vec<(Shading, Integral)> {
+fn integrals() -> Vec<(Shading, ShadingOptions)> {
     let with = |quadrature, shadowing, diffuse_lights| {
         // tests/render/relief.rs judges the occlusion of resolved bumps.
         let options =
             ShadingOptions { quadrature, shadowing, diffuse_lights, relief_occlusion: false, ..Default::default() };
         let shading = Technique::Leadr.with(options);
-        (shading, shading.integral().expect("LEADR integrates"))
+        (shading, shading.options())
     };
     vec![
         with(Quadrature::Grid(5), Shadowing::Smith, DiffuseLights::Cosine),

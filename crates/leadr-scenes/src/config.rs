@@ -9,6 +9,7 @@ use super::light::{EnvironmentChoice, SunDirection};
 use super::model::displacement::Displacement;
 use super::model::measured::MeasuredMaterial;
 use super::ocean::waves::Waves;
+use super::options::SceneOption;
 use super::registry::{SCENES, Scene};
 use super::view::{Size, View};
 use leadr_maps::material::{
@@ -19,8 +20,9 @@ use leadr_maps::{MapError, MapFault, Wrap, load_raster};
 use leadr_measured::fit_file::FitFile;
 use leadr_reflectance::facets::metals::Metal;
 use leadr_render::light::panorama::LightExtraction;
+use leadr_render::named_enum;
 use leadr_render::scene::Tiling;
-use leadr_render::settings::{RenderSettings, Shading, ShadingOptions};
+use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
 use leadr_render::surfaces::moments::MomentFormat;
 use leadr_render::surfaces::tessellation::TessellationSettings;
 
@@ -53,14 +55,14 @@ pub struct MaterialFiles {
     pub detail: DetailFiles,
 }
 
-/// Which way the green channel of a normal map goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum NormalY {
-    /// Up, as in OpenGL and glTF.
-    Up,
-    /// Down, as in DirectX.
-    Down,
+named_enum! {
+    /// Which way the green channel of a normal map goes.
+    pub enum NormalY {
+        /// Up, as in OpenGL and glTF.
+        Up = "up", "Up, as in OpenGL and glTF";
+        /// Down, as in DirectX.
+        Down = "down", "Down, as in DirectX";
+    }
 }
 
 impl From<NormalY> for GreenAxis {
@@ -250,6 +252,83 @@ fn load_mask(file: &PathBuf) -> Result<Texture, MapError> {
 /// Samples of the geometry in each pixel of pictures of one sample, unless something else makes outlines smooth.
 pub const DEFAULT_MSAA: u32 = 4;
 
+/// How a scene is drawn, as far as that can change without making the scene again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picture {
+    /// How surfaces are filtered and shaded.
+    pub technique: Technique,
+    /// Its options. Those that the technique lacks are kept for another that has them.
+    pub options: ShadingOptions,
+    /// Whether heights move the surface.
+    pub displacement: bool,
+    /// Factor on the displacement, 0 or more.
+    pub height_scale: f32,
+    /// Factor by which everything is wider along x and lower along z, above 0.
+    pub stretch: f32,
+    /// Screen pixels per triangle.
+    pub triangle_pixels: f32,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Exposure of a PNG or a window, stops above what suits the height of the sun.
+    pub exposure: f32,
+    /// How its light becomes that of a screen.
+    pub tonemap: Tonemap,
+}
+
+impl Default for Picture {
+    /// As the command draws without flags.
+    fn default() -> Self {
+        Self {
+            technique: Technique::Leadr,
+            options: ShadingOptions { sky_occlusion: true, ..ShadingOptions::default() },
+            displacement: true,
+            height_scale: 1.0,
+            stretch: 1.0,
+            triangle_pixels: 4.0,
+            samples: 4,
+            exposure: 0.0,
+            tonemap: Tonemap::SHOWN,
+        }
+    }
+}
+
+impl Picture {
+    /// The technique with those of the options that it has.
+    #[must_use]
+    pub fn shading(&self) -> Shading {
+        self.technique.with(self.options)
+    }
+
+    /// How `settings` draw.
+    #[must_use]
+    pub fn of(settings: &RenderSettings) -> Self {
+        Self {
+            technique: settings.shading.technique(),
+            options: settings.shading.options(),
+            displacement: settings.displacement,
+            triangle_pixels: settings.tessellation.pixels_per_triangle,
+            samples: settings.samples,
+            ..Self::default()
+        }
+    }
+
+    /// `base` drawn so.
+    #[must_use]
+    pub fn settings(&self, base: &RenderSettings) -> RenderSettings {
+        let tessellation = TessellationSettings { pixels_per_triangle: self.triangle_pixels, ..base.tessellation };
+        let (samples, displacement) = (self.samples, self.displacement);
+        RenderSettings { samples, displacement, tessellation, ..*base }.shaded_by(self.shading())
+    }
+}
+
+impl Serialize for Picture {
+    /// Under the names of the flags.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let json = |option: &SceneOption| Some((option.spec.json_key(), option.json(self)?));
+        serializer.collect_map(SceneOption::all().iter().filter_map(json))
+    }
+}
+
 /// A picture of a scene. Written as JSON, its fields have the names of the command's flags.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneConfig {
@@ -283,10 +362,6 @@ pub struct SceneConfig {
     pub height: Option<f32>,
     /// Metres after which its maps repeat, above 0; `None` for the scene's own.
     pub repeat: Option<f32>,
-    /// Factor on the displacement, 0 or more.
-    pub height_scale: f32,
-    /// Factor by which everything is wider along x and lower along z, above 0.
-    pub stretch: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
     /// By which a picture of it is turned counter-clockwise seen from above, degrees.
@@ -300,32 +375,24 @@ pub struct SceneConfig {
     pub time_of_day: Option<f32>,
     /// Seconds in which the sun goes once round the sky; `None` if it stands still.
     pub day_length: Option<f32>,
-    /// How the surface is filtered and shaded.
+    /// How it is drawn.
     #[serde(flatten)]
-    pub shading: Shading,
-    /// Whether heights move the surface.
-    pub displacement: bool,
-    /// Screen pixels per triangle.
-    pub triangle_pixels: f32,
+    pub picture: Picture,
     /// Where it is seen from.
     pub view: View,
+    /// A file with the pose that it is seen from; not yet read.
+    #[serde(skip)]
+    pub camera_file: Option<PathBuf>,
     /// Distance to the camera's target, metres, instead of the view's own.
     pub distance: Option<f32>,
     /// Size of the picture.
     pub size: Size,
-    /// Samples per pixel.
-    pub samples: u32,
     /// Samples of the geometry in each pixel: 1, 2, 4 or 8.
     pub msaa: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Exposure of a PNG or a window, stops above what suits the height of the sun.
-    pub exposure: f32,
     /// Whether a picture of the environment is exposed for what it shines on level ground, instead of at 1.
     pub auto_exposure: bool,
-    /// How its light becomes that of a screen.
-    #[serde(serialize_with = "name_of_tonemap")]
-    pub tonemap: Tonemap,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// How slopes of maps are kept on the device.
@@ -333,10 +400,6 @@ pub struct SceneConfig {
     pub map_precision: MomentFormat,
     /// Beckmann roughness of the displaced surfaces instead of the scene's own.
     pub roughness: Option<f32>,
-}
-
-fn name_of_tonemap<S: Serializer>(tonemap: &Tonemap, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(tonemap.name())
 }
 
 fn without_repeats<S: Serializer>(tiling: &Tiling, serializer: S) -> Result<S::Ok, S::Error> {
@@ -365,26 +428,20 @@ impl Default for SceneConfig {
             waves: Waves::default(),
             height: None,
             repeat: None,
-            height_scale: 1.0,
-            stretch: 1.0,
             environment: EnvironmentChoice::Sky,
             environment_rotation: 0.0,
             environment_lights: LightExtraction::default(),
             sun: SunDirection { azimuth: -50.0, elevation: 38.0 },
             time_of_day: None,
             day_length: None,
-            shading: Shading::default().adjusted(|options| ShadingOptions { sky_occlusion: true, ..options }),
-            displacement: true,
-            triangle_pixels: 4.0,
+            picture: Picture::default(),
             view: View::Mid,
+            camera_file: None,
             distance: None,
             size: Size { width: 1280, height: 720 },
-            samples: 4,
             msaa: 1,
             seed: 0,
-            exposure: 0.0,
             auto_exposure: false,
-            tonemap: Tonemap::SHOWN,
             atlas_tile: 64,
             map_precision: MomentFormat::default(),
             roughness: None,
@@ -396,19 +453,12 @@ impl SceneConfig {
     /// The part that the renderer takes.
     #[must_use]
     pub fn render_settings(&self) -> RenderSettings {
-        RenderSettings {
+        let base = RenderSettings {
             size: (self.size.width, self.size.height),
-            samples: self.samples,
             msaa: self.msaa,
             seed: self.seed,
-            shading: self.shading,
-            displacement: self.displacement,
-            tessellation: TessellationSettings {
-                pixels_per_triangle: self.triangle_pixels,
-                to_texels: self.shading.technique().is_reference(),
-                ..Default::default()
-            },
             ..Default::default()
-        }
+        };
+        self.picture.settings(&base)
     }
 }

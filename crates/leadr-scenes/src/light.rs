@@ -7,8 +7,8 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::studio::studio;
-use super::view::finite;
 use leadr_maps::RgbImage;
+use leadr_render::settings::numbers::finite;
 
 /// Where light comes from besides the sun.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

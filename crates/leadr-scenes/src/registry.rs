@@ -44,6 +44,8 @@ pub enum Choice {
     Bare,
     /// The waves of its sea.
     Waves,
+    /// The materials, animations and cameras of a file.
+    Model,
 }
 
 impl Choice {
@@ -59,6 +61,7 @@ impl Choice {
             Self::Tiling => "has maps of its own",
             Self::Bare => "is one with what surrounds it",
             Self::Waves => "shows no sea",
+            Self::Model => "is not one",
         }
     }
 }
@@ -291,7 +294,7 @@ pub static SCENES: [Scene; 11] = [
 pub static MODEL: Scene = Scene {
     name: "model",
     help: "A glTF model on open ground",
-    choices: &[Choice::Relief, Choice::Objects, Choice::Stretch],
+    choices: &[Choice::Model, Choice::Relief, Choice::Objects, Choice::Stretch],
     sea: None,
     making: None,
     make: |options, _| match options.model {
@@ -329,6 +332,9 @@ impl Scene {
     pub fn check_offers(&self, flag: &str, choice: Choice) -> Result<(), String> {
         if self.offers(choice) {
             return Ok(());
+        }
+        if choice == Choice::Model {
+            return Err(format!("{flag} is for models: --scene FILE.glb or FILE.gltf"));
         }
         let names = choice.scenes().collect::<Vec<_>>().join(", ");
         let models = if MODEL.offers(choice) { " and for models" } else { "" };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::config::{MaterialFiles, SceneConfig};
+use super::config::{MaterialFiles, Picture, SceneConfig};
 use super::daylight;
 use super::deform;
 use super::error::SceneError;
@@ -249,9 +249,9 @@ pub fn set(
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
     let lights = Lights { sky, metered, ..Default::default() };
     let mut scene = leadr_render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
-    let follows_relief = config.shading.integral().and_then(|integral| integral.relief_color).unwrap_or(false);
+    let follows_relief = config.picture.shading().options().relief_color;
     scene.objects.iter_mut().for_each(|object| object.follows_relief = follows_relief);
-    let (height_scale, stretch) = (config.height_scale, config.stretch);
+    let Picture { height_scale, stretch, .. } = config.picture;
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {
         let mut state = stage.state(time, &camera, &lights);

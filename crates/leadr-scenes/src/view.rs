@@ -49,17 +49,6 @@ impl FromStr for Size {
     }
 }
 
-/// A finite number.
-///
-/// # Errors
-/// If `text` is no number, infinite or NaN.
-pub fn finite(text: &str) -> Result<f32, String> {
-    match text.trim().parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("'{text}' is not a finite number")),
-    }
-}
-
 impl Serialize for Size {
     /// As all sizes are written: `[width, height]`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
-use crate::app::flags::values::{positive, share, whole};
 use leadr_maps::Wrap;
 use leadr_maps::bake::{Kind, Layout, Texels};
 use leadr_maps::material::GreenAxis;
@@ -14,6 +13,7 @@ use leadr_reflectance::facets::shortened_normals::NormalArea;
 use leadr_reflectance::slopes::normal_blending::{
     blend_partial_derivatives, blend_reoriented, blend_udn, blend_whiteout, blend_xy,
 };
+use leadr_render::settings::numbers::{positive, share, whole};
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

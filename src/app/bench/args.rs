@@ -1,17 +1,17 @@
 //! Arguments of `leadr bench`, and what they ask for.
 
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use crate::app::flags::scene::{MapPrecision, SceneArgs, SceneChoice, scene_choice};
-use crate::app::flags::shading::techniques;
-use crate::app::flags::values::{atlas_tile, fft, msaa, positive, whole};
-use crate::app::flags::waves::WaveArgs;
+use crate::app::flags::scene::{SceneArgs, choice, value_of};
 use leadr_render::settings::Technique;
+use leadr_render::settings::numbers::{positive, whole};
 use leadr_scenes::config::SceneConfig;
-use leadr_scenes::registry::{self, Choice, Scene};
+use leadr_scenes::given::CommandLine;
+use leadr_scenes::registry::{self, Choice};
 use leadr_scenes::view::Size;
 use leadr_tools::bench::{BenchConfig, Quad, Table};
 use leadr_tools::command::device::DeviceArgs;
@@ -36,71 +36,75 @@ taken within rounds: a program that runs beside it slows the rows down but hardl
 /// Arguments of `leadr bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// Only this scene or glTF model [default: the paper's tables, sphere and trex]
-    #[arg(long, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = scene_choice)]
-    pub scene: Option<SceneChoice>,
-    /// Only this technique in scenes [default: all in techniques, LEADR in the other tables]
-    #[arg(long, value_name = "NAME", value_parser = techniques())]
+    /// Measure only this scene or glTF model [default: the paper's tables, sphere and trex]
+    #[arg(long, help_heading = MEASURED, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = value_of("scene"))]
+    pub scene: Option<OsString>,
+    /// Measure only this technique in scenes [default: all in techniques, LEADR in the other tables]
+    #[arg(long, help_heading = MEASURED, value_name = "NAME", value_parser = choice(Technique::Leadr))]
     pub technique: Option<Technique>,
-    /// Tables of scenes, separated by commas [default: views, and waves of the open sea; without --scene techniques, distance]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = tables())]
+    /// Measure these tables of scenes, separated by commas [default: views, and waves of the open sea; without --scene techniques, distance]
+    #[arg(long, help_heading = MEASURED, value_name = "NAMES", value_delimiter = ',', value_parser = tables())]
     pub tables: Vec<Table>,
-    /// Size of the pictures, pixels [default: 1024x1024 for the paper's tables; for views 128x128, 480x270 and 1024x1024; else
+    /// Set the size of the pictures in pixels [default: 1024x1024 for the paper's tables; for views 128x128, 480x270 and 1024x1024; else
     /// 512x512]
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, help_heading = MEASURED, value_name = "WxH")]
     pub size: Option<Size>,
-    /// Rounds: frames of every row, except rows that take over a second
-    #[arg(long, value_name = "N", default_value = "15", value_parser = |text: &str| whole(text, 1_u32, 10_000))]
+    /// Draw N frames of every row, except of rows that take over a second
+    #[arg(long, help_heading = MEASURED, value_name = "N", default_value = "15", value_parser = |text: &str| whole(text, 1_u32, 10_000))]
     pub frames: u32,
-    /// The paper's tables, its Figure 11 and variants of both; with --scene or --technique they come in addition
-    #[arg(long)]
+    /// Measure the paper's tables, its Figure 11 and variants of both, in addition to --scene or --technique
+    #[arg(long, help_heading = MEASURED)]
     pub paper: bool,
-    /// The renderer against a plain forward pass of the paper's shaders over the same quad, and the goals; comes in addition
-    /// where anything else is asked for
-    #[arg(long)]
+    /// Measure the renderer against a plain forward pass of the paper's shaders over the same quad, and the goals, in addition to
+    /// anything else
+    #[arg(long, help_heading = MEASURED)]
     pub forward: bool,
-    /// Only the rows of the paper's tables that the goals compare: takes seconds
-    #[arg(long, requires = "paper")]
+    /// Measure only the rows of the paper's tables that the goals compare: takes seconds
+    #[arg(long, help_heading = MEASURED, hide_short_help = true, requires = "paper")]
     pub goals: bool,
-    /// Height map of the plane or the sphere (PNG or EXR)
-    #[arg(long, value_name = "FILE", requires = "scene")]
-    pub height_map: Option<PathBuf>,
-    /// Samples along the edge of the sea's tiles of waves: 64, 128, 256 or 512 [default: 256]
-    #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
-    pub fft: Option<u32>,
+    /// Use this height map of the plane or the sphere, PNG or EXR
+    #[arg(long, help_heading = SCENES_OF, value_name = "FILE", requires = "scene")]
+    pub height_map: Option<OsString>,
+    /// Set the samples along the edge of a tile of waves: 64, 128, 256 or 512 [default: 256]
+    #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "N", value_parser = value_of("fft"), requires = "scene")]
+    pub fft: Option<OsString>,
     /// Instead of timing, draw this many frames of a scene, near and far over one day, and watch the memory
-    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = |text: &str| whole(text, 1, u32::MAX))]
+    #[arg(long, help_heading = MEASURED, hide_short_help = true, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = |text: &str| whole(text, 1, u32::MAX))]
     pub soak: Option<u32>,
     /// Compare with an earlier run, row by row: what leadr bench --json printed then. Ratios below 1 are faster now
-    #[arg(long, value_name = "OLD.json", conflicts_with = "soak")]
+    #[arg(long, help_heading = AGAINST, value_name = "OLD.json", conflicts_with = "soak")]
     pub against: Option<PathBuf>,
     /// With --against: compare this run instead of measuring
-    #[arg(long, value_name = "NEW.json", requires = "against",
+    #[arg(long, help_heading = AGAINST, hide_short_help = true, value_name = "NEW.json", requires = "against",
         conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "map_precision", "edge_samples", "msaa", "device",
             "validation"])]
     pub measured: Option<PathBuf>,
     /// With --against: compare runs on different devices
-    #[arg(long, requires = "against")]
+    #[arg(long, help_heading = AGAINST, hide_short_help = true, requires = "against")]
     pub any_device: bool,
     /// With --against: exit with 1 if the geometric mean of the ratios of least total times is above this
-    #[arg(long, value_name = "X", requires = "against", value_parser = positive)]
+    #[arg(long, help_heading = AGAINST, hide_short_help = true, value_name = "X", requires = "against", value_parser = positive)]
     pub max_ratio: Option<f32>,
-    /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128 [default: 64]
-    #[arg(long, value_name = "N", value_parser = atlas_tile)]
-    pub atlas_tile: Option<u32>,
-    /// Numbers in which the slopes of maps are kept on the device [default: f32]
-    #[arg(long, value_name = "PRECISION", value_enum)]
-    pub map_precision: Option<MapPrecision>,
-    /// Samples of the geometry in each pixel of the scenes (see leadr capture --help)
-    #[arg(long, value_name = "N", default_value = "1", value_parser = msaa)]
-    pub msaa: u32,
-    /// Edge samples of the scenes, for every technique but the reference (see leadr capture --help)
-    #[arg(long, value_name = "N", default_value = "1", value_parser = |text: &str| whole(text, 1_u32, 256))]
-    pub edge_samples: u32,
+    /// Set the texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128 [default: 64]
+    #[arg(long, help_heading = SCENES_OF, value_name = "N", value_parser = value_of("atlas-tile"))]
+    pub atlas_tile: Option<OsString>,
+    /// Store the slopes of maps on the device in this format [default: f32]
+    #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "PRECISION", value_parser = value_of("map-precision"))]
+    pub map_precision: Option<OsString>,
+    /// Sample the geometry of scenes so many times per pixel (see leadr capture --help)
+    #[arg(long, help_heading = SCENES_OF, value_name = "N", default_value = "1", value_parser = value_of("msaa"))]
+    pub msaa: OsString,
+    /// Use edge samples in scenes, for every technique but the reference (see leadr capture --help)
+    #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "N", default_value = "1", value_parser = value_of("edge-samples"))]
+    pub edge_samples: OsString,
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
+
+const MEASURED: &str = "What is measured";
+const AGAINST: &str = "Comparison with an earlier run";
+const SCENES_OF: &str = "Scenes";
 
 /// Size of the full-screen quad and its map in the paper.
 const PAPER_SIZE: Size = Size { width: 1024, height: 1024 };
@@ -130,13 +134,16 @@ impl BenchArgs {
         let everything = !self.paper && !self.forward && self.scene.is_none() && !about_scenes;
         let quad = self.paper || everything;
         let size = self.size.unwrap_or(PAPER_SIZE);
-        let scenes: Vec<&Scene> = match &self.scene {
-            Some(choice) => vec![choice.scene],
+        let scenes: Vec<OsString> = match &self.scene {
+            Some(scene) => vec![scene.clone()],
             None if (self.paper || self.forward) && !about_scenes => Vec::new(),
-            None => SCENES.iter().filter_map(|name| Scene::find(name)).collect(),
+            None => SCENES.map(OsString::from).to_vec(),
         };
+        let scenes: Vec<SceneConfig> = scenes.iter().map(|scene| self.scene_config(scene)).collect::<Result<_, _>>()?;
         let tables = self.tables_of_scenes();
-        for (scene, table) in scenes.iter().flat_map(|scene| tables.iter().map(move |table| (scene, table))) {
+        for (scene, table) in
+            scenes.iter().map(|config| config.scene).flat_map(|scene| tables.iter().map(move |table| (scene, table)))
+        {
             if !table.is_of(scene) && self.tables.contains(table) {
                 let mut with: Vec<&str> =
                     registry::SCENES.iter().filter(|scene| table.is_of(scene)).map(|scene| scene.name).collect();
@@ -145,17 +152,18 @@ impl BenchArgs {
                 return Err(AppError::Usage(format!("--tables {table} is for the scenes {with}, not {}", scene.name)));
             }
         }
-        if let (Some(SceneChoice { scene, .. }), Some(_)) = (&self.scene, &self.height_map)
+        let untiled = scenes.iter().find(|config| !config.scene.offers(Choice::AtlasTile));
+        if let (Some(config), Some(_)) = (untiled, &self.height_map)
             && tables.contains(&Table::Maps)
-            && !scene.offers(Choice::AtlasTile)
         {
-            let fault = format!("--tables maps makes the height maps of {} itself: leave --height-map out", scene.name);
+            let name = config.scene.name;
+            let fault = format!("--tables maps makes the height maps of {name} itself: leave --height-map out");
             return Err(AppError::Usage(fault));
         }
         Ok(BenchConfig {
             quad: quad.then_some(Quad { size, goals_only: self.goals }),
             forward: (self.forward || everything).then_some(size),
-            scenes: scenes.into_iter().map(|scene| self.scene_config(scene)).collect::<Result<_, _>>()?,
+            scenes,
             tables,
             view_sizes: self.size.map_or(VIEW_SIZES.into(), |size| vec![size]),
             technique: self.technique,
@@ -174,21 +182,27 @@ impl BenchArgs {
     }
 
     /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.
-    fn scene_config(&self, scene: &'static Scene) -> Result<SceneConfig, AppError> {
-        let scene = SceneArgs {
-            scene: SceneChoice { scene, model: self.scene.as_ref().and_then(|choice| choice.model.clone()) },
-            height_map: self.height_map.clone(),
-            waves: WaveArgs { fft: self.fft, ..WaveArgs::default() },
-            // What surrounds a surface would be timed with it.
-            bare: scene.offers(Choice::Bare),
-            atlas_tile: self.atlas_tile,
-            map_precision: self.map_precision,
-            size: self.size.unwrap_or(SCENE_SIZE),
-            samples: 1,
-            edge_samples: self.edge_samples,
-            msaa: (self.edge_samples == 1).then_some(self.msaa),
-            ..SceneArgs::unset()?
-        };
-        scene.resolve()
+    fn scene_config(&self, scene: &OsStr) -> Result<SceneConfig, AppError> {
+        let mut given = CommandLine::default();
+        given.set("--scene", Some(scene));
+        given.set("--size", Some(self.size.unwrap_or(SCENE_SIZE).to_string()));
+        given.set("--samples", Some("1"));
+        given.set("--edge-samples", Some(&self.edge_samples));
+        if self.edge_samples == "1" {
+            given.set("--msaa", Some(&self.msaa));
+        }
+        let rest = [
+            ("--height-map", &self.height_map),
+            ("--fft", &self.fft),
+            ("--atlas-tile", &self.atlas_tile),
+            ("--map-precision", &self.map_precision),
+        ];
+        for (name, value) in rest {
+            given.set(name, value.as_ref());
+        }
+        let mut config = SceneArgs { given }.resolve()?;
+        // What surrounds a surface would be timed with it.
+        config.bare = config.scene.offers(Choice::Bare);
+        Ok(config)
     }
 }

@@ -7,14 +7,15 @@ use serde::{Serialize, Serializer};
 
 use super::frames::{Moment, Timeline, Travel, spread};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind, whole_size};
-use crate::app::flags::command_line::CommandLine;
-use crate::app::flags::scene::SceneArgs;
-use crate::app::flags::shading::{choice, techniques};
-use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, Sheet, Split, not_negative, sweep};
+use crate::app::flags::scene::{SceneArgs, choice};
+use crate::app::flags::values::{FrameRange, Rate, Shard, Sheet, Split, sweep};
 use leadr_render::frame::Layer;
 use leadr_render::settings::Technique;
+use leadr_render::settings::numbers::not_negative;
 use leadr_scenes::config::SceneConfig;
+use leadr_scenes::given::CommandLine;
 use leadr_scenes::stage::Sweep;
+use leadr_scenes::view::View;
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
@@ -45,49 +46,52 @@ pub struct CaptureArgs {
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Moment of the animation, seconds; with --frames only where the camera moves instead [default: 0]
-    #[arg(long, value_name = "SECONDS", value_parser = not_negative)]
+    /// Draw this moment of the animation, seconds; with --frames only where the camera moves instead [default: 0]
+    #[arg(long, help_heading = SEQUENCE, value_name = "SECONDS", value_parser = not_negative)]
     pub time: Option<f32>,
     /// Render frames A to B-1; frame F shows the time F / fps
-    #[arg(long, value_name = "A..B")]
+    #[arg(long, help_heading = SEQUENCE, value_name = "A..B")]
     pub frames: Option<FrameRange>,
-    /// Frames per second, such as 24, 29.97 or 30000/1001 [default: 30]
-    #[arg(long, value_name = "F", requires = "frames")]
+    /// Set the frames per second, such as 24, 29.97 or 30000/1001 [default: 30]
+    #[arg(long, help_heading = SEQUENCE, value_name = "F", requires = "frames")]
     pub fps: Option<Rate>,
     /// Instead of time, change the distance of the camera from its target, metres, by the same factor per frame; --fps is
     /// then how fast a moving picture plays
-    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with = "distance", value_parser = sweep)]
+    #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "NEAR..FAR", requires = "frames", conflicts_with = "distance", value_parser = sweep)]
     pub sweep: Option<Sweep>,
     /// Instead of time, move the camera once round its target
-    #[arg(long, requires = "frames")]
+    #[arg(long, help_heading = SEQUENCE, requires = "frames")]
     pub turntable: bool,
     /// Put COLUMNS times ROWS moments of --frames, evenly spaced, into one .png; --size is that of each
-    #[arg(long, value_name = "COLUMNSxROWS", requires = "frames")]
+    #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "COLUMNSxROWS", requires = "frames")]
     pub sheet: Option<Sheet>,
-    /// Another technique on the right of the picture, for comparison
-    #[arg(long, value_name = "TECHNIQUE", value_parser = techniques(), conflicts_with = "layers")]
-    pub beside: Option<Technique>,
-    /// Where that begins, as a share of the width; or from where to where and back it goes in a sequence [default: 0.5]
-    #[arg(long, value_name = "SHARE|A..B", requires = "beside")]
-    pub split: Option<Split>,
     /// Render only every N-th frame, starting with the I-th
-    #[arg(long, value_name = "I/N", requires = "frames")]
+    #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
-    /// Keep the files of an earlier run that are complete and say that they were made in the same way: by the same program, with the
-    /// same settings, of the same files
-    #[arg(long)]
+    /// Keep the files of an earlier run that are complete and carry the fingerprint of the same program, settings and files
+    #[arg(long, help_heading = SEQUENCE, hide_short_help = true)]
     pub resume: bool,
-    /// How often a moving picture plays; 0 is without end [default: 0]
-    #[arg(long = "loop", value_name = "N", requires = "frames")]
+    /// Play a moving picture N times; 0 repeats it without end [default: 0]
+    #[arg(long = "loop", help_heading = SEQUENCE, hide_short_help = true, value_name = "N", requires = "frames")]
     pub plays: Option<u16>,
-    /// Further layers to write (EXR only)
-    #[arg(long, value_name = "NAME,...", value_parser = choice(&Layer::ALL, Layer::name, Layer::help), value_delimiter = ',')]
+    /// Draw the right side of the picture by another technique
+    #[arg(long, help_heading = OUTPUT, value_name = "TECHNIQUE", value_parser = choice(Technique::Leadr), conflicts_with = "layers")]
+    pub beside: Option<Technique>,
+    /// Start position of the right side, as a share of the width; A..B moves it there and back in a sequence [default: 0.5]
+    #[arg(long, help_heading = OUTPUT, hide_short_help = true, value_name = "SHARE|A..B", requires = "beside")]
+    pub split: Option<Split>,
+    /// Write further layers (EXR only)
+    #[arg(long, help_heading = OUTPUT, value_name = "NAME,...", value_parser = choice(Layer::Depth), value_delimiter = ',')]
     pub layers: Vec<Layer>,
-    /// File to write: .png or .exr, with {frame} in its name for a sequence; or .webp or .y4m, a moving picture
+    /// Write this file: .png or .exr, with {frame} in its name for a sequence; or .webp or .y4m, a moving picture
     /// of all frames; or - for a .y4m on standard output [default: out/SCENE-TECHNIQUE-CAMERA...]
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, help_heading = OUTPUT, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
+
+const SEQUENCE: &str = "Time and sequences";
+/// Files that a command writes, and what it prints.
+pub const OUTPUT: &str = "Output";
 
 /// Everything that `leadr capture` needs to know; units as in [`CaptureArgs`].
 #[derive(Clone, Debug, Serialize)]
@@ -108,7 +112,7 @@ pub struct CaptureConfig {
     pub plays: u16,
     /// Layers to write beside the colour, each once, in a fixed order.
     pub layers: Vec<Layer>,
-    /// Another technique on the right, and where that begins.
+    /// Another technique on the right, and the start position of its side.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of_beside")]
     pub beside: Option<(Technique, Split)>,
     /// The files to write.
@@ -138,7 +142,7 @@ impl CaptureConfig {
     /// Samples of a frame, with those of the picture beside it.
     #[must_use]
     pub fn samples_of_frame(&self) -> u32 {
-        self.scene.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
+        self.scene.picture.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
     }
 }
 
@@ -149,13 +153,13 @@ impl CaptureArgs {
         let command = a.command(line);
         let rate = a.fps.unwrap_or(Rate::DEFAULT);
         let timeline = a.timeline(rate)?;
-        let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
+        let scene = a.scene.resolve()?;
+        let path = a.output.clone().unwrap_or_else(|| default_output(&a, &scene, &timeline));
         let output = OutputPattern::new(&path, &timeline, a.sheet)?;
         a.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
         let mut layers = a.layers;
         layers.sort_unstable();
         layers.dedup();
-        let scene = a.scene.resolve()?;
         if let Some(sheet) = a.sheet {
             whole_size(sheet, scene.size).map_err(AppError::Usage)?;
         }
@@ -253,13 +257,13 @@ impl CaptureArgs {
     }
 }
 
-fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
-    let camera = match &a.scene.camera {
-        CameraChoice::Near => "near",
-        CameraChoice::Mid => "mid",
-        CameraChoice::Far => "far",
-        CameraChoice::Pose(_) | CameraChoice::File(_) => "camera",
-        CameraChoice::Model(_) => "model",
+fn default_output(a: &CaptureArgs, config: &SceneConfig, timeline: &Timeline) -> PathBuf {
+    let camera = match config.view {
+        View::Near => "near",
+        View::Mid => "mid",
+        View::Far => "far",
+        View::Pose(_) => "camera",
+        View::Model => "model",
     };
     let frame = match timeline {
         Timeline::Sequence { .. } if a.sheet.is_some() => "-sheet".to_owned(),
@@ -267,15 +271,16 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
         Timeline::Still { .. } => String::new(),
     };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
-    let technique = a.scene.shading.technique.name();
-    let of_file = a.scene.scene.model.as_ref().and_then(|file| file.file_stem());
-    let scene = of_file.map_or(a.scene.scene.scene.name.into(), |stem| stem.to_string_lossy());
+    let technique = config.picture.technique.name();
+    let of_file = config.model.as_ref().and_then(|file| file.file_stem());
+    let scene = of_file.map_or(config.scene.name.into(), |stem| stem.to_string_lossy());
     PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use crate::app::flags::command_line::given;
     use clap::{CommandFactory, FromArgMatches, Parser};
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_render::settings::{Quadrature, Technique, Terms};
@@ -292,7 +297,7 @@ pub mod tests {
         let matches = Capture::command().try_get_matches_from([&["capture"], flags].concat());
         let matches = matches.map_err(|e| AppError::Usage(e.to_string()))?;
         let capture = Capture::from_arg_matches(&matches).unwrap();
-        capture.arguments.resolve(CommandLine::given::<CaptureArgs>(&matches))
+        capture.arguments.resolve(given::<CaptureArgs>(&matches))
     }
 
     #[test]
@@ -306,65 +311,23 @@ pub mod tests {
 
     #[test]
     fn flags_reach_the_configuration() {
-        let config = resolve(&[
-            "--scene",
-            "sphere",
-            "--height-map",
-            "h.png",
-            "--height-scale",
-            "0.5",
-            "--sun",
-            "-30,60",
-            "--technique",
-            "normal-mip",
-            "--grid",
-            "7",
-            "--masking",
-            "masking",
-            "--terms",
-            "diffuse-lights",
-            "--no-displacement",
-            "--camera",
-            "near",
-            "--distance",
-            "7",
-            "--size",
-            "64x32",
-            "--samples",
-            "9",
-            "--edge-samples",
-            "8",
-            "--seed",
-            "4",
-            "--exposure",
-            "-1.5",
-            "--atlas-tile",
-            "32",
-            "--roughness",
-            "0.2",
-            "--layers",
-            "lod,depth,lod",
-            "-o",
-            "a.exr",
-            "--device",
-            "llvmpipe",
-            "--validation",
-            "--time",
-            "0.25",
-        ])
-        .unwrap();
+        let flags = "--scene sphere --height-map h.png --height-scale 0.5 --sun -30,60 --technique normal-mip \
+             --grid 7 --masking masking --terms diffuse-lights --no-displacement --camera near --distance \
+             7 --size 64x32 --samples 9 --edge-samples 8 --seed 4 --exposure -1.5 --atlas-tile 32 \
+             --roughness 0.2 --layers lod,depth,lod -o a.exr --device llvmpipe --validation --time 0.25";
+        let config = resolve(&flags.split(' ').collect::<Vec<_>>()).unwrap();
         let scene = &config.scene;
-        assert_eq!((scene.scene.name, scene.shading.technique()), ("sphere", Technique::NormalMip));
-        assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
+        let picture = scene.picture;
+        assert_eq!((scene.scene.name, picture.technique), ("sphere", Technique::NormalMip));
+        assert_eq!((scene.height_map.as_deref(), picture.height_scale), (Some("h.png".as_ref()), 0.5));
         assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
-        let shading = scene.shading;
-        let integral = shading.integral().unwrap();
-        assert_eq!((integral.quadrature, integral.shadowing), (Quadrature::Grid(7), Shadowing::None));
-        assert_eq!((shading.terms(), scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
+        let options = picture.options;
+        assert_eq!((options.quadrature, options.shadowing), (Quadrature::Grid(7), Shadowing::None));
+        assert_eq!((options.terms, picture.displacement), (Terms::DIFFUSE_LIGHTS, false));
         assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
-        assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
-        assert_eq!(shading.edge_samples(), Some(8));
-        assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
+        assert_eq!((scene.size, picture.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
+        assert_eq!(options.edge_samples, 8);
+        assert_eq!((picture.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
         assert_eq!((config.device.device.as_deref(), config.device.validation), (Some("llvmpipe"), true));
         assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);
         assert_eq!(config.timeline, Timeline::Still { time: 0.25 });

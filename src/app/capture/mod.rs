@@ -22,10 +22,10 @@ use self::frames::Moment;
 use self::pattern::{FileKind, StillKind};
 use self::recipe::Recipe;
 use self::sink::Earlier;
-use crate::app::flags::command_line::CommandLine;
 use leadr_maps::new_file::remove_abandoned;
 use leadr_maps::tonemap::Tonemap;
 use leadr_render::light::panorama::EnvironmentLight;
+use leadr_scenes::given::CommandLine;
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
@@ -109,7 +109,7 @@ fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError>
 
 /// What is chosen about the display of a file that keeps radiance. The same command may be run for a PNG, so it is no fault.
 fn unheeded(config: &CaptureConfig) -> Option<&'static str> {
-    let chosen = config.scene.exposure != 0.0 || config.scene.tonemap != Tonemap::SHOWN;
+    let chosen = config.scene.picture.exposure != 0.0 || config.scene.picture.tonemap != Tonemap::SHOWN;
     let is_exr = config.output.kind == FileKind::Still(StillKind::Exr);
     (is_exr && chosen).then_some("an EXR keeps linear radiance: --exposure and --tonemap change only a PNG")
 }

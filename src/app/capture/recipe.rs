@@ -7,7 +7,6 @@ use leadr_maps::checksum::checksum;
 use leadr_maps::origin::Origin;
 use leadr_maps::reads::FileRead;
 use leadr_maps::tonemap::Tonemap;
-use leadr_scenes::config::SceneConfig;
 use leadr_tools::program::{VERSION, build, commit};
 
 /// Everything that decides the frames of a capture, apart from the moment of each and the device.
@@ -22,10 +21,11 @@ impl<'a> Recipe<'a> {
     pub fn new(config: &'a CaptureConfig, files: &[FileRead]) -> Self {
         // An EXR keeps linear radiance.
         let shown = !matches!(config.output.kind, FileKind::Still(StillKind::Exr));
-        let (exposure, tonemap) =
-            if shown { (config.scene.exposure, config.scene.tonemap) } else { (0.0, Tonemap::SHOWN) };
-        let scene = SceneConfig { exposure, tonemap, ..config.scene.clone() };
-        let beside = config.beside.map(|(technique, _)| technique.with(scene.shading.options()));
+        let mut scene = config.scene.clone();
+        if !shown {
+            (scene.picture.exposure, scene.picture.tonemap) = (0.0, Tonemap::SHOWN);
+        }
+        let beside = config.beside.map(|(technique, _)| technique);
         let layers = &config.layers;
         // Written by derived code, which leaves no field out.
         let common = format!("{}\n{scene:?}\n{beside:?}\n{layers:?}\n{files:?}", build());

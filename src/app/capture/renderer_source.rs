@@ -38,7 +38,7 @@ impl RendererSource {
         let (layers, validation) = (config.layers.clone(), config.device.validation);
         let frames = config.timeline.frames();
         let beside = config.beside.map(|(technique, split)| {
-            (settings.shaded_by(technique.with(config.scene.shading.options())), split, frames)
+            (settings.shaded_by(technique.with(config.scene.picture.options)), split, frames)
         });
         Self { renderer, animation, settings, layers, beside, validation, files, set_up_seconds: 0.0 }
     }

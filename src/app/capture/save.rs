@@ -33,7 +33,7 @@ impl Tone {
     /// What a configuration asks for.
     #[must_use]
     pub fn of(config: &SceneConfig) -> Self {
-        Self { exposure: config.exposure, tonemap: config.tonemap }
+        Self { exposure: config.picture.exposure, tonemap: config.picture.tonemap }
     }
 }
 

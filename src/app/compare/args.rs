@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::app::flags::values::threshold;
-use leadr_scenes::view::finite;
+use leadr_render::settings::numbers::finite;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

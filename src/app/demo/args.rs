@@ -6,9 +6,8 @@ use clap::Args;
 
 use super::window::pace::DEFAULT_MIN_FPS;
 use crate::app::flags::scene::SceneArgs;
-use crate::app::flags::shading::on_off;
-use crate::app::flags::values::{not_negative, whole};
-use leadr_render::settings::Technique;
+use leadr_render::settings::numbers::{not_negative, whole};
+use leadr_render::settings::{Technique, on_off};
 use leadr_tools::command::device::DeviceArgs;
 
 /// The sources that this program was built from.
@@ -56,23 +55,22 @@ pub struct DemoArgs {
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Moment at which the animation starts, seconds
-    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = not_negative)]
+    /// Start the animation at this moment, seconds
+    #[arg(long, help_heading = "Window", value_name = "SECONDS", default_value = "0", value_parser = not_negative)]
     pub time: f32,
     /// Close the window after N frames
-    #[arg(long, value_name = "N", value_parser = |text: &str| whole(text, 1, u64::MAX))]
+    #[arg(long, help_heading = "Window", value_name = "N", value_parser = |text: &str| whole(text, 1, u64::MAX))]
     pub frames: Option<u64>,
-    /// Frames a second for which a picture that moves may become simpler, and at last have fewer pixels, until it stands still; 0: it keeps
-    /// its pixels
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_MIN_FPS, value_parser = not_negative)]
+    /// Keep this many frames a second while something moves, by simpler shading and at last by fewer pixels; 0 keeps all pixels
+    #[arg(long, help_heading = "Window", hide_short_help = true, value_name = "N", default_value_t = DEFAULT_MIN_FPS, value_parser = not_negative)]
     pub min_fps: f32,
     /// Compile shaders that change while the window is open, and draw with them once they work
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = SHADERS)]
+    #[arg(long, help_heading = "Window", hide_short_help = true, value_name = "FOLDER", num_args = 0..=1, default_missing_value = SHADERS)]
     pub hot_reload: Option<PathBuf>,
-    /// Begin with or without the panel [default: as it was left, at first with it where there is room]
-    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    /// Show or hide the panel at first [default: as it was left; the first time shown where there is room]
+    #[arg(long, help_heading = "Window", value_name = "on|off", value_parser = on_off)]
     pub panel: Option<bool>,
-    /// Open the window as if it were the first time, not as it was left. With --frames it always is, and nothing is kept
-    #[arg(long)]
+    /// Open the window as the first time, not as it was left; --frames implies this and stores nothing
+    #[arg(long, help_heading = "Window", hide_short_help = true)]
     pub fresh_layout: bool,
 }

@@ -15,9 +15,9 @@ use self::program::DemoProgram;
 use self::window::layout::Layout;
 use self::window::pace::{KeptQuality, Pace};
 use self::window::{Display, WindowOptions, WindowReport};
-use crate::app::flags::command_line::CommandLine;
 use leadr_render::light::panorama::EnvironmentLight;
 use leadr_scenes::config::SceneConfig;
+use leadr_scenes::given::CommandLine;
 use leadr_scenes::set::Inputs;
 use leadr_tools::command::device::{DeviceArgs, DeviceInfo};
 use leadr_tools::command::error::AppError;
@@ -75,13 +75,12 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     let device = arguments.device.clone();
     let gpu = leadr_render::open_gpu(&display.gpu_options(device.device.clone(), device.validation)?)?;
     // What is asked for is drawn in motion too.
-    let scene = &arguments.scene;
-    let kept = KeptQuality { msaa: scene.msaa, probes: scene.shading.probes.is_some(), min_fps: arguments.min_fps };
+    let given = &arguments.scene.given;
+    let msaa = given.has("msaa").then_some(config.msaa);
+    let kept = KeptQuality { msaa, probes: given.has("probes"), min_fps: arguments.min_fps };
     let settings = config.render_settings();
     let sized = line.value("--size").is_some();
-    // The window has sliders for these, which begin where the flags say.
-    let own = SceneConfig { height_scale: 1.0, stretch: 1.0, ..config.clone() };
-    let mut program = DemoProgram::new(own, line, Pace::on(&gpu, kept));
+    let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
     let show = program.begin(inputs, &gpu, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
     // A run of so many frames is the same whoever sat here before.
@@ -98,10 +97,7 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
-        exposure: config.exposure,
-        tonemap: config.tonemap,
-        height_scale: config.height_scale,
-        stretch: config.stretch,
+        picture: Some(config.picture),
         frames: arguments.frames,
         kept,
         layout,

@@ -4,19 +4,17 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::command_line::Seen;
+use super::command_line::{Seen, command_of};
 use super::window::pace::Pace;
 use super::window::show::{Program, Roughness, Show, Worn};
 use super::window::surroundings::Surroundings;
-use crate::app::flags::command_line::CommandLine;
-use crate::app::flags::scene::scene_choice;
+use crate::app::flags::scene::SceneArgs;
 use leadr_gpu::Gpu;
-use leadr_scenes::config::{MaterialFiles, SceneConfig};
+use leadr_scenes::config::{Picture, SceneConfig};
+use leadr_scenes::given::CommandLine;
 use leadr_scenes::model::measured::MeasuredMaterial;
-use leadr_scenes::model::named::NamedFile;
 use leadr_scenes::registry::{Choice, SCENES};
 use leadr_scenes::set::{Inputs, Watch, set};
-use leadr_scenes::view::View;
 use leadr_tools::command::error::AppError;
 
 /// What `leadr demo` was asked for, and what it shows now.
@@ -39,7 +37,7 @@ impl DemoProgram {
         if !names.contains(&name) {
             names.push(name.clone());
         }
-        Self { config, line, names, name, pace, is_complete: true }
+        Self { config: own(&config), line, names, name, pace, is_complete: true }
     }
 
     /// The first picture: on a processor that draws by itself, of coarse maps, which are there sooner.
@@ -50,10 +48,24 @@ impl DemoProgram {
         self.show_with(inputs, gpu, &SceneConfig { atlas_tile: tile, ..self.config.clone() }, watch)
     }
 
-    /// What is shown now is `config`, in all detail.
-    fn shows(&mut self, config: SceneConfig) {
-        self.config = config;
-        self.is_complete = true;
+    /// Shows what another command line says, in all detail.
+    fn show_line(&mut self, gpu: &Arc<Gpu>, line: CommandLine) -> Result<Show, AppError> {
+        let config = own(&SceneArgs { given: line.honoured() }.resolve()?);
+        let show = self.show(gpu, &config, &|_| {})?;
+        (self.config, self.line, self.is_complete) = (config, line, true);
+        Ok(show)
+    }
+
+    /// Shows the same with a flag said anew, or no longer.
+    fn show_with_flag(
+        &mut self,
+        gpu: &Arc<Gpu>,
+        flag: &str,
+        value: Option<impl Into<OsString>>,
+    ) -> Result<Show, AppError> {
+        let mut line = self.line.clone();
+        line.set(flag, value);
+        self.show_line(gpu, line)
     }
 
     /// Loads and uploads a configuration.
@@ -76,6 +88,12 @@ impl DemoProgram {
     }
 }
 
+/// A configuration without what the window changes itself.
+fn own(config: &SceneConfig) -> SceneConfig {
+    let picture = Picture { height_scale: 1.0, stretch: 1.0, ..config.picture };
+    SceneConfig { picture, ..config.clone() }
+}
+
 impl Program for DemoProgram {
     fn scenes(&self) -> &[String] {
         &self.names
@@ -87,29 +105,10 @@ impl Program for DemoProgram {
 
     fn open(&mut self, gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
         let shown = name.to_string_lossy().into_owned();
-        let choice = scene_choice(&shown).map_err(AppError::Usage)?;
-        // What was said about one surface is not about another.
-        let config = SceneConfig {
-            scene: choice.scene,
-            model: choice.model,
-            animation: None,
-            model_camera: None,
-            displacements: Vec::new(),
-            measured: Vec::new(),
-            height_map: None,
-            height: None,
-            repeat: None,
-            material: MaterialFiles::default(),
-            bare: false,
-            waves: choice.scene.waves(),
-            roughness: None,
-            view: View::Mid,
-            distance: None,
-            ..self.config.clone()
-        };
-        let show = self.show(gpu, &config, &|_| {})?;
-        self.shows(config);
-        self.line.enter(shown.clone());
+        let mut line = self.line.clone();
+        line.enter(shown.clone());
+        ["--camera", "--distance"].into_iter().for_each(|flag| line.remove(flag));
+        let show = self.show_line(gpu, line)?;
         if !self.names.contains(&shown) {
             self.names.push(shown.clone());
         }
@@ -125,17 +124,16 @@ impl Program for DemoProgram {
         }
     }
 
-    fn stretches(&self) -> bool {
-        self.config.scene.offers(Choice::Stretch)
+    fn offers(&self, choice: Choice) -> bool {
+        self.config.scene.offers(choice)
     }
 
-    fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError> {
-        self.config.scene.check_offers("--roughness", Choice::Roughness).map_err(AppError::Usage)?;
-        let config = SceneConfig { roughness: alpha, ..self.config.clone() };
-        let show = self.show(gpu, &config, &|_| {})?;
-        self.shows(config);
-        self.line.set("--roughness", alpha.map(|alpha| alpha.to_string()));
-        Ok(show)
+    fn remake(&mut self, gpu: &Arc<Gpu>, flag: &str, value: Option<String>) -> Result<Show, AppError> {
+        self.show_with_flag(gpu, flag, value)
+    }
+
+    fn keeps_relief_color(&self) -> bool {
+        self.config.picture.options.relief_color
     }
 
     fn worn(&self) -> Worn {
@@ -150,26 +148,18 @@ impl Program for DemoProgram {
     }
 
     fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError> {
-        let mut config = self.config.clone();
-        let (flag, value) = if config.model.is_some() {
+        if self.config.model.is_some() {
             if let Some(folder) = material.filter(|material| material.is_dir()) {
                 let fault =
                     "a folder of maps is for the plane and the sphere; a model takes a measured material, FIT.json";
                 return Err(AppError::Usage(format!("{}: {fault}", folder.display())));
             }
-            let of_all = |file: &Path| MeasuredMaterial(NamedFile { material: None, file: file.to_path_buf() });
-            config.measured = material.map(of_all).into_iter().collect();
             let value = material.map(|file| [OsStr::new("*="), file.as_os_str()].into_iter().collect::<OsString>());
-            ("--measured", value)
+            self.show_with_flag(gpu, "--measured", value)
         } else {
-            config.scene.check_offers("--material", Choice::HeightMap).map_err(AppError::Usage)?;
-            config.material.folder = material.map(Path::to_path_buf);
-            ("--material", material.map(|file| file.as_os_str().to_owned()))
-        };
-        let show = self.show(gpu, &config, &|_| {})?;
-        self.shows(config);
-        self.line.set(flag, value);
-        Ok(show)
+            self.config.scene.check_offers("--material", Choice::HeightMap).map_err(AppError::Usage)?;
+            self.show_with_flag(gpu, "--material", material.map(Path::as_os_str))
+        }
     }
 
     fn complete(&mut self, gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
@@ -185,6 +175,6 @@ impl Program for DemoProgram {
     }
 
     fn command(&self, seen: &Seen<'_>) -> Option<String> {
-        Some(self.line.of_picture(seen))
+        Some(command_of(&self.line, seen))
     }
 }

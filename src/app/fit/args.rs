@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::app::flags::values::whole;
 use leadr_reflectance::extraction::fit::Hiding;
 use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
+use leadr_render::settings::numbers::whole;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

@@ -1,213 +1,19 @@
 //! Values of command-line flags, and how they are written.
 
-use std::fmt;
-use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde::Serialize;
 
-use leadr_render::constants::MOST_MULTISAMPLES;
-use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
-use leadr_scenes::deform::FACTORS;
+use leadr_render::settings::numbers::{positive, share};
 use leadr_scenes::stage::Sweep;
-use leadr_scenes::view::{CameraPose, TIMES, finite};
-use leadr_tools::command::files::extension;
-
-/// The camera, before a file is read.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CameraChoice {
-    /// The scene's close view.
-    Near,
-    /// The scene fills the picture.
-    Mid,
-    /// The scene is small.
-    Far,
-    /// A camera of the model's file: the first, or the one of this name or number.
-    Model(Option<String>),
-    /// Position, target and field of view.
-    Pose(CameraPose),
-    /// A JSON file, see [`leadr_scenes::camera_file`].
-    File(PathBuf),
-}
-
-/// `X,Y,Z:X,Y,Z`, with `:DEGREES` if the field of view is another than usual; `None` if `text` does not look like it.
-fn pose(text: &str) -> Option<Result<CameraPose, String>> {
-    let parts: Vec<&str> = text.split(':').collect();
-    let numbers: Option<Vec<Vec<f32>>> =
-        parts.iter().map(|part| part.split(',').map(|number| finite(number).ok()).collect()).collect();
-    let point = |numbers: &Vec<f32>| <[f32; 3]>::try_from(numbers.as_slice()).ok();
-    let numbers = numbers.filter(|numbers| (2..=3).contains(&numbers.len()))?;
-    let fov_degrees = match numbers.get(2).map(Vec::as_slice) {
-        None => CameraPose::FOV_DEGREES,
-        Some([degrees]) => *degrees,
-        Some(_) => return None,
-    };
-    let (position, target) = (point(&numbers[0])?, point(&numbers[1])?);
-    let pose = CameraPose { position, target, up: CameraPose::usual_up(position, target), fov_degrees };
-    Some(pose.check().map(|()| pose))
-}
-
-impl FromStr for CameraChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "near" => return Ok(Self::Near),
-            "mid" => return Ok(Self::Mid),
-            "far" => return Ok(Self::Far),
-            "model" => return Ok(Self::Model(None)),
-            _ => {}
-        }
-        if let Some(name) = text.strip_prefix("model:") {
-            return Ok(Self::Model(Some(name.to_owned())));
-        }
-        if let Some(pose) = pose(text) {
-            return pose.map(Self::Pose);
-        }
-        let path = PathBuf::from(text);
-        match extension(&path).as_deref() {
-            Some("json") => Ok(Self::File(path)),
-            _ => Err(
-                "a camera is 'near', 'mid', 'far', 'model', 'model:NAME', a .json file, or X,Y,Z:X,Y,Z[:DEGREES]: where it is, \
-                 what it looks at, and how wide it sees"
-                    .to_owned(),
-            ),
-        }
-    }
-}
-
-/// A finite number above zero.
-///
-/// # Errors
-/// If `text` is no such number.
-pub fn positive(text: &str) -> Result<f32, String> {
-    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
-}
-
-/// A finite number of zero or more.
-///
-/// # Errors
-/// If `text` is no such number.
-pub fn not_negative(text: &str) -> Result<f32, String> {
-    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
-}
-
-/// A factor on widths, 0.2 to 5.
-///
-/// # Errors
-/// If `text` is no such number.
-pub fn stretch(text: &str) -> Result<f32, String> {
-    finite(text).and_then(|v| if FACTORS.contains(&v) { Ok(v) } else { Err("must be from 0.2 to 5".to_owned()) })
-}
+use leadr_scenes::view::TIMES;
 
 /// A finite number of zero or more, exactly the one that is written.
-///
-/// # Errors
-/// If `text` is no such number.
 pub fn threshold(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
         Ok(value) if value < 0.0 => Err("must not be negative".to_owned()),
         _ => Err(format!("'{text}' is not a finite number")),
-    }
-}
-
-/// Hour of a day.
-///
-/// # Errors
-/// If `text` is no number from 0 to 24.
-pub fn hour(text: &str) -> Result<f32, String> {
-    finite(text).and_then(|v| if (0.0..=24.0).contains(&v) { Ok(v) } else { Err("an hour is 0 to 24".to_owned()) })
-}
-
-/// Most lights of a panorama.
-///
-/// # Errors
-/// If `text` is not a whole number from 0 to 4.
-pub fn environment_lights(text: &str) -> Result<u32, String> {
-    match text.parse::<u32>() {
-        Ok(count) if count <= MAX_ENVIRONMENT_LIGHTS => Ok(count),
-        _ => Err(format!("a picture gives 0 to {MAX_ENVIRONMENT_LIGHTS} lights")),
-    }
-}
-
-/// Edge of an atlas tile in texels.
-///
-/// # Errors
-/// If `text` is not a power of two from 8 to 128.
-pub fn atlas_tile(text: &str) -> Result<u32, String> {
-    match text.parse::<u32>() {
-        Ok(tile) if tile.is_power_of_two() && (8..=128).contains(&tile) => Ok(tile),
-        _ => Err("a tile is 8, 16, 32, 64 or 128 texels".to_owned()),
-    }
-}
-
-/// Samples of the geometry in a pixel.
-///
-/// # Errors
-/// If `text` is not a power of two up to the most.
-pub fn msaa(text: &str) -> Result<u32, String> {
-    match text.parse::<u32>() {
-        Ok(samples) if samples.is_power_of_two() && samples <= MOST_MULTISAMPLES => Ok(samples),
-        _ => Err("the geometry has 1, 2, 4 or 8 samples in a pixel".to_owned()),
-    }
-}
-
-/// Samples along the edge of a tile of waves.
-///
-/// # Errors
-/// If `text` is not 64, 128, 256 or 512.
-pub fn fft(text: &str) -> Result<u32, String> {
-    match text.parse::<u32>() {
-        Ok(samples) if samples.is_power_of_two() && (64..=512).contains(&samples) => Ok(samples),
-        _ => Err("a tile of waves has 64, 128, 256 or 512 samples".to_owned()),
-    }
-}
-
-/// Beckmann roughness.
-///
-/// # Errors
-/// If `text` is no number above 0, up to 1.
-pub fn roughness(text: &str) -> Result<f32, String> {
-    positive(text).and_then(|v| if v <= 1.0 { Ok(v) } else { Err("roughness is above 0, up to 1".to_owned()) })
-}
-
-/// A whole number from `low` to `high`.
-///
-/// # Errors
-/// If `text` is no such number.
-pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
-    match text.parse::<T>() {
-        Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
-        _ => Err(format!("a whole number from {low} to {high}")),
-    }
-}
-
-/// Metres after which maps repeat.
-///
-/// # Errors
-/// If `text` is no number from 0.01 to 1000: coordinates of smaller repeats have too few bits on a plane of 8 m.
-pub fn repeat(text: &str) -> Result<f32, String> {
-    within(text, 0.01, 1000.0).map(|metres| metres as f32).map_err(|form| format!("maps repeat after metres: {form}"))
-}
-
-/// A part of a whole.
-///
-/// # Errors
-/// If `text` is no number from 0 to 1.
-pub fn share(text: &str) -> Result<f32, String> {
-    finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be 0 to 1".to_owned()) })
-}
-
-/// A number from `low` to `high`.
-///
-/// # Errors
-/// If `text` is no such number.
-pub fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (low..=high).contains(&value) => Ok(value),
-        _ => Err(format!("a number from {low} to {high}")),
     }
 }
 
@@ -302,9 +108,6 @@ impl Serialize for Rate {
 }
 
 /// Distances to the target from the first frame to the last, metres, written `NEAR..FAR`.
-///
-/// # Errors
-/// If `text` is not two numbers above 0.
 pub fn sweep(text: &str) -> Result<Sweep, String> {
     let (near, far) = text.split_once("..").ok_or("a sweep is NEAR..FAR in metres, such as 5..100")?;
     Ok(Sweep { near: positive(near)?, far: positive(far)? })
@@ -404,29 +207,11 @@ impl FromStr for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadr_scenes::light::{EnvironmentChoice, SunDirection};
-    use leadr_scenes::view::Size;
 
     fn refused<T: FromStr>(texts: &[&str]) {
         for text in texts {
             assert!(text.parse::<T>().is_err(), "'{text}' must be refused");
         }
-    }
-
-    #[test]
-    fn sizes() {
-        assert_eq!("1x1".parse(), Ok(Size { width: 1, height: 1 }));
-        for text in ["1280x720", "1280X720", "1280×720"] {
-            assert_eq!(text.parse(), Ok(Size { width: 1280, height: 720 }), "{text}");
-        }
-        assert_eq!(serde_json::to_string(&Size { width: 3, height: 2 }).unwrap(), "[3,2]");
-        refused::<Size>(&["0x0", "0x5", "5x0", "5", "x", "-1x5", "5x5x5", "16385x1", "16384x16384", "99999999999x1"]);
-    }
-
-    #[test]
-    fn suns() {
-        assert_eq!("-30,45".parse(), Ok(SunDirection { azimuth: -30.0, elevation: 45.0 }));
-        refused::<SunDirection>(&["", "1", "nan,1", "1,inf", "0,91", "400,1", "1,2,3"]);
     }
 
     #[test]
@@ -453,40 +238,5 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4].map(at), [20.0, 50.0, 80.0, 50.0, 20.0]);
         assert_eq!("0.3".parse::<Split>().unwrap().at(1, 2), 0.3);
         refused::<Split>(&["", "2", "0.1..", "0.1..1.1", "a..b", "0..1..0"]);
-    }
-
-    #[test]
-    fn files_are_known_by_their_extension() {
-        assert_eq!("a.HDR".parse(), Ok(EnvironmentChoice::File("a.HDR".into())));
-        assert_eq!("sky".parse(), Ok(EnvironmentChoice::Sky));
-        refused::<EnvironmentChoice>(&["a.png", "Sky", ""]);
-        assert_eq!("a.json".parse(), Ok(CameraChoice::File("a.json".into())));
-        refused::<CameraChoice>(&[
-            "close",
-            "a.txt",
-            "",
-            "1,2,3",
-            "1,2:3,4,5",
-            "1,2,3:1,2,3",
-            "1,2,3:0,0,0:200",
-            "1,2,x:0,0,0",
-        ]);
-        let pose = |text: &str| match text.parse() {
-            Ok(CameraChoice::Pose(pose)) => (pose.position, pose.target, pose.fov_degrees),
-            other => panic!("{other:?}"),
-        };
-        assert_eq!(pose("1,-2,3:0,0,0.5"), ([1.0, -2.0, 3.0], [0.0, 0.0, 0.5], 35.0));
-        assert_eq!(pose("1,-2,3:0,0,0.5:50").2, 50.0);
-    }
-
-    #[test]
-    fn numbers() {
-        assert_eq!(atlas_tile("64"), Ok(64));
-        assert!(["0", "4", "65", "256", "x"].iter().all(|t| atlas_tile(t).is_err()));
-        assert!(["0", "-1", "1.5", "nan"].iter().all(|t| roughness(t).is_err()));
-        assert!(hour("24").is_ok() && hour("24.1").is_err() && hour("-1").is_err());
-        assert!(within("nan", 0.0, 1.0).is_err() && within("41", 1.0, 40.0).is_err());
-        assert!(within("40", 1.0, 40.0).is_ok());
-        assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
     }
 }

@@ -44,7 +44,7 @@ impl Look {
     /// Whether it integrates on the paper's grid.
     #[must_use]
     pub fn is_grid(&self) -> bool {
-        self.shading.integral().is_some_and(|integral| matches!(integral.quadrature, Quadrature::Grid(_)))
+        matches!(self.shading.quadrature(), Some(Quadrature::Grid(_)))
     }
 
     /// LEADR with the rules that the program uses by default.

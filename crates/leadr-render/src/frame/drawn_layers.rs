@@ -76,8 +76,10 @@ impl Renderer {
     /// not shaded.
     #[must_use]
     pub fn sky_probes(&self) -> Vec<SkyProbe> {
-        let shaded =
-            self.last.as_ref().is_some_and(|last| last.settings.shading.sky_occlusion() && last.settings.shadows);
+        let shaded = self
+            .last
+            .as_ref()
+            .is_some_and(|last| last.settings.shading.options().sky_occlusion && last.settings.shadows);
         if shaded { self.sky.probes() } else { Vec::new() }
     }
 

@@ -101,7 +101,7 @@ impl Renderer {
         // One walk over the grid for the visible normals, one for the environment, one per light.
         let suns = suns_of(state, &self.environment).count();
         let walks = 2 + (suns + state.point_lights.len()) as u32;
-        match settings.shading.integral().map(|integral| integral.quadrature) {
+        match settings.shading.quadrature() {
             Some(Quadrature::Grid(grid)) if grid * grid * walks >= limit => {
                 let fault =
                     format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
@@ -183,7 +183,8 @@ impl Renderer {
             FilterInto::GBuffer => Some(self.pipelines.shade(&self.gpu, kind)?),
             FilterInto::Radiance(_) => None,
         };
-        let sky = if kind.shading.sky_occlusion() { self.sky.around(&self.gpu, &casters(surfaces))? } else { None };
+        let sky =
+            if kind.shading.options().sky_occlusion { self.sky.around(&self.gpu, &casters(surfaces))? } else { None };
         let behind = self.pipelines.sky(&self.gpu, settings.msaa > 1)?;
         Ok(Light::Mapped { shadows, sky, shade, behind })
     }

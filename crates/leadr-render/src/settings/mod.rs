@@ -1,14 +1,17 @@
 //! The settings that a picture is made with.
 
+pub mod numbers;
+mod option;
 mod shading;
+mod shading_options;
 mod technique;
 mod terms;
 
 use glam::Vec2;
 
-pub use self::shading::{
-    BaseFrame, DiffuseLights, Filtering, Integral, Probes, Quadrature, Reflection, Shading, ShadingOptions,
-};
+pub use self::option::{Json, Named, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
+pub use self::shading::{BaseFrame, DiffuseLights, Probes, Quadrature, Shading};
+pub use self::shading_options::{ShadingOption, ShadingOptions, Subject};
 pub use self::technique::{Needs, Technique};
 pub use self::terms::Terms;
 use super::constants::MOST_MULTISAMPLES;
@@ -76,13 +79,13 @@ impl RenderSettings {
     /// Edge samples per sample; `None` where there is only the sample itself.
     #[must_use]
     pub fn edges(&self) -> Option<u32> {
-        self.shading.edge_samples()
+        Some(self.shading.options().edge_samples).filter(|samples| *samples > 1)
     }
 
     /// Whether the relief casts shadows on itself.
     #[must_use]
     pub fn shadows_of_relief(&self) -> bool {
-        self.shading.relief_shadows()
+        self.shading.options().relief_shadows
     }
 
     /// Offset of sample `index` from the middle of its pixel, in pixels.

@@ -4,6 +4,7 @@
 //! a constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys,
 //! report and bench read the table. Shaders are told what a technique needs ([`Needs`]), never which one it is.
 
+use super::shading_options::ShadingOptions;
 use leadr_gpu::SpecValue;
 use leadr_shaders::families;
 
@@ -221,7 +222,7 @@ impl Technique {
         self.row().family != Family::Unlit
     }
 
-    /// Whether it integrates over the visible slopes ([`Integral`](super::Integral)).
+    /// Whether it integrates over the visible slopes.
     #[must_use]
     pub fn integrates(self) -> bool {
         self.row().family == Family::Leadr
@@ -276,17 +277,17 @@ impl Technique {
         self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
     }
 
-    /// Its needs, with or without the pixel kernel, the relief's occlusion and its colours, where it has them.
-    pub(super) fn needs(self, pixel_kernel: bool, relief_occlusion: bool, relief_color: bool) -> Needs {
+    /// Its needs with these options.
+    pub(super) fn needs(self, options: ShadingOptions) -> Needs {
         let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
             family,
             slopes,
             ggx,
-            kernel: has_kernel && pixel_kernel,
-            tilt: family == Family::Leadr && (pixel_kernel || !has_kernel),
-            horizon: family == Family::Leadr && relief_occlusion,
-            relief_color: self.has_relief_color() && relief_color,
+            kernel: has_kernel && options.pixel_kernel,
+            tilt: family == Family::Leadr && (options.pixel_kernel || !has_kernel),
+            horizon: family == Family::Leadr && options.relief_occlusion,
+            relief_color: self.has_relief_color() && options.relief_color,
         }
     }
 }
@@ -346,13 +347,12 @@ mod tests {
 
     #[test]
     fn settings_change_only_the_techniques_that_have_them() {
+        let off = ShadingOptions { pixel_kernel: true, relief_occlusion: false, ..Default::default() };
         for technique in Technique::ALL {
-            let differs = technique.needs(true, true, true) != technique.needs(false, true, true);
-            assert_eq!(differs, technique.has_pixel_kernel(), "{technique:?}");
-            let differs = technique.needs(true, true, true) != technique.needs(true, false, true);
-            assert_eq!(differs, technique.integrates(), "{technique:?}");
-            let differs = technique.needs(true, true, true) != technique.needs(true, true, false);
-            assert_eq!(differs, technique.has_relief_color(), "{technique:?}");
+            let differs = |options| technique.needs(options) != technique.needs(off);
+            assert_eq!(differs(ShadingOptions { pixel_kernel: false, ..off }), technique.has_pixel_kernel());
+            assert_eq!(differs(ShadingOptions { relief_occlusion: true, ..off }), technique.integrates());
+            assert_eq!(differs(ShadingOptions { relief_color: true, ..off }), technique.has_relief_color());
         }
     }
 }

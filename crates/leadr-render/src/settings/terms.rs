@@ -1,5 +1,7 @@
 //! Which light a picture contains.
 
+use std::fmt;
+
 use crate::constants;
 
 /// The parts of the light transport that a picture contains: a set.
@@ -51,6 +53,21 @@ impl Terms {
         self.0
     }
 
+    /// `all`, or the terms of these names, with commas between.
+    ///
+    /// # Errors
+    /// A name that is no term.
+    pub fn named(text: &str) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Self::ALL);
+        }
+        text.split(',').try_fold(Self::NONE, |terms, name| {
+            let term = Self::NAMES.iter().find(|(_, known)| *known == name.trim()).map(|(term, _)| *term);
+            let known = Self::ALL.names().collect::<Vec<_>>().join(", ");
+            Ok(terms | term.ok_or(format!("'{name}' is not a term: use all, or some of {known}"))?)
+        })
+    }
+
     /// The names of its members.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Self::NAMES.into_iter().filter(move |(term, _)| self.contains(*term)).map(|(_, name)| name)
@@ -62,5 +79,12 @@ impl std::ops::BitOr for Terms {
 
     fn bitor(self, other: Self) -> Self {
         Self(self.0 | other.0)
+    }
+}
+
+impl fmt::Display for Terms {
+    /// As [`named`](Self::named) reads it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if *self == Self::ALL { f.write_str("all") } else { f.write_str(&self.names().collect::<Vec<_>>().join(",")) }
     }
 }

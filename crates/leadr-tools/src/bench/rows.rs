@@ -44,7 +44,7 @@ pub struct Measured {
 impl Row {
     /// Where it integrates over slopes; techniques that look at one slope are a grid of one.
     fn quadrature(&self) -> Quadrature {
-        self.settings.shading.integral().map_or(Quadrature::Grid(1), |integral| integral.quadrature)
+        self.settings.shading.quadrature().unwrap_or(Quadrature::Grid(1))
     }
 
     /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
@@ -62,7 +62,8 @@ impl Row {
     /// The shadowing model; none for techniques that look at one slope.
     #[must_use]
     pub fn shadowing(&self) -> &'static str {
-        self.settings.shading.integral().map_or(Shadowing::None, |integral| integral.shadowing).name()
+        let shading = self.settings.shading;
+        if shading.technique().integrates() { shading.options().shadowing } else { Shadowing::None }.name()
     }
 
     /// Whether the whole frame is of interest, with its triangles and the processor's time, and not its pixels alone.

@@ -6,7 +6,7 @@ use super::rounds::TOTAL;
 use super::rows::Row;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::{Quadrature, RenderSettings, Technique, Terms};
-use leadr_scenes::config::SceneConfig;
+use leadr_scenes::config::{Picture, SceneConfig};
 use leadr_scenes::registry::{Choice, Scene};
 use leadr_scenes::view::{Size, View};
 
@@ -91,7 +91,6 @@ const USUAL_TRIANGLES: f32 = 4.0;
 
 /// A row of a scene, compared with the row `base` of the same table by the time of all passes.
 pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table, name, base]: [String; 3]) -> Row {
-    let shading = technique.with(config.shading.options());
     // Jittered, so that every round of a reference draws another of its samples.
     let samples = if technique.is_reference() { 64 } else { 1 };
     Row {
@@ -103,7 +102,8 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
         compared: TOTAL,
         paper_ms: None,
         state,
-        settings: SceneConfig { shading, samples, ..config.clone() }.render_settings(),
+        settings: SceneConfig { picture: Picture { technique, samples, ..config.picture }, ..config.clone() }
+            .render_settings(),
         sun_hours: 0.0,
         forward: None,
     }
@@ -182,7 +182,7 @@ pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
     let divided = |triangle_pixels: f32| {
         let names =
             [format!("{} by size of triangles", config.scene.name), name(triangle_pixels), name(USUAL_TRIANGLES)];
-        let config = SceneConfig { triangle_pixels, ..config.clone() };
+        let config = SceneConfig { picture: Picture { triangle_pixels, ..config.picture }, ..config.clone() };
         row(&config, only.unwrap_or(Technique::Leadr), state.clone(), names)
     };
     TRIANGLES.map(divided).into()

@@ -10,12 +10,12 @@ use leadr_gpu::{Gpu, GpuError, GpuOptions};
 /// Which device, and how closely it is watched.
 #[derive(Clone, Debug, Default, Args, Serialize)]
 pub struct DeviceArgs {
-    /// Vulkan device, by part of its name or by index
-    #[arg(long, value_name = "NAME|INDEX")]
+    /// Use this Vulkan device, by part of its name or by index
+    #[arg(long, help_heading = "Device", value_name = "NAME|INDEX")]
     #[serde(skip)]
     pub device: Option<String>,
     /// Turn the Vulkan validation layers on; any message is an error
-    #[arg(long)]
+    #[arg(long, help_heading = "Device", hide_short_help = true)]
     pub validation: bool,
 }
 

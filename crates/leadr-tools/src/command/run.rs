@@ -13,10 +13,10 @@ use super::output::{self, Output};
 #[derive(Clone, Copy, Debug, Args)]
 pub struct OutputArgs {
     /// Print the result as one JSON object on stdout
-    #[arg(long, global = true, display_order = 900)]
+    #[arg(long, global = true, help_heading = "Output", display_order = 900)]
     pub json: bool,
     /// Print neither progress nor the result as text; errors and --json remain
-    #[arg(long, short, global = true, display_order = 901)]
+    #[arg(long, short, global = true, help_heading = "Output", display_order = 901)]
     pub quiet: bool,
 }
 

@@ -1,11 +1,10 @@
 //! What the user of the window has chosen about the picture, apart from where it is seen from and when.
 
-use leadr_maps::tonemap::Tonemap;
 use leadr_render::frame::Layer;
 use leadr_render::light::sky::Sky;
 use leadr_render::scene::FrameState;
-use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
-use leadr_render::surfaces::tessellation::TessellationSettings;
+use leadr_render::settings::{RenderSettings, Technique};
+use leadr_scenes::config::Picture;
 use leadr_scenes::deform;
 use leadr_scenes::light::SunDirection;
 
@@ -15,24 +14,10 @@ const REFERENCE_SAMPLES: u32 = 256;
 /// Choices about the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choices {
-    /// The technique of the picture, or of its left side.
-    pub technique: Technique,
-    /// Its options. Those that a technique lacks are kept for the next one that has them.
-    pub options: ShadingOptions,
+    /// How the scene is drawn; by its technique on the left of two sides.
+    pub picture: Picture,
     /// Another technique beside it.
     pub compare: Option<Compare>,
-    /// Samples of a still picture.
-    pub samples: u32,
-    /// Pixels for a triangle.
-    pub triangle_pixels: f32,
-    /// Factor on all heights.
-    pub height_scale: f32,
-    /// Factor by which everything is wider along x and lower along z.
-    pub stretch: f32,
-    /// Stops beyond what suits the sun.
-    pub exposure: f32,
-    /// How light becomes that of the screen.
-    pub tonemap: Tonemap,
     /// Where the sun is, if not where the scene has it.
     pub sun: Option<SunDirection>,
     /// What of the picture is shown.
@@ -91,44 +76,22 @@ impl Look {
 }
 
 impl Choices {
-    /// What a picture with these settings has, `exposure` stops brighter.
+    /// Draws so.
     #[must_use]
-    pub fn new(settings: &RenderSettings, exposure: f32) -> Self {
-        Self {
-            technique: settings.shading.technique(),
-            options: settings.shading.options(),
-            compare: None,
-            samples: settings.samples,
-            triangle_pixels: settings.tessellation.pixels_per_triangle,
-            height_scale: 1.0,
-            stretch: 1.0,
-            exposure,
-            tonemap: Tonemap::SHOWN,
-            sun: None,
-            look: Look::Picture,
-        }
-    }
-
-    /// How surfaces are shaded.
-    #[must_use]
-    pub fn shading(&self) -> Shading {
-        self.technique.with(self.options)
+    pub fn new(picture: Picture) -> Self {
+        Self { picture, compare: None, sun: None, look: Look::Picture }
     }
 
     /// The settings of the picture, or of both its sides, in place of those in `base`.
     #[must_use]
     pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
-        let pixels_per_triangle = self.triangle_pixels;
-        let tessellation = TessellationSettings { pixels_per_triangle, ..base.tessellation };
-        let side = |technique: Technique, samples: u32| {
-            RenderSettings { samples, tessellation, ..*base }.shaded_by(technique.with(self.options))
-        };
+        let side = |technique: Technique, samples: u32| Picture { technique, samples, ..self.picture }.settings(base);
+        let Picture { technique, samples: chosen, .. } = self.picture;
         // What is read back is that of one sample.
-        let samples = if self.look.layer().is_some() { 1 } else { self.samples };
-        let own = side(self.technique, samples);
+        let own = side(technique, if self.look.layer().is_some() { 1 } else { chosen });
         let other = self.compare.filter(|_| self.look == Look::Picture).map(|compare| {
             let reference = compare.technique.is_reference();
-            side(compare.technique, if reference { REFERENCE_SAMPLES.max(self.samples) } else { self.samples })
+            side(compare.technique, if reference { REFERENCE_SAMPLES.max(chosen) } else { chosen })
         });
         std::iter::once(own).chain(other).collect()
     }
@@ -145,8 +108,8 @@ impl Choices {
 
     /// Changes the state of the scene.
     pub fn apply(&self, state: &mut FrameState) {
-        state.height_scale *= self.height_scale;
-        deform::stretch(state, self.stretch);
+        state.height_scale *= self.picture.height_scale;
+        deform::stretch(state, self.picture.stretch);
         if let (Some(sun), Some(sky)) = (self.sun, state.sky) {
             *state = state.clone().under(&Sky { sun_direction: sun.vector(), ..sky });
         }
@@ -161,7 +124,7 @@ mod tests {
     #[test]
     fn the_reference_beside_a_technique_gathers_samples_of_its_own() {
         let base = RenderSettings { samples: 4, msaa: 4, ..Default::default() };
-        let mut choices = Choices::new(&base, 0.0);
+        let mut choices = Choices::new(Picture::of(&base));
         assert_eq!(choices.sides(&base), [base]);
         choices.compare = Some(Compare { technique: Technique::Reference, ..Default::default() });
         let [own, other] = choices.sides(&base).try_into().expect("two sides");
@@ -177,9 +140,8 @@ mod tests {
     #[test]
     fn the_sun_goes_where_it_is_put() {
         let camera = leadr_render::camera::Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
-        let mut choices = Choices::new(&RenderSettings::default(), 0.0);
-        choices.height_scale = 2.0;
-        choices.stretch = 1.5;
+        let mut choices = Choices::new(Picture::default());
+        (choices.picture.height_scale, choices.picture.stretch) = (2.0, 1.5);
         choices.sun = Some(SunDirection { azimuth: 90.0, elevation: 0.0 });
         let mut state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
         choices.apply(&mut state);

@@ -20,10 +20,11 @@ use layout::Layout;
 use leadr_gpu::Gpu;
 use leadr_gpu::shader_watch::{Change, ShaderWatch};
 use leadr_maps::save::save_png_srgb8;
-use leadr_maps::tonemap::{Tonemap, display_image};
+use leadr_maps::tonemap::display_image;
 use leadr_maps::{Rgb8Image, RgbImage};
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
+use leadr_scenes::config::Picture;
 use leadr_scenes::daylight;
 use leadr_scenes::light::{EnvironmentChoice, SunDirection};
 use leadr_tools::bench::MemorySample;
@@ -64,14 +65,8 @@ pub struct WindowOptions {
     pub title: String,
     /// Moment at which the animation starts, seconds.
     pub time: f64,
-    /// Stops beyond what suits the scene's sun.
-    pub exposure: f32,
-    /// How light becomes that of the screen.
-    pub tonemap: Tonemap,
-    /// Factor on all heights at first.
-    pub height_scale: f32,
-    /// Factor by which everything is wider along x and lower along z at first.
-    pub stretch: f32,
+    /// How the scene is drawn at first, if not by the [`RenderSettings`].
+    pub picture: Option<Picture>,
     /// Screenshots go to this path, with `-1.png`, `-2.png`, … appended; existing files stay.
     pub screenshots: PathBuf,
     /// Closes after this many frames; `None` leaves that to the user.
@@ -92,10 +87,7 @@ impl Default for WindowOptions {
         Self {
             title,
             time: 0.0,
-            exposure: 0.0,
-            tonemap: Tonemap::SHOWN,
-            height_scale: 1.0,
-            stretch: 1.0,
+            picture: None,
             screenshots,
             frames: None,
             kept: KeptQuality::default(),
@@ -142,8 +134,7 @@ pub fn run(
     program: &mut dyn Program,
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
-    let WindowOptions { tonemap, height_scale, stretch, exposure, .. } = options;
-    let choices = Choices { tonemap, height_scale, stretch, ..Choices::new(&settings, exposure) };
+    let choices = Choices::new(options.picture.unwrap_or_else(|| Picture::of(&settings)));
     let mut viewer = Viewer::new(show.orbit, options.time, choices, show.sweep);
     viewer.scene_moves = show.moves();
     let pace = Pace::on(show.renderer.gpu(), options.kept);
@@ -287,7 +278,7 @@ impl App<'_> {
             self.viewer.choices.apply(&mut state);
             daylight::pass(&mut state, self.viewer.sun_hours);
             self.sun = state.sky.as_ref().map(|sky| SunDirection::of(sky.sun_direction));
-            self.exposure = self.viewer.choices.exposure.exp2() * state.exposure();
+            self.exposure = self.viewer.choices.picture.exposure.exp2() * state.exposure();
             state
         });
         if changed {
@@ -304,7 +295,7 @@ impl App<'_> {
             sides: &sides,
             pace: &self.pace,
             exposure: self.exposure,
-            tonemap: self.viewer.choices.tonemap,
+            tonemap: self.viewer.choices.picture.tonemap,
             split,
             panel: painted,
         })?;
@@ -376,7 +367,7 @@ impl App<'_> {
             sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
             roughness: self.program.roughness(),
             worn: self.program.worn(),
-            stretches: self.program.stretches(),
+            offers: &|choice| self.program.offers(choice),
             device: &device,
             fps: open.clock.fps(),
             passes: open.painter.times(),
@@ -393,7 +384,10 @@ impl App<'_> {
                     let choice = self.surroundings.choice(number);
                     self.surround(choice)?;
                 }
-                Request::Roughness(alpha) => self.remake(|program, gpu| program.roughen(gpu, alpha))?,
+                Request::Roughness(alpha) => {
+                    let alpha = alpha.map(|alpha| alpha.to_string());
+                    self.remake(|program, gpu| program.remake(gpu, "--roughness", alpha))?;
+                }
                 Request::OwnMaterial => self.remake(|program, gpu| program.wear(gpu, None))?,
                 Request::View(number) => {
                     if let Some(orbit) = self.views.and_then(|views| views.get(number).copied()) {
@@ -402,6 +396,13 @@ impl App<'_> {
                     }
                 }
             }
+        }
+        let options = &mut self.viewer.choices.picture.options;
+        if options.relief_color && !self.program.keeps_relief_color() {
+            // Stays off if that fails.
+            options.relief_color = false;
+            self.remake(|program, gpu| program.remake(gpu, "--relief-color", Some("on".to_owned())))?;
+            self.viewer.choices.picture.options.relief_color = self.program.keeps_relief_color();
         }
         Ok(painted)
     }
@@ -421,7 +422,7 @@ impl App<'_> {
         if open.difference.wants(samples)
             && let Ok([left, right]) = <[RgbImage; 2]>::try_from(open.painter.pictures()?)
         {
-            open.difference.begin(left, right, self.exposure, self.viewer.choices.tonemap, samples);
+            open.difference.begin(left, right, self.exposure, self.viewer.choices.picture.tonemap, samples);
         }
         Ok(())
     }
@@ -620,7 +621,7 @@ impl App<'_> {
             .painter
             .pictures()?
             .iter()
-            .map(|picture| display_image(picture, self.exposure, self.viewer.choices.tonemap))
+            .map(|picture| display_image(picture, self.exposure, self.viewer.choices.picture.tonemap))
             .collect();
         let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
         let Some(picture) = side_by_side(pictures, split) else { return Ok(()) };
@@ -816,7 +817,7 @@ mod tests {
             up: [0.0, 0.0, 1.0],
             fov_degrees: 40.0,
         };
-        let choices = Choices::new(&RenderSettings::default(), 0.0);
+        let choices = Choices::new(Picture::of(&RenderSettings::default()));
         let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, choices, None);
         viewer.act(Action::Pause);
         viewer.act(Action::Technique(Technique::Lean));

@@ -9,6 +9,7 @@ use crate::app::demo::orbit::Orbit;
 use leadr_gpu::Gpu;
 use leadr_render::frame::Renderer;
 use leadr_render::scene::FrameState;
+use leadr_scenes::registry::Choice;
 use leadr_scenes::set::Set;
 use leadr_scenes::stage::Sweep;
 use leadr_scenes::view::CameraPose;
@@ -84,11 +85,14 @@ pub trait Program {
     /// The roughness of what is shown.
     fn roughness(&self) -> Roughness;
 
-    /// Whether what is shown can be stretched.
-    fn stretches(&self) -> bool;
+    /// Whether what is shown offers a choice.
+    fn offers(&self, choice: Choice) -> bool;
 
-    /// Makes the scene that is shown with another roughness, Beckmann alpha above 0, up to 1, or its own.
-    fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError>;
+    /// Makes the scene that is shown again with a flag said anew, or no longer.
+    fn remake(&mut self, gpu: &Arc<Gpu>, flag: &str, value: Option<String>) -> Result<Show, AppError>;
+
+    /// Whether what is shown keeps what colours that follow the relief take.
+    fn keeps_relief_color(&self) -> bool;
 
     /// What the surfaces that are shown are made of.
     fn worn(&self) -> Worn;
@@ -126,12 +130,16 @@ impl Program for OneScene {
         Roughness::Fixed
     }
 
-    fn stretches(&self) -> bool {
-        false
+    fn offers(&self, choice: Choice) -> bool {
+        matches!(choice, Choice::Objects | Choice::Relief)
     }
 
-    fn roughen(&mut self, _gpu: &Arc<Gpu>, _alpha: Option<f32>) -> Result<Show, AppError> {
+    fn remake(&mut self, _gpu: &Arc<Gpu>, _flag: &str, _value: Option<String>) -> Result<Show, AppError> {
         Err(AppError::Usage("this program shows its scene as it is".to_owned()))
+    }
+
+    fn keeps_relief_color(&self) -> bool {
+        true
     }
 
     fn worn(&self) -> Worn {

@@ -6,6 +6,7 @@ use super::choices::{Choices, Compare};
 use crate::app::demo::orbit::Orbit;
 use leadr_render::camera::Camera;
 use leadr_render::settings::{Probes, Quadrature, Shading, Technique};
+use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::stage::Sweep;
 
@@ -126,7 +127,7 @@ impl Viewer {
     #[must_use]
     pub fn new(orbit: Orbit, time: f64, choices: Choices, sweep: Option<Sweep>) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
-        let other_rule = match choices.options.quadrature {
+        let other_rule = match choices.picture.options.quadrature {
             Quadrature::Grid(_) => Quadrature::VisibleSlopes(Probes::Sixteen),
             Quadrature::VisibleSlopes(_) => Quadrature::Grid(5),
         };
@@ -155,13 +156,14 @@ impl Viewer {
     /// How surfaces are shaded.
     #[must_use]
     pub fn shading(&self) -> Shading {
-        self.choices.shading()
+        self.choices.picture.shading()
     }
 
     /// Begins again with another scene, in which what was chosen about the picture stays.
     pub fn enter(&mut self, orbit: Orbit, sweep: Option<Sweep>, scene_moves: bool) {
         let (choices, other_rule, other_compare) = (self.choices.clone(), self.other_rule, self.other_compare);
-        let choices = Choices { sun: None, height_scale: 1.0, stretch: 1.0, ..choices };
+        let picture = Picture { height_scale: 1.0, stretch: 1.0, ..choices.picture };
+        let choices = Choices { picture, sun: None, ..choices };
         *self = Self { other_rule, other_compare, scene_moves, ..Self::new(orbit, 0.0, choices, sweep) };
     }
 
@@ -223,9 +225,9 @@ impl Viewer {
                 (self.sun_hours, self.sun_pace) = (0.0, 0);
                 self.paused = false;
             }
-            Action::Technique(technique) => self.choices.technique = technique,
-            Action::Rule => std::mem::swap(&mut self.choices.options.quadrature, &mut self.other_rule),
-            Action::Shadowing => self.choices.options.shadowing = self.choices.options.shadowing.next(),
+            Action::Technique(technique) => self.choices.picture.technique = technique,
+            Action::Rule => std::mem::swap(&mut self.choices.picture.options.quadrature, &mut self.other_rule),
+            Action::Shadowing => self.choices.picture.options.shadowing = self.choices.picture.options.shadowing.next(),
             Action::Compare => match self.choices.compare.take() {
                 Some(compare) => self.other_compare = compare,
                 None => self.choices.compare = Some(self.other_compare),
@@ -354,7 +356,7 @@ mod tests {
     fn viewer() -> Viewer {
         let pose =
             CameraPose { position: [6.0, -8.0, 5.0], target: [0.0, 0.0, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 40.0 };
-        let choices = Choices::new(&RenderSettings::default(), 0.0);
+        let choices = Choices::new(Picture::of(&RenderSettings::default()));
         Viewer::new(Orbit::new(&pose), 1.0, choices, Some(Sweep { near: 2.0, far: 50.0 }))
     }
 

@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use egui::{ComboBox, Slider, Ui};
+use egui::{ComboBox, Slider, SliderClamping, Ui};
 
 use super::facts::{Facts, Request};
 use crate::app::demo::window::choices::{Compare, Look};
 use crate::app::demo::window::show::{Roughness, Worn};
 use crate::app::demo::window::viewer::{Action, Viewer};
-use leadr_maps::tonemap::Tonemap;
-use leadr_reflectance::masking::shadowing::Shadowing;
-use leadr_render::settings::{Probes, Quadrature, Technique, Terms};
-use leadr_scenes::deform::FACTORS;
+use leadr_render::settings::{self, Panel, Probes, Quadrature, Technique, Terms, Value, headings};
+use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
+use leadr_scenes::options::{SceneOption, Sets};
 
 /// Seconds on the timeline; it grows as time goes on.
 const TIMELINE: f64 = 30.0;
@@ -26,11 +25,70 @@ pub type Sections = BTreeMap<String, bool>;
 pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut Sections, requests: &mut Vec<Request>) {
     ui.add_space(6.0);
     scene(ui, facts, requests);
-    section(ui, "Technique", true, sections, |ui| technique(ui, viewer));
+    section(ui, "Technique", true, sections, |ui| technique(ui, viewer, facts));
     section(ui, "Side by side", true, sections, |ui| compare(ui, viewer));
     section(ui, "Camera and time", true, sections, |ui| view(ui, viewer, requests));
     section(ui, "Light", true, sections, |ui| light(ui, viewer, facts));
     section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts, requests));
+}
+
+/// The controls of the options under a heading that the scene and the technique have.
+fn options(ui: &mut Ui, heading: &str, picture: &mut Picture, facts: &Facts<'_>) {
+    let under = |option: &&SceneOption| option.spec.heading == heading && option.spec.panel == Panel::Control;
+    for option in SceneOption::all().iter().filter(under) {
+        if option.choice.is_some_and(|choice| !(facts.offers)(choice)) {
+            continue;
+        }
+        match &option.sets {
+            Sets::Picture(value) => control(ui, option, value, picture),
+            Sets::Shading(row) if row.applies_to(picture.technique) => {
+                control(ui, option, &row.value, &mut picture.options);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The control of an option.
+fn control<C: Copy>(ui: &mut Ui, option: &SceneOption, value: &Value<C>, config: &mut C) {
+    let label = option.spec.label();
+    let response = match value {
+        Value::Switch(at) => ui.checkbox(at(config), label),
+        Value::Flag(at, given) => {
+            let mut on = *at(config) == *given;
+            let response = ui.checkbox(&mut on, label);
+            *at(config) = on == *given;
+            response
+        }
+        Value::Number(at, _, look) => {
+            let [least, most] = look.ends;
+            ui.add(shown_as(Slider::new(at(config), least..=most), look).text(label))
+        }
+        Value::Count(at, _, look) => {
+            let [least, most] = look.ends.map(|end| end as u32);
+            ui.add(shown_as(Slider::new(at(config), least..=most), look).text(label))
+        }
+        Value::Name(at) => {
+            let chosen = at(config);
+            named(ui, &label, chosen.name(), |ui| {
+                for (name, help) in chosen.names() {
+                    if ui.selectable_label(name == chosen.name(), name).on_hover_text(help).clicked() {
+                        // Every name of the list is understood.
+                        _ = chosen.choose(name);
+                    }
+                }
+            })
+        }
+        // Written in a form of its own, it has a control of its own.
+        Value::Text(_) => return,
+    };
+    response.on_hover_text(option.help());
+}
+
+/// A slider that leaves a value beyond its ends alone until it is dragged.
+fn shown_as<'a>(slider: Slider<'a>, look: &settings::Slider) -> Slider<'a> {
+    let slider = slider.clamping(SliderClamping::Edits).logarithmic(look.ends[0] > 0.0);
+    slider.suffix(look.unit).custom_formatter(shown(look.decimals))
 }
 
 /// Shows so many decimals. A slider with `fixed_decimals` would round the value itself, which changes it.
@@ -97,45 +155,33 @@ fn techniques(ui: &mut Ui, name: &str, chosen: &mut Technique) {
     .on_hover_text(chosen.help());
 }
 
-fn technique(ui: &mut Ui, viewer: &mut Viewer) {
-    techniques(ui, "drawn by", &mut viewer.choices.technique);
-    let technique = viewer.choices.technique;
-    let options = &mut viewer.choices.options;
-    if technique.integrates() {
+fn technique(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
+    let picture = &mut viewer.choices.picture;
+    techniques(ui, "technique", &mut picture.technique);
+    if picture.technique.integrates() {
+        let chosen = &mut picture.options.quadrature;
         let rules = Probes::ALL.map(Quadrature::VisibleSlopes).into_iter().chain([5, 9, 17].map(Quadrature::Grid));
         let label = |rule: Quadrature| match rule {
             Quadrature::VisibleSlopes(probes) => format!("{} probes", probes.count()),
             Quadrature::Grid(side) => format!("{side} x {side} slopes"),
         };
-        named(ui, "integrals", &label(options.quadrature), |ui| {
+        named(ui, "integrals", &label(*chosen), |ui| {
             for rule in rules {
-                ui.selectable_value(&mut options.quadrature, rule, label(rule));
+                ui.selectable_value(chosen, rule, label(rule));
             }
         })
         .on_hover_text(
-            "At how many slopes the environment is looked up; the paper's grids, or rules for visible slopes (g)",
+            "Slopes at which the environment is looked up: the paper's grids, or rules for visible slopes (g)",
         );
-        named(ui, "visibility", options.shadowing.name(), |ui| {
-            for model in Shadowing::MAIN {
-                ui.selectable_value(&mut options.shadowing, model, model.name());
-            }
-        })
-        .on_hover_text("How facets hide each other from viewer and light (v)");
-        ui.checkbox(&mut options.relief_occlusion, "bumps hide the surroundings");
     }
-    if technique.has_pixel_kernel() {
-        ui.checkbox(&mut options.pixel_kernel, "curvature counts as roughness");
-    }
-    if technique.has_multiscattering() {
-        ui.checkbox(&mut options.multiscattering, "facets light each other");
-    }
-    if technique.is_lit() {
-        ui.checkbox(&mut options.sky_occlusion, "large shapes hide the sky");
+    options(ui, headings::SHADING, picture, facts);
+    if picture.technique.is_lit() {
         ui.horizontal_wrapped(|ui| {
+            let terms = &mut picture.options.terms;
             for (term, name) in Terms::NAMES {
-                let mut on = options.terms.contains(term);
+                let mut on = terms.contains(term);
                 if ui.checkbox(&mut on, name).changed() {
-                    options.terms = if on { options.terms | term } else { options.terms.without(term) };
+                    *terms = if on { *terms | term } else { terms.without(term) };
                 }
             }
         });
@@ -207,9 +253,7 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
             }
         });
     }
-    ui.add(
-        Slider::new(&mut viewer.choices.exposure, -4.0..=4.0).suffix(" EV").custom_formatter(shown(1)).text("exposure"),
-    );
+    options(ui, headings::LIGHT, &mut viewer.choices.picture, facts);
 }
 
 /// The roughness of displaced surfaces. Their maps are made again for it, so only when the slider is let go.
@@ -257,19 +301,8 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut V
     material(ui, &facts.worn, requests);
     roughness(ui, facts.roughness, requests);
     let choices = &mut viewer.choices;
-    ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));
-    if facts.stretches {
-        let slider = Slider::new(&mut choices.stretch, FACTORS).logarithmic(true).custom_formatter(shown(2));
-        ui.add(slider.text("stretch")).on_hover_text("Wider along x and lower along z; the maps stay as they are");
-    }
-    ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px/triangle"));
-    ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples"))
-        .on_hover_text("Of a picture that stands still");
-    named(ui, "tone curve", choices.tonemap.name(), |ui| {
-        for tonemap in Tonemap::ALL {
-            ui.selectable_value(&mut choices.tonemap, tonemap, tonemap.name()).on_hover_text(tonemap.help());
-        }
-    });
+    options(ui, headings::GEOMETRY, &mut choices.picture, facts);
+    options(ui, headings::QUALITY, &mut choices.picture, facts);
     let name = Look::all().find(|(look, _)| *look == choices.look).map_or("", |(_, name)| name);
     named(ui, "show", name, |ui| {
         for (look, name) in Look::all() {
@@ -294,4 +327,84 @@ pub fn buttons(ui: &mut Ui, requests: &mut Vec<Request>) {
             }
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::demo::orbit::Orbit;
+    use crate::app::demo::window::choices::Choices;
+    use egui::{Pos2, RawInput, Rect, Shape, Vec2};
+    use leadr_scenes::view::CameraPose;
+
+    /// Options with controls of their own, and a text of each.
+    const OWN: [(&str, &str); 15] = [
+        ("scene", "scene"),
+        ("environment", "light from"),
+        ("technique", "technique"),
+        ("rule", "integrals"),
+        ("grid", "integrals"),
+        ("probes", "integrals"),
+        ("terms", "specular-lights"),
+        ("camera", "orbit"),
+        ("distance", "zoom out"),
+        ("sun", "azimuth"),
+        ("time-of-day", "let it run"),
+        ("day-length", "let it run"),
+        ("material", "material: drop one here"),
+        ("measured", "material: drop one here"),
+        ("roughness", "roughness"),
+    ];
+
+    /// Texts that the panel shows for a technique.
+    fn texts(technique: Technique) -> Vec<String> {
+        let pose = CameraPose { position: [1.0; 3], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
+        let choices = Choices::new(Picture { technique, ..Picture::default() });
+        let mut viewer = Viewer::new(Orbit::new(&pose), 0.0, choices, None);
+        let facts = Facts {
+            scenes: &["plane".to_owned()],
+            scene: "plane",
+            environments: &["sky".to_owned()],
+            environment: 0,
+            sun: Some([0.0, 45.0]),
+            roughness: Roughness::Own,
+            worn: Worn::Own,
+            offers: &|_| true,
+            device: "",
+            fps: None,
+            passes: &[],
+            samples: (1, 1),
+            pixels: (1, 1),
+            triangles: (0, 0),
+        };
+        let mut sections = Sections::from([("Surface and picture".to_owned(), true)]);
+        let screen = Rect::from_min_size(Pos2::ZERO, Vec2::new(400.0, 4000.0));
+        let input = RawInput { screen_rect: Some(screen), ..RawInput::default() };
+        let mut output =
+            egui::Context::default().run_ui(input, |ui| show(ui, &mut viewer, &facts, &mut sections, &mut Vec::new()));
+        let text = |shape: &egui::epaint::ClippedShape| match &shape.shape {
+            Shape::Text(text) => Some(text.galley.text().to_owned()),
+            _ => None,
+        };
+        output.textures_delta.clear();
+        output.shapes.iter().filter_map(text).collect()
+    }
+
+    #[test]
+    fn every_option_has_a_control_or_a_reason() {
+        let shown: Vec<String> = Technique::ALL.into_iter().flat_map(texts).collect();
+        let own = |name: &str| OWN.iter().find(|(known, _)| *known == name).map(|(_, text)| (*text).to_owned());
+        for option in SceneOption::all() {
+            let name = option.spec.name;
+            let text = match option.spec.panel {
+                Panel::Control => Some(option.spec.label()),
+                Panel::Own => own(name),
+                Panel::Without(reason) => {
+                    assert!(!reason.is_empty() && own(name).is_none(), "--{name}");
+                    continue;
+                }
+            };
+            assert!(text.is_some_and(|text| shown.contains(&text)), "the panel has no control for --{name}: {shown:?}");
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::app::demo::window::show::{Roughness, Worn};
 use crate::app::demo::window::viewer::Action;
+use leadr_scenes::registry::Choice;
 
 /// Frames in the graph of their times.
 pub const HISTORY: usize = 120;
@@ -22,8 +23,8 @@ pub struct Facts<'a> {
     pub roughness: Roughness,
     /// What they are made of.
     pub worn: Worn,
-    /// Whether it can be stretched.
-    pub stretches: bool,
+    /// Whether it offers a choice.
+    pub offers: &'a dyn Fn(Choice) -> bool,
     /// The device.
     pub device: &'a str,
     /// Frames in a second.

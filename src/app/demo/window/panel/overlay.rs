@@ -37,7 +37,7 @@ pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     ui.painter().circle(Pos2::new(x, screen.center().y), 7.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK));
     let top = screen.top() + 8.0;
     if x - left > 60.0 {
-        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, viewer.choices.technique.name());
+        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, viewer.choices.picture.technique.name());
     }
     label(ui, Pos2::new(x + 14.0, top), Align2::LEFT_TOP, compare.technique.name());
 }

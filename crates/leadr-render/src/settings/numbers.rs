@@ -1,0 +1,68 @@
+//! Numbers as they are written on a command line.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A finite number; refuses other text.
+pub fn finite(text: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("'{text}' is not a finite number")),
+    }
+}
+
+/// A finite number above zero; refuses other text.
+pub fn positive(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
+}
+
+/// A finite number of zero or more; refuses other text.
+pub fn not_negative(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
+}
+
+/// A part of a whole; refuses other text.
+pub fn share(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be 0 to 1".to_owned()) })
+}
+
+/// A number from `low` to `high`; refuses other text.
+pub fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => Err(format!("a number from {low} to {high}")),
+    }
+}
+
+/// A whole number from `low` to `high`; refuses other text.
+pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
+    match text.parse::<T>() {
+        Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
+        _ => Err(format!("a whole number from {low} to {high}")),
+    }
+}
+
+/// A power of two from `least` to `most`; refuses other text.
+pub fn power_of_two(text: &str, least: u32, most: u32) -> Result<u32, String> {
+    let known = || (0..32).map(|bit| 1_u32 << bit).filter(|power| (least..=most).contains(power));
+    let sentence = || known().map(|power| power.to_string()).collect::<Vec<_>>().join(", ");
+    text.parse()
+        .ok()
+        .filter(|number| known().any(|power| power == *number))
+        .ok_or_else(|| format!("use one of {}", sentence()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_ends() {
+        assert_eq!(power_of_two("64", 8, 128), Ok(64));
+        assert!(["0", "4", "65", "256", "x"].iter().all(|text| power_of_two(text, 8, 128).is_err()));
+        assert!(
+            within("nan", 0.0, 1.0).is_err() && within("41", 1.0, 40.0).is_err() && within("40", 1.0, 40.0).is_ok()
+        );
+        assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
+    }
+}

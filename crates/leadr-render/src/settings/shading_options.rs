@@ -1,0 +1,240 @@
+//! The table of the options of the shading: the one place where such an option is declared.
+
+use super::numbers::whole;
+use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings};
+use super::shading::{BaseFrame, DiffuseLights, Probes, Quadrature};
+use super::technique::Technique;
+use super::terms::Terms;
+use crate::frame::Layer;
+use crate::named;
+use leadr_maps::tonemap::Tonemap;
+use leadr_reflectance::masking::shadowing::Shadowing;
+
+named! {
+    Technique: Self::ALL;
+    Tonemap: Self::ALL;
+    Layer: Self::ALL;
+    Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
+}
+
+/// What an option needs to see in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// Nothing in particular.
+    Anything,
+    /// Objects: not the waves of a sea.
+    Objects,
+    /// Relief that heights displace.
+    Relief,
+}
+
+/// An option of the shading: a row of [`ShadingOptions::ALL`].
+pub struct ShadingOption {
+    /// What is said about it.
+    pub spec: Spec,
+    /// Where its value lies.
+    pub value: Value<ShadingOptions>,
+    /// The techniques that have it.
+    pub techniques: Techniques,
+    /// What it needs to see in the scene.
+    pub subject: Subject,
+    /// The value that techniques without it accept, because it changes nothing.
+    pub neutral: Option<&'static str>,
+    /// The boolean specialisation constant of `passes/shade/settings.glsl` that says whether it is on.
+    pub(super) constant: Option<&'static str>,
+    /// Its name in JSON for techniques without it, where that is not the default.
+    json_without: Option<&'static str>,
+}
+
+const fn row(spec: Spec, value: Value<ShadingOptions>, techniques: Techniques) -> ShadingOption {
+    let (subject, neutral, constant, json_without) = (Subject::Anything, None, None, None);
+    ShadingOption { spec, value, techniques, subject, neutral, constant, json_without }
+}
+
+const fn shading(name: &'static str, value_name: &'static str, help: &'static str) -> Spec {
+    Spec::new(headings::SHADING, name, value_name, help)
+}
+
+#[rustfmt::skip]
+impl ShadingOption {
+    const fn about(self, subject: Subject) -> Self { Self { subject, ..self } }
+    const fn constant(self, name: &'static str) -> Self { Self { constant: Some(name), ..self } }
+    const fn neutral(self, value: &'static str) -> Self { Self { neutral: Some(value), ..self } }
+}
+
+impl ShadingOption {
+    /// Whether a technique has it.
+    pub fn applies_to(&self, technique: Technique) -> bool {
+        (self.techniques.has)(technique)
+    }
+
+    /// Its value in JSON. Techniques without it have switches off, and else the default.
+    pub fn json(&self, technique: Technique, options: ShadingOptions) -> Option<Json> {
+        match (&self.value, self.json_without) {
+            _ if self.applies_to(technique) => self.value.json(options),
+            (Value::Switch(_) | Value::Flag(..), _) => Some(Json::Bool(false)),
+            (_, Some(name)) => Some(Json::Name(name)),
+            _ => self.value.json(ShadingOptions::default()),
+        }
+    }
+}
+
+const fn techniques(has: fn(Technique) -> bool, which: &'static str) -> Techniques {
+    Techniques { has, which }
+}
+
+const LIT: Techniques = techniques(Technique::is_lit, "with light");
+const INTEGRALS: Techniques = techniques(Technique::integrates, "that integrate over slopes");
+const BECKMANN: Techniques = techniques(Technique::has_base_frame, "that integrate over a Beckmann base");
+const KERNEL: Techniques = techniques(Technique::has_pixel_kernel, "with a pixel kernel");
+const COVARIANCE: Techniques = techniques(Technique::has_relief_color, "that integrate over a covariance");
+const ENERGY: Techniques = techniques(Technique::has_multiscattering, "with energy tables for their base");
+const FILTERING: Techniques = techniques(|technique| !technique.is_reference(), "that filter");
+const RAYS: Techniques = techniques(Technique::has_relief_shadows, "that sample every texel");
+
+/// Declares each field once: its type, its default, and its flags.
+macro_rules! shading_options {
+    ($($(#[$doc:meta])* $field:ident: $type:ty = $default:expr => [$($row:expr),+ $(,)?];)*) => {
+        /// The options for whichever technique is drawn; each technique takes those that it has ([`Technique::with`]).
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub struct ShadingOptions {
+            $($(#[$doc])* pub $field: $type,)*
+        }
+
+        impl Default for ShadingOptions {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl ShadingOptions {
+            /// Every option, in the order of the help.
+            pub const ALL: &[ShadingOption] = &[$($($row,)+)*];
+
+            /// Those that `technique` has, and the others at their defaults.
+            pub(super) fn of(self, technique: Technique) -> Self {
+                let default = Self::default();
+                $(let [row, ..] = const { &[$($row),+] };
+                let $field = if row.applies_to(technique) { self.$field } else { default.$field };)*
+                Self { $($field,)* }
+            }
+        }
+    };
+}
+
+shading_options! {
+    /// Where the integrals are sampled.
+    quadrature: Quadrature = Quadrature::VisibleSlopes(Probes::Sixteen) => [
+        row(shading("rule", "grid|visible", "Sample the integrals over slopes on the paper's grid, or where the viewer sees (--probes)")
+                .default("grid with --grid, else visible").panel(Panel::Own),
+            Value::Text(Text {
+                read: |options, text| {
+                    let rules = [Quadrature::Grid(5), Quadrature::VisibleSlopes(Probes::Sixteen)];
+                    let rule = rules.into_iter().find(|rule| rule.name() == text).ok_or("use grid or visible")?;
+                    options.quadrature = rule;
+                    Ok(())
+                },
+                write: |_| None,
+                json: |options| Some(Json::Name(options.quadrature.name())),
+            }), INTEGRALS),
+        row(shading("grid", "N", "Sample N by N slopes per pixel, 1 to 128").default("5 with --rule grid").panel(Panel::Own),
+            Value::Text(Text {
+                read: |options, text| whole(text, 1, Quadrature::MAX_GRID).map(|side| options.quadrature = Quadrature::Grid(side)),
+                write: |options| options.quadrature.side().map(|side| side.to_string()),
+                json: |options| options.quadrature.side().map(Json::Count),
+            }), INTEGRALS),
+        row(shading("probes", "N", "Look the environment up 5, 9 or 16 times per pixel").common().panel(Panel::Own),
+            Value::Text(Text {
+                read: |options, text| {
+                    let probes = text.parse().ok().and_then(Probes::of).ok_or("use 5, 9 or 16 probes")?;
+                    options.quadrature = Quadrature::VisibleSlopes(probes);
+                    Ok(())
+                },
+                write: |options| options.quadrature.probes().map(|probes| probes.count().to_string()),
+                json: |options| options.quadrature.probes().map(|probes| Json::Count(probes.count())),
+            }), INTEGRALS),
+    ];
+    /// Which of the visible facets are lit.
+    shadowing: Shadowing = Shadowing::Correlated => [
+        row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").common()
+                .default("correlated; normal-map for a material of normals without heights").formerly("masking").key("masking"),
+            Value::Name(|options| &mut options.shadowing), INTEGRALS),
+    ];
+    /// Which light counts.
+    terms: Terms = Terms::ALL => [
+        row(shading("terms", "all|TERM,...",
+                "Include only some of the light: specular-lights, diffuse-lights, specular-environment, diffuse-environment")
+                .panel(Panel::Own),
+            Value::Text(Text {
+                read: |options, text| Terms::named(text).map(|terms| options.terms = terms),
+                write: |options| Some(options.terms.to_string()),
+                json: |options| Some(Json::Names(options.terms.names().collect())),
+            }), LIT).neutral("all"),
+    ];
+    /// How the diffuse light of sun and point lights is integrated.
+    diffuse_lights: DiffuseLights = DiffuseLights::Cosine => [
+        row(shading("diffuse-lights", "KIND", "Choose how diffuse facets reflect the sun and point lights"),
+            Value::Name(|options| &mut options.diffuse_lights), INTEGRALS),
+    ];
+    /// The frame in which the base is rough.
+    base_frame: BaseFrame = BaseFrame::Facet => [
+        ShadingOption { json_without: Some("macro"), ..row(
+            shading("base-frame", "KIND", "Choose the frame in which the base material is rough"),
+            Value::Name(|options| &mut options.base_frame), BECKMANN) },
+    ];
+    /// Whether the change of the macrosurface's normal across a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019; on
+    /// meshes only), and slopes that face away from the pixel's viewer are widened toward it (`tilt_to_edge`). The LEADR
+    /// paper does neither. The other techniques that integrate always widen slopes.
+    pixel_kernel: bool = true => [
+        row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness"),
+            Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
+    ];
+    /// Whether bumps that are larger than a pixel hide the environment and the lights from each other
+    /// ([`leadr_reflectance::visible::horizon`]). The LEADR paper leaves it out.
+    relief_occlusion: bool = true => [
+        row(shading("relief-occlusion", "on|off", "Let bumps larger than a pixel occlude the environment and the lights"),
+            Value::Switch(|options| &mut options.relief_occlusion), INTEGRALS).about(Subject::Relief),
+    ];
+    /// Whether colours that follow the heights or slopes of the relief are those of what is seen and lit
+    /// ([`leadr_reflectance::visible::relief_color`]), instead of the mean. The LEADR paper leaves it out. For objects that
+    /// [keep what it takes](crate::scene::Object::with_relief_color).
+    relief_color: bool = false => [
+        row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit"),
+            Value::Switch(|options| &mut options.relief_color), COVARIANCE).about(Subject::Relief),
+    ];
+    /// Whether facets of the base light each other ([`leadr_reflectance::materials::energy`],
+    /// [`leadr_reflectance::materials::multiscattering`]). The LEADR paper leaves it out.
+    multiscattering: bool = false => [
+        row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").common(),
+            Value::Switch(|options| &mut options.multiscattering), ENERGY).constant("MULTISCATTERING"),
+    ];
+    /// Whether large shapes hide the environment (`render::light::sky_visibility`), where shadows are drawn. The LEADR paper
+    /// leaves it out.
+    sky_occlusion: bool = false => [
+        row(shading("sky-occlusion", "on|off", "Let large shapes occlude the environment").default("on; off with --relief-shadows"),
+            Value::Switch(|options| &mut options.sky_occlusion), LIT)
+            .about(Subject::Objects).neutral("off").constant("SKY_OCCLUSION"),
+    ];
+    /// Whether the relief casts shadows on itself, from every light and from the environment (`render::passes::reference`),
+    /// instead of the sun's coarse shadow map alone. Slow.
+    relief_shadows: bool = false => [
+        row(shading("relief-shadows", "", "Let bumps cast shadows on each other; slow, needs many samples"),
+            Value::Flag(|options| &mut options.relief_shadows, true), RAYS).about(Subject::Relief),
+    ];
+    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): positions in the pixel where the
+    /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
+    /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
+    /// (`render::passes::edges`). Multiples of 16 are the fastest. The samples per pixel of the reference smooth silhouettes already.
+    edge_samples: u32 = 1 => [
+        row(Spec::new(headings::QUALITY, "edge-samples", "N",
+                "Sample the geometry N times per sample for smooth silhouettes; each surface in a pixel is shaded once. \
+                 Fastest: 16, 64, 256").common(),
+            Value::Count(|options| &mut options.edge_samples, [1, ShadingOptions::MAX_EDGE_SAMPLES],
+                Slider { ends: [1.0, 64.0], decimals: 0, unit: "" }), FILTERING).neutral("1"),
+    ];
+}
+
+impl ShadingOptions {
+    /// Largest number of edge samples.
+    pub const MAX_EDGE_SAMPLES: u32 = 256;
+}

@@ -1,0 +1,214 @@
+//! A command line, and the configuration that its options ask for, checked against each other.
+
+use std::ffi::{OsStr, OsString};
+use std::fmt;
+
+use super::config::{DEFAULT_MSAA, SceneConfig};
+use super::light::EnvironmentChoice;
+use super::options::{SceneOption, Sets, Under};
+use super::view::View;
+use leadr_reflectance::masking::shadowing::Shadowing;
+
+/// Options that exclude each other.
+pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
+
+/// Options that mean something only with another.
+const NEEDS: [(&str, &str); 5] = [
+    ("anisotropy-rotation", "anisotropy"),
+    ("detail-repeat", "detail"),
+    ("detail-rotation", "detail"),
+    ("detail-height-scale", "detail"),
+    ("detail-mask", "detail"),
+];
+
+/// Flags and their values, in order, to be changed and written down again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CommandLine {
+    flags: Vec<(String, Option<OsString>)>,
+}
+
+impl CommandLine {
+    /// Says a flag once more, with a value if it takes one.
+    pub fn add(&mut self, flag: &str, value: Option<OsString>) {
+        self.flags.push((flag.to_owned(), value));
+    }
+
+    /// Says a flag anew, or no longer.
+    pub fn set(&mut self, flag: &str, value: Option<impl Into<OsString>>) {
+        self.remove(flag);
+        self.flags.extend(value.map(|value| (flag.to_owned(), Some(value.into()))));
+    }
+
+    /// Says a flag no longer.
+    pub fn remove(&mut self, flag: &str) {
+        self.flags.retain(|(known, _)| known != flag);
+    }
+
+    /// Says a flag before all others.
+    pub fn begin_with(&mut self, flag: &str, value: impl Into<OsString>) {
+        self.flags.insert(0, (flag.to_owned(), Some(value.into())));
+    }
+
+    /// The value of a flag, if it is said; empty if it has none.
+    #[must_use]
+    pub fn value(&self, flag: &str) -> Option<&OsStr> {
+        let found = self.flags.iter().rev().find(|(known, _)| known == flag);
+        found.map(|(_, value)| value.as_deref().unwrap_or_default())
+    }
+
+    /// Whether the flag of an option is said.
+    #[must_use]
+    pub fn has(&self, option: &str) -> bool {
+        self.value(&format!("--{option}")).is_some()
+    }
+
+    /// Says another scene.
+    pub fn enter(&mut self, scene: impl Into<OsString>) {
+        SceneOption::all().iter().filter(|option| option.is_of_one_scene()).for_each(|o| self.remove(&o.spec.flag()));
+        self.begin_with("--scene", scene);
+    }
+
+    /// Without what its scene, its light and its technique would refuse: choices of the window outlive them.
+    #[must_use]
+    pub fn honoured(&self) -> Self {
+        let mut line = self.clone();
+        let mut config = SceneConfig::default();
+        for name in ["scene", "environment", "technique"] {
+            if let (Some(option), Some(value)) = (SceneOption::find(name), self.value(&format!("--{name}"))) {
+                // What is wrong is found when the line is resolved.
+                _ = option.set(&mut config, value);
+            }
+        }
+        let technique = config.picture.technique;
+        let light = if config.environment == EnvironmentChoice::Sky { Under::Sky } else { Under::Panorama };
+        let refused =
+            |o: &&SceneOption| !o.applies_to(config.scene, technique) || o.under.is_some_and(|under| under != light);
+        SceneOption::all().iter().filter(refused).for_each(|option| line.remove(&option.spec.flag()));
+        if technique.is_reference() {
+            line.remove("--msaa");
+        }
+        if line.has("relief-shadows") {
+            ["--sky-occlusion", "--multiscattering"].into_iter().for_each(|flag| line.remove(flag));
+        }
+        line
+    }
+
+    /// The configuration that they ask for. A camera's file is not yet read.
+    ///
+    /// # Errors
+    /// A sentence about an option that makes no sense, or that the scene or the technique does not honour.
+    pub fn resolve(&self) -> Result<SceneConfig, String> {
+        let mut config = SceneConfig::default();
+        for option in SceneOption::all() {
+            let flag = option.spec.flag();
+            for (_, value) in self.flags.iter().filter(|(known, _)| *known == flag) {
+                let value = value.as_deref().unwrap_or_default();
+                option.set(&mut config, value).map_err(|fault| format!("{flag}: {fault}"))?;
+            }
+        }
+        self.check(&config)?;
+        let options = &mut config.picture.options;
+        // Rays find it.
+        options.sky_occlusion &= self.has("sky-occlusion") || !options.relief_shadows;
+        let (heights, traced) = (config.height_map.as_deref(), options.relief_shadows);
+        if !self.has("shadowing") && !traced && config.material.is_normal_map_alone(heights) {
+            options.shadowing = Shadowing::NormalMap;
+        }
+        // Something else makes outlines smooth otherwise.
+        let once = config.picture.samples == 1 && options.edge_samples == 1;
+        if !self.has("msaa") && once && !config.picture.technique.is_reference() {
+            config.msaa = DEFAULT_MSAA;
+        }
+        Ok(config)
+    }
+
+    /// Refuses what the scene, the light or the technique does not honour, and combinations that make no sense.
+    fn check(&self, config: &SceneConfig) -> Result<(), String> {
+        let technique = config.picture.technique;
+        for option in SceneOption::all() {
+            let (name, flag) = (option.spec.name, option.spec.flag());
+            let Some(value) = self.value(&flag) else { continue };
+            if let Some(choice) = option.choice {
+                config.scene.check_offers(&flag, choice)?;
+            }
+            match (option.under, config.environment == EnvironmentChoice::Sky) {
+                (Some(Under::Sky), false) => {
+                    return Err(format!("{flag} is for --environment sky; an image brings its own light"));
+                }
+                (Some(Under::Panorama), true) => {
+                    return Err(format!(
+                        "{flag} is for an image (--environment studio or FILE), not the sky; --sun moves its light"
+                    ));
+                }
+                _ => {}
+            }
+            if let Sets::Shading(row) = option.sets
+                && !row.applies_to(technique)
+                && row.neutral.is_none_or(|neutral| value != neutral)
+            {
+                let (which, names) = (row.techniques.which, row.techniques.names());
+                return Err(format!("{flag} is for techniques {which} ({names}), not {}", technique.name()));
+            }
+            if let Some((_, other)) = NEEDS.iter().find(|(needs, other)| *needs == name && !self.has(other)) {
+                return Err(format!("{flag} needs --{other}"));
+            }
+        }
+        self.check_combinations(config)
+    }
+
+    fn check_combinations(&self, config: &SceneConfig) -> Result<(), String> {
+        let options = config.picture.options;
+        let is = |name: &str, value: &str| self.value(&format!("--{name}")).is_some_and(|given| given == value);
+        let fault = if is("rule", "visible") && self.has("grid") {
+            "--grid is for --rule grid; --rule visible takes --probes"
+        } else if is("rule", "grid") && self.has("probes") {
+            "--probes is for --rule visible; --rule grid takes --grid"
+        } else if config.view == View::Model && config.model.is_none() {
+            "--camera model is for models: --scene FILE.glb or FILE.gltf"
+        } else if config.view == View::Model && self.has("distance") {
+            "--distance is for views of a scene; --camera model has a position"
+        } else if self.has("normal-y") && !self.has("normal-map") && !self.has("material") {
+            "--normal-y is for a normal map: give --normal-map or --material"
+        } else if config.msaa > 1 && options.edge_samples > 1 {
+            "--msaa and --edge-samples do the same: use one of them"
+        } else if config.msaa > 1 && config.picture.technique.is_reference() {
+            "--msaa is for techniques that filter; the reference takes --samples"
+        } else if !options.relief_shadows {
+            return Ok(());
+        } else if options.multiscattering {
+            "--relief-shadows does not support --multiscattering: leave one of them out"
+        } else if is("sky-occlusion", "on") {
+            "--relief-shadows traces large shapes itself: leave --sky-occlusion out"
+        } else if self.has("detail") {
+            "--relief-shadows sees only displaced geometry, and --detail only shades: leave one of them out"
+        // On the sphere the maps give the facets.
+        } else if config.scene.name == "plane"
+            && config.material.anisotropy.is_some()
+            && config.material.is_displaced(config.height_map.as_deref())
+        {
+            "--relief-shadows sees the heights of the plane, and --anisotropy is finer than they are: leave one of them out"
+        } else {
+            return Ok(());
+        };
+        Err(fault.to_owned())
+    }
+}
+
+impl fmt::Display for CommandLine {
+    /// As a shell takes it, with a space before each flag.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, value) in &self.flags {
+            write!(f, " {name}")?;
+            let Some(value) = value.as_ref().map(|value| value.to_string_lossy()) else { continue };
+            // A value that begins with a minus sign could be taken for a flag.
+            let joint = if value.starts_with('-') { "=" } else { " " };
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/+=@%".contains(c);
+            if !value.is_empty() && value.chars().all(plain) {
+                write!(f, "{joint}{value}")?;
+            } else {
+                write!(f, "{joint}'{}'", value.replace('\'', r"'\''"))?;
+            }
+        }
+        Ok(())
+    }
+}

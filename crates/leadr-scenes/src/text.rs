@@ -1,0 +1,104 @@
+//! How cameras are written on a command line.
+
+use std::path::PathBuf;
+
+use super::config::SceneConfig;
+use super::view::{CameraPose, View};
+use leadr_render::settings::numbers::finite;
+
+/// `X,Y,Z:X,Y,Z`, with `:DEGREES` if the field of view is another than usual; `None` if `text` does not look like it.
+fn pose(text: &str) -> Option<Result<CameraPose, String>> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let numbers: Option<Vec<Vec<f32>>> =
+        parts.iter().map(|part| part.split(',').map(|number| finite(number).ok()).collect()).collect();
+    let point = |numbers: &Vec<f32>| <[f32; 3]>::try_from(numbers.as_slice()).ok();
+    let numbers = numbers.filter(|numbers| (2..=3).contains(&numbers.len()))?;
+    let fov_degrees = match numbers.get(2).map(Vec::as_slice) {
+        None => CameraPose::FOV_DEGREES,
+        Some([degrees]) => *degrees,
+        Some(_) => return None,
+    };
+    let (position, target) = (point(&numbers[0])?, point(&numbers[1])?);
+    let pose = CameraPose { position, target, up: CameraPose::usual_up(position, target), fov_degrees };
+    Some(pose.check().map(|()| pose))
+}
+
+/// Sees the scene of `config` as `text` says; a file is left to be read.
+///
+/// # Errors
+/// A sentence with all forms of a camera.
+pub fn see(config: &mut SceneConfig, text: &str) -> Result<(), String> {
+    (config.model_camera, config.camera_file) = (None, None);
+    config.view = match text {
+        "near" => View::Near,
+        "mid" => View::Mid,
+        "far" => View::Far,
+        "model" => View::Model,
+        _ => {
+            let path = PathBuf::from(text);
+            if let Some(name) = text.strip_prefix("model:") {
+                config.model_camera = Some(name.to_owned());
+                View::Model
+            } else if let Some(pose) = pose(text) {
+                View::Pose(pose?)
+            } else if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+                config.camera_file = Some(path);
+                config.view
+            } else {
+                let forms =
+                    "'near', 'mid', 'far', 'model', 'model:NAME', a .json file, or position, target and field of view";
+                return Err(format!("a camera is {forms} in numbers: X,Y,Z:X,Y,Z[:DEGREES]"));
+            }
+        }
+    };
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::{EnvironmentChoice, SunDirection};
+    use crate::view::Size;
+    use std::str::FromStr;
+
+    fn refused<T: FromStr>(texts: &[&str]) {
+        for text in texts {
+            assert!(text.parse::<T>().is_err(), "'{text}' must be refused");
+        }
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!("1x1".parse(), Ok(Size { width: 1, height: 1 }));
+        for text in ["1280x720", "1280X720", "1280×720"] {
+            assert_eq!(text.parse(), Ok(Size { width: 1280, height: 720 }), "{text}");
+        }
+        assert_eq!(serde_json::to_string(&Size { width: 3, height: 2 }).unwrap(), "[3,2]");
+        refused::<Size>(&["0x0", "0x5", "5x0", "5", "x", "-1x5", "5x5x5", "16385x1", "16384x16384", "99999999999x1"]);
+    }
+
+    #[test]
+    fn suns() {
+        assert_eq!("-30,45".parse(), Ok(SunDirection { azimuth: -30.0, elevation: 45.0 }));
+        refused::<SunDirection>(&["", "1", "nan,1", "1,inf", "0,91", "400,1", "1,2,3"]);
+    }
+
+    #[test]
+    fn files_are_known_by_their_extension() {
+        assert_eq!("a.HDR".parse(), Ok(EnvironmentChoice::File("a.HDR".into())));
+        assert_eq!("sky".parse(), Ok(EnvironmentChoice::Sky));
+        refused::<EnvironmentChoice>(&["a.png", "Sky", ""]);
+        let mut config = SceneConfig::default();
+        for text in ["close", "a.txt", "", "1,2,3", "1,2:3,4,5", "1,2,3:1,2,3", "1,2,3:0,0,0:200", "1,2,x:0,0,0"] {
+            assert!(see(&mut config, text).is_err(), "'{text}' must be refused");
+        }
+        see(&mut config, "a.json").unwrap();
+        assert_eq!(config.camera_file.take(), Some("a.json".into()));
+        let mut pose = |text: &str| match see(&mut config, text).map(|()| config.view) {
+            Ok(View::Pose(pose)) => (pose.position, pose.target, pose.fov_degrees),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(pose("1,-2,3:0,0,0.5"), ([1.0, -2.0, 3.0], [0.0, 0.0, 0.5], 35.0));
+        assert_eq!(pose("1,-2,3:0,0,0.5:50").2, 50.0);
+    }
+}
