@@ -286,7 +286,7 @@ fn pictures() {
 #[test]
 #[ignore = "measures time"]
 fn timings() {
-    let gpu = leadr::gpu::Gpu::new(&leadr::gpu::GpuOptions::default()).unwrap();
+    let gpu = leadr::open_gpu(&leadr::gpu::GpuOptions::default()).unwrap();
     let mut environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default()).unwrap();
     let irradiance = leadr::render::light::irradiance::IrradiancePass::new(&gpu).unwrap();
     let timestamps = leadr::gpu::Timestamps::new(&gpu, 4).unwrap();

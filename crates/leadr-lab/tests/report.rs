@@ -67,6 +67,7 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
 
 /// Computed on the CPU, although a device is opened; takes seconds.
 #[test]
+#[ignore = "long"]
 fn several_sections_stand_in_the_order_of_the_page() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -86,6 +87,7 @@ fn several_sections_stand_in_the_order_of_the_page() {
 
 /// Takes some seconds, most of them for the T-rex and the spheres on the device.
 #[test]
+#[ignore = "long"]
 fn the_figures_are_checked_by_their_numbers() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -126,7 +128,10 @@ fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
     let line = |output: &Output, code: i32| {
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(code), "{stderr}");
-        assert!(output.stdout.is_empty() && stderr.lines().last().unwrap().starts_with("leadr: error: "), "{stderr}");
+        assert!(
+            output.stdout.is_empty() && stderr.lines().last().unwrap().starts_with("leadr-lab: error: "),
+            "{stderr}"
+        );
         stderr
     };
     assert!(line(&report(&["--only", "everything"]), 2).contains("everything"));

@@ -106,7 +106,10 @@ const OPTIONS: [SceneOption; 55] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME", "Play this animation of a model",
-        Text(|c, name| Ok(c.animation = Some(name.into())))).default("its first").of(Choice::Model),
+        Text(|c, name| {
+            c.animation = Some(name.into());
+            Ok(())
+        })).default("its first").of(Choice::Model),
     option(SCENE, "lenient", "",
         "Replace missing and damaged images of a model instead of refusing it: colours by a magenta check, numbers by their factor",
         Flag(|c| c.lenient = true)).of(Choice::Model),

@@ -391,6 +391,7 @@ fn patches_of_another_ray_caster() {
 }
 
 #[test]
+#[ignore = "long"]
 fn spheres_of_another_ray_caster() {
     let sh = order_two(gradient);
     for (case, bounds) in [("isotropic", [1.2, 1.0, 0.6, 2.6]), ("anisotropic", [0.6, 1.7, 0.8, 1.0])] {
