@@ -313,7 +313,6 @@ fn targets_that_cannot_be_written_are_named_before_any_work() {
         &["bake", "missing.png", "-o", path(&below.with_extension("ktx2"))],
         &["fit", "missing.binary", "-o", path(&below.with_extension("json"))],
         &["compare", "missing.png", "missing.png", "--error-image", path(&below)],
-        &["report", "-o", path(&below)],
     ] {
         let line = one_line_error(&without_driver(arguments), 1, &format!("{arguments:?}"));
         assert!(line.contains("far.png"), "{arguments:?}: {line}");
