@@ -30,7 +30,7 @@ lint:
 	$(MAKE) doc
 
 doc:
-	RUSTDOCFLAGS="-Dwarnings -Arustdoc::private-intra-doc-links -Arustdoc::redundant-explicit-links" cargo doc --locked --workspace --exclude leadr-wgpu --no-deps
+	RUSTDOCFLAGS=-Dwarnings cargo doc --locked --workspace --exclude leadr-wgpu --no-deps
 
 clean:
 	cargo clean

@@ -53,7 +53,7 @@ fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32
     value * std::f32::consts::SQRT_2
 }
 
-/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. For many places use [`Gradients`].
+/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. For many places use `Gradients`.
 pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     let (cx, cy) = (x.floor(), y.floor());
     blended(x - cx, y - cy, |i, j| {
@@ -61,7 +61,7 @@ pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     })
 }
 
-/// Octaves of [`gradient`], each of twice the frequency and `gain` times the height. For many places use [`Fractal`].
+/// Octaves of [`gradient`], each of twice the frequency and `gain` times the height. For many places use `Fractal`.
 pub fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) -> f32 {
     let (mut sum, mut amplitude) = (0.0, 1.0);
     for octave in 0..octaves {

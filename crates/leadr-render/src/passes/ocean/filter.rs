@@ -47,7 +47,7 @@ impl WaterGpu {
 }
 
 /// The filter's inputs from the sea. The last two are the blocks of [`WaterGpu`] and
-/// [`ShoreGpu`](crate::surfaces::ocean::shore::ShoreGpu).
+/// [`ShoreGpu`].
 #[derive(Clone, Copy)]
 pub struct SeaInputs<'a> {
     /// The waves.

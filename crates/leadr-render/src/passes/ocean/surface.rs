@@ -70,7 +70,7 @@ impl OceanSurfacePass {
     }
 
     /// Draws rings as they were last written, moved by the waves, into the begun targets. `shore`: the block of
-    /// [`ShoreGpu`](crate::surfaces::ocean::shore::ShoreGpu).
+    /// [`ShoreGpu`].
     pub fn draw(
         &self,
         cmd: &mut Commands,
