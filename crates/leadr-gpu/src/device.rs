@@ -321,9 +321,9 @@ impl Gpu {
         self.debug.as_ref()
     }
 
-    /// Held while the labels of any command buffer change: where one begins or ends, and where a pool is reset or destroyed.
-    /// The validation layer of Debian 12 keeps the labels of all command buffers in one table and forgets those of a reset
-    /// buffer without locking it, so threads that record different buffers crash in it.
+    /// Held while the labels of any command buffer change: where one begins or ends, and where a command buffer is made, reset
+    /// or destroyed. The validation layer of Debian 12 keeps the labels of all command buffers in one table and clears those of
+    /// a new or reset buffer without locking it, so threads that record different buffers crash in it.
     pub(crate) fn lock_labels(&self) -> MutexGuard<'_, ()> {
         self.labels.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -76,8 +76,11 @@ impl CommandRecorder {
             unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.doing("creating a fence")?;
         gpu.name(recorder.fence, name);
         let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+        let labels = gpu.lock_labels();
         // SAFETY: the pool was made above, on this device.
-        recorder.buffer = unsafe { device.allocate_command_buffers(&info) }.doing("creating a command buffer")?[0];
+        let buffers = unsafe { device.allocate_command_buffers(&info) };
+        drop(labels);
+        recorder.buffer = buffers.doing("creating a command buffer")?[0];
         gpu.name(recorder.buffer, name);
         Ok(recorder)
     }
