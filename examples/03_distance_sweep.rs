@@ -12,7 +12,7 @@ use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, Technique};
-use leadr::scenes::stage::{Lights, Relief, sphere_stage};
+use leadr::scenes::stage::{Lights, ReliefOptions, sphere_stage};
 
 const STEPS: i32 = 40;
 
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(file) => (Environment::from_equirect(&gpu, Environment::FACE_SIZE, &load_environment(file)?)?, None),
         None => (Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default())?, Some(Sky::default())),
     };
-    let mut stage = sphere_stage(Relief { map, tile: 32, ..Relief::default() });
+    let mut stage = sphere_stage(ReliefOptions { map, tile: 32, ..ReliefOptions::default() });
     let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
     let lights = Lights { sky, ..Default::default() };
     println!("{} · {STEPS} distances from 5 to 50 m", gpu.device_name());

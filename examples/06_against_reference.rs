@@ -17,7 +17,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
-use leadr::scenes::stage::{Lights, Relief, sphere_stage};
+use leadr::scenes::stage::{Lights, ReliefOptions, sphere_stage};
 use leadr::scenes::trex::stage::trex_stage;
 use leadr_tools::metrics::compare::compare;
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "trex" => (trex_stage(16, &|_| {})?, 90.0),
         _ => {
             let map = arguments.get(2).map(load_height_map).transpose()?;
-            (sphere_stage(Relief { map, tile: 32, ..Relief::default() }), 24.0)
+            (sphere_stage(ReliefOptions { map, tile: 32, ..ReliefOptions::default() }), 24.0)
         }
     };
     let (environment, sky, exposure) = match arguments.get(3) {

@@ -7,6 +7,7 @@ use std::error::Error;
 
 use glam::Vec3;
 use leadr::gpu::GpuOptions;
+use leadr::maps::HeightMap;
 use leadr::open_gpu;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -15,7 +16,7 @@ use leadr::render::light::sky::Sky;
 use leadr::render::passes::accumulate::Accumulation;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
-use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
 use leadr_lab::ray_cast::{Spectrum, Tile};
@@ -24,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let most: u32 = std::env::args().nth(1).map_or(Ok(1024), |s| s.parse())?;
     let gpu = open_gpu(&GpuOptions::default())?;
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
-    let heights = HeightField { width: 64, height: 64, texels: tile.heights().to_vec(), border: Border::Wrap };
+    let heights = HeightField::repeating(HeightMap { width: 64, height: 64, texels: tile.heights().to_vec() });
     let mesh = plane(1.5, 6, 1.0, [0.6, 0.6, 0.6, 0.4], even);
     let object = Object::new("plane", mesh).with_heights(heights, 0.7 / 64.0);
     let sky = Sky::default();

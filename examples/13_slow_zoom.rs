@@ -11,7 +11,7 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions, Technique};
-use leadr::scenes::stage::{Lights, Relief, Stage, plane_stage, sphere_stage};
+use leadr::scenes::stage::{Lights, ReliefOptions, Stage, plane_stage, sphere_stage};
 use leadr::scenes::studio::studio;
 use leadr_tools::metrics::Mask;
 
@@ -22,8 +22,8 @@ const STEP: f32 = 1.0005;
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let (stage, metres) = match arguments.next().as_deref() {
-        None | Some("plane") => (plane_stage as fn(Relief) -> Stage, 6.0),
-        Some("sphere") => (sphere_stage as fn(Relief) -> Stage, 10.0),
+        None | Some("plane") => (plane_stage as fn(ReliefOptions) -> Stage, 6.0),
+        Some("sphere") => (sphere_stage as fn(ReliefOptions) -> Stage, 10.0),
         Some(other) => return Err(format!("{other} is neither plane nor sphere").into()),
     };
     let metres = arguments.next().map_or(Ok(metres), |text| text.parse::<f32>())?;
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("studio", Environment::from_equirect(&gpu, Environment::FACE_SIZE, &studio())?, None),
     ];
     for (light, environment, sky) in surroundings {
-        let mut stage = stage(Relief::default());
+        let mut stage = stage(ReliefOptions::default());
         let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
         let lights = Lights { sky, ..Lights::default() };
         for (rule, quadrature, edge_samples) in [

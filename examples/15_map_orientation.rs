@@ -13,7 +13,7 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
-use leadr::scenes::stage::{Lights, Relief, plane_stage};
+use leadr::scenes::stage::{Lights, ReliefOptions, plane_stage};
 
 /// The map as a picture shows it, its first row on top.
 const LETTER: [&str; 8] =
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let side = 128;
     let raised = |i: u32| LETTER[(i / side * 8 / side) as usize].as_bytes()[(i % side * 8 / side) as usize] == b'#';
     let map = HeightMap::new(side, side, (0..side * side).map(|i| f32::from(u8::from(raised(i)))).collect())?;
-    let mut stage = plane_stage(Relief { map: Some(map), ..Relief::default() });
+    let mut stage = plane_stage(ReliefOptions { map: Some(map), ..ReliefOptions::default() });
     // From above the middle of the repeat between (0, 0) and (2, 2), a little from the south, so that +y is up.
     let middle = glam::Vec3::new(1.0, 1.0, 0.0);
     let camera = Camera::looking_at(middle + glam::Vec3::new(0.0, -0.6, 6.0), middle, 30.0);

@@ -87,7 +87,7 @@ pub use self::{
     scenes::{
         error::SceneError,
         ocean::waves::Waves,
-        registry::{Choice, SCENES, Scene as NamedScene, SceneOptions},
+        registry::{Choice, NamedScene, SCENES, SceneOptions},
         stage::{Lights, Stage, Views},
     },
 };

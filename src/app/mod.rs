@@ -1,4 +1,4 @@
-//! The `leadr` command. Each command has a folder with its arguments, which resolve to a configuration that lower floors
+//! The `leadr` command. Each command has a folder with its arguments, which resolve to a configuration that the crates
 //! understand; flags that several commands share are in [`flags`].
 //!
 //! stdout carries the result, stderr the log. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.

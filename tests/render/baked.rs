@@ -10,9 +10,9 @@ use leadr::maps::save::save_exr;
 use leadr::maps::{RgbImage, load_height_map, load_raster, procedural};
 use leadr::render::surfaces::moments::MomentFormat;
 use leadr::scenes::config::{MaterialFiles, Picture, SceneConfig};
-use leadr::scenes::registry::Scene;
+use leadr::scenes::registry::NamedScene;
 use leadr::scenes::set::{Inputs, set};
-use leadr::scenes::view::{Size, View};
+use leadr::scenes::view::{Size, ViewChoice};
 use leadr_testing::gpu::test_gpu;
 use leadr_tools::metrics::compare::rrmse;
 
@@ -91,10 +91,10 @@ impl Files {
 
 fn config(scene: &str, height_map: &Path, material: MaterialFiles) -> SceneConfig {
     SceneConfig {
-        scene: Scene::find(scene).unwrap(),
+        scene: NamedScene::find(scene).unwrap(),
         height_map: Some(height_map.to_path_buf()),
         material,
-        view: View::Mid,
+        view: ViewChoice::Mid,
         size: Size { width: 96, height: 64 },
         picture: Picture { samples: 1, ..Picture::default() },
         atlas_tile: 16,
@@ -135,6 +135,7 @@ fn a_file_is_drawn_to_the_last_bit() {
 }
 
 #[test]
+#[ignore = "long"]
 fn smaller_numbers_err_as_little_as_they_should() {
     let Some(gpu) = test_gpu() else { return };
     let files = Files::new(128);

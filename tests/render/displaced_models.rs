@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{Quat, Vec3};
 use leadr::maps::material::Material;
-use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, Scene, Transform};
+use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, SceneRoots, Transform};
 use leadr::scenes::model::{ModelChoice, stage};
 use leadr::scenes::stage::Stage;
 use leadr_lab::cracks::{self, Cracks, Search, rough_relief, roughened};
@@ -28,7 +28,7 @@ fn model(primitives: Vec<Primitive>) -> Model {
     let primitives = (0..).zip(primitives).map(|(material, p)| Primitive { material, ..p }).collect();
     Model {
         name: "hard".into(),
-        scenes: vec![Scene { name: String::new(), roots: vec![0] }],
+        scenes: vec![SceneRoots { name: String::new(), roots: vec![0] }],
         nodes: vec![node],
         order: vec![0],
         meshes: vec![Mesh { primitives, ..Mesh::default() }],

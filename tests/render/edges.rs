@@ -7,7 +7,7 @@ use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::scenes::sphere::cube_sphere;
-use leadr::scenes::stage::{Lights, Relief, sphere_stage};
+use leadr::scenes::stage::{Lights, ReliefOptions, sphere_stage};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{stage_under_sky, under_sky};
 
@@ -99,7 +99,7 @@ fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
 
 /// A rough sphere, `distance` metres away.
 pub(crate) fn rock(gpu: &TestGpu, distance: f32) -> (Renderer, FrameState) {
-    let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
+    let mut stage = sphere_stage(ReliefOptions { tile: 16, ..ReliefOptions::default() });
     let renderer = stage_under_sky(gpu, &mut stage, 32);
     let state = stage.state(0.0, &stage.views.mid.at_distance(distance), &Lights::under(&Sky::default()));
     (renderer, state)

@@ -85,9 +85,9 @@ fn sphere_of(bumps: &HeightField, relief: f32, alpha: f32, fit: Option<FittedTab
     let map = MaterialMap {
         fit: fit.map(Arc::new),
         ..MaterialMap::new(
-            heights.width,
-            heights.height,
-            vec![[0, 0, 0, alpha_code(alpha)]; (heights.width * heights.height) as usize],
+            heights.map.width,
+            heights.map.height,
+            vec![[0, 0, 0, alpha_code(alpha)]; (heights.map.width * heights.map.height) as usize],
         )
     };
     Object::new("sphere", mesh)

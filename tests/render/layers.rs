@@ -13,7 +13,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{Detail, DetailMapping, DetailMask, FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
-use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
@@ -57,8 +57,8 @@ const FINE_STEEP: f32 = 0.3;
 
 /// Slopes of repeating heights by central differences, per unit of their own coordinates.
 fn slopes_of(field: &HeightField) -> Vec<[f32; 2]> {
-    let n = field.width;
-    let at = |x: u32, y: u32| field.texels[((y % n) * n + x % n) as usize];
+    let n = field.map.width;
+    let at = |x: u32, y: u32| field.map.texels[((y % n) * n + x % n) as usize];
     let per = 0.5 * n as f32;
     (0..n * n)
         .map(|i| (i % n, i / n))
@@ -82,17 +82,14 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Rende
     let base: Vec<[f32; 2]> = slopes_of(&coarse).iter().map(|s| s.map(|v| v * STEEP * METRES)).collect();
     let metres = METRES / REPEATS as f32;
     let detail_slopes: Vec<[f32; 2]> = slopes_of(&fine).iter().map(|s| s.map(|v| v * FINE_STEEP * metres)).collect();
-    let heights = HeightField {
-        texels: coarse.texels.iter().map(|h| h * STEEP * METRES).collect(),
-        border: Border::Wrap,
-        ..coarse
-    };
+    let mut heights = coarse;
+    heights.map.texels.iter_mut().for_each(|h| *h *= STEEP * METRES);
     let (masks, object) = (mask(masked), Object::new("plane", mesh).with_specular_f0(0.1).without_shadow());
     let object = object.with_heights(heights, 1.0);
     if as_detail {
         let turn = if turned { Mat2::from_angle(-std::f32::consts::FRAC_PI_2) } else { Mat2::IDENTITY };
         let detail = Detail {
-            heights: HeightField { texels: vec![0.0; (FINE * FINE) as usize], ..fine },
+            heights: HeightField { map: HeightMap { texels: vec![0.0; (FINE * FINE) as usize], ..fine.map }, ..fine },
             slopes: Some(detail_slopes),
             material: None,
             mapping: DetailMapping::Texcoords,
@@ -145,6 +142,7 @@ fn a_detail_is_what_one_map_of_the_sum_is() {
 
 /// One sample of a base and a detail against supersampling; without the detail's variance it fails.
 #[test]
+#[ignore = "long"]
 fn a_detail_is_filtered() {
     let Some(gpu) = test_gpu() else { return };
     let mut layers = layered(&gpu, true, true, false);
@@ -163,6 +161,7 @@ fn a_detail_is_filtered() {
 
 /// A material of the user's with a detail that covers it, on the plane and on the sphere.
 #[test]
+#[ignore = "long"]
 fn details_cover_and_vary_materials() {
     let Some(gpu) = test_gpu() else { return };
     let mut material = Material::new("base");
@@ -243,6 +242,7 @@ fn fine_grain_does_not_blacken_a_mirror() {
 
 /// The top row of the LEADR paper's Figure 8: normal maps of Gaussian slopes, supersampled, and LEADR with the normal map's facets.
 #[test]
+#[ignore = "long"]
 fn normal_maps_are_filtered_as_normal_maps() {
     let Some(gpu) = test_gpu() else { return };
     let surface = Surface::bake(Vec2::ONE, Frequency::High, Fineness { patches: 8, tile: 32 });

@@ -6,7 +6,7 @@ use leadr::maps::material::{
     alpha_code, green_axis,
 };
 use leadr::maps::tonemap::Tonemap;
-use leadr::maps::{HeightMap, RgbImage, Wrap};
+use leadr::maps::{RgbImage, Wrap};
 use leadr::reflectance::facets::fresnel::fresnel_schlick;
 use leadr::reflectance::facets::metals::Metal;
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -74,7 +74,7 @@ fn sphere(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     });
     assert_eq!(heights.border, Border::Tiles(layout));
     let object = Object::new("sphere", mesh)
-        .with_material(dressed(heights.width, heights.height, alphas, filtered))
+        .with_material(dressed(heights.map.width, heights.map.height, alphas, filtered))
         .with_heights(heights, 0.1)
         .with_specular_f0(0.3)
         .without_shadow();
@@ -143,6 +143,7 @@ fn pixels_as_wide_as_what_changes_stay_sharp() {
 }
 
 #[test]
+#[ignore = "long"]
 fn two_roughnesses_on_relief() {
     let Some(gpu) = test_gpu() else { return };
     let camera = Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * 16.0, Vec3::ZERO, 10.0);
@@ -162,7 +163,7 @@ fn material() -> Material {
     let heights = bumps(64, 6.0, 5);
     // Normals of the same heights on a plane whose textures repeat every 2 m.
     let normal = |i: u32, channel: usize| {
-        let at = |dx: u32, dy: u32| heights.texels[((i / 64 + dy) % 64 * 64 + (i + dx) % 64) as usize];
+        let at = |dx: u32, dy: u32| heights.map.texels[((i / 64 + dy) % 64 * 64 + (i + dx) % 64) as usize];
         let per_metre = HEIGHT * 64.0 / 2.0 / 2.0;
         let [s, t] = [at(1, 0) - at(63, 0), at(0, 1) - at(0, 63)].map(|rise| rise * per_metre);
         let length = (1.0 + s * s + t * t).sqrt();
@@ -173,7 +174,7 @@ fn material() -> Material {
     material.metalness = Input::texture(texture(1, &|i, _| if i % 4 < 2 { 255 } else { 0 }), 0);
     material.roughness = Input::texture(texture(1, &|i, _| if i / 64 % 4 < 2 { 60 } else { 200 }), 0);
     material.normal_map = Some(NormalMap { texture: texture(2, &normal), green: GreenAxis::Up, scale: 1.0 });
-    let map = HeightMap::new(64, 64, heights.texels.clone()).unwrap();
+    let map = heights.map.clone();
     material.relief = Some(Relief { map, scale: Some(HEIGHT), in_widths: false, middle: 0.0 });
     material
 }
@@ -208,6 +209,7 @@ fn the_g_buffer_keeps_a_material() {
 
 /// One sample of a material with relief and normals, far away, against the reference.
 #[test]
+#[ignore = "long"]
 fn a_material_keeps_its_look_far_away() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = dressed::plane_stage(&material(), None);

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec2, Vec3};
 use leadr::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
-use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, Scene, Transform};
+use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, SceneRoots, Transform};
 use leadr::render::camera::Camera;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, Technique};
@@ -53,7 +53,7 @@ fn square(mirrored: bool) -> Model {
     };
     Model {
         name: "square".into(),
-        scenes: vec![Scene { name: String::new(), roots: vec![0] }],
+        scenes: vec![SceneRoots { name: String::new(), roots: vec![0] }],
         nodes: vec![node],
         order: vec![0],
         meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],

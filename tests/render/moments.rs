@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use leadr::gpu::Gpu;
 use leadr::maps::{HeightMap, LeadrMap, Wrap};
-use leadr::render::surfaces::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat, MomentsPass};
+use leadr::render::surfaces::displacement::Border;
+use leadr::render::surfaces::moments::{LeadrMapGpu, MomentFormat, MomentsPass};
 use leadr::render::surfaces::patch_mesh::TileLayout;
 use leadr_testing::gpu::test_gpu;
 
@@ -54,8 +55,8 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
     let Some(gpu) = test_gpu() else { return };
     for (width, height) in [(64, 64), (37, 23), (1, 19), (100, 3), (1, 1), (7, 128), (255, 257)] {
         let map = bumpy(width, height);
-        for wrap in [Wrap::Repeat, Wrap::Clamp] {
-            let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(wrap), MomentFormat::Float32).unwrap();
+        for (wrap, border) in [(Wrap::Repeat, Border::Wrap), (Wrap::Clamp, Border::Clamp)] {
+            let made = LeadrMapGpu::new(&gpu, &map, border, MomentFormat::Float32).unwrap();
             // To the last bit: files that were baked without a device are drawn as what it makes itself.
             let worst = difference(&made, &LeadrMap::new(&map, wrap)).into_iter().fold(0.0, f64::max);
             assert_eq!(worst, 0.0, "{width}x{height} {wrap:?}");
@@ -71,24 +72,22 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
 fn sixteen_bits_have_a_known_error() {
     let Some(gpu) = test_gpu() else { return };
     let map = bumpy(128, 96);
-    let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
+    let made = LeadrMapGpu::new(&gpu, &map, Border::Wrap, MomentFormat::Float16).unwrap();
     let errors = difference(&made, &LeadrMap::new(&map, Wrap::Repeat));
     println!("16 bits, relative to the largest of each kind: {errors:.6?}");
     // up to a unit in the last place (9.8e-4) where it is written, since drivers may truncate, and more from level to level
     assert!(errors[..5].iter().all(|e| *e > 1e-6 && *e < 3e-3) && errors[5] == 0.0);
     // What a device rounds, and what the CPU does with levels of a file: the same halves on level 0.
     let told = LeadrMap::new(&map, Wrap::Repeat);
-    let edges = Edges::Wrap(Wrap::Repeat);
-    let loaded = LeadrMapGpu::with_moments(&gpu, &told, edges, MomentFormat::Float16).unwrap();
+    let loaded = LeadrMapGpu::with_moments(&gpu, &told, Border::Wrap, MomentFormat::Float16).unwrap();
     assert_eq!(read(&made, 0), read(&loaded, 0));
     // Steep slopes that change evenly: of their squares one rounding loses up to 2^-11 of the variance; the device rounds on every level, and
     // half of what each loses is left on the next.
     let hill = HeightMap::new(64, 64, (0..64 * 64).map(|i| 0.01 * ((i % 64) as f32).powi(2)).collect()).unwrap();
     let exact = LeadrMap::new(&hill, Wrap::Clamp);
-    let clamp = Edges::Wrap(Wrap::Clamp);
     for (made, most) in [
-        (LeadrMapGpu::new(&gpu, (&hill).into(), clamp, MomentFormat::Float16).unwrap(), 1e-3),
-        (LeadrMapGpu::with_moments(&gpu, &exact, clamp, MomentFormat::Float16).unwrap(), 5e-4),
+        (LeadrMapGpu::new(&gpu, (&hill).into(), Border::Clamp, MomentFormat::Float16).unwrap(), 1e-3),
+        (LeadrMapGpu::with_moments(&gpu, &exact, Border::Clamp, MomentFormat::Float16).unwrap(), 5e-4),
     ] {
         let mut worst = 0.0f64;
         for (mip, level) in exact.levels.iter().enumerate() {
@@ -103,7 +102,7 @@ fn sixteen_bits_have_a_known_error() {
 
     // values that half floats cannot hold are clamped: a cliff of slope 1000 has a square beyond 65504
     let cliff = HeightMap::new(4, 1, vec![0.0, 0.0, 500.0, 500.0]).unwrap();
-    let made = LeadrMapGpu::new(&gpu, (&cliff).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
+    let made = LeadrMapGpu::new(&gpu, &cliff, Border::Wrap, MomentFormat::Float16).unwrap();
     let texels = read(&made, 0);
     assert_eq!((texels[1][0], texels[1][2]), (1000.0, 65504.0));
 }
@@ -165,8 +164,8 @@ fn tiles_of_an_atlas_are_independent() {
     let texels: Vec<f32> = (0..width * height)
         .map(|i| bumps.texels[i as usize] + 10.0 * ((i % width / layout.tile) + 7 * (i / width / layout.tile)) as f32)
         .collect();
-    let heights = HeightSource { width, height, texels: &texels };
-    let made = LeadrMapGpu::new(&gpu, heights, Edges::Atlas(layout), MomentFormat::Float32).unwrap();
+    let heights = HeightMap { width, height, texels: texels.clone() };
+    let made = LeadrMapGpu::new(&gpu, &heights, Border::Tiles(layout), MomentFormat::Float32).unwrap();
     assert_eq!(made.levels(), 4);
     let mut worst = 0.0f64;
     for tile in 0..layout.columns * layout.rows {
@@ -191,7 +190,7 @@ fn tiles_of_an_atlas_are_independent() {
     println!("atlas: {worst:.2e}");
     assert!(worst < 1e-4, "{worst}"); // heights up to 170 leave 1e-5 of a texel's difference, times 32 texels
     // differences across tiles must fail the same check
-    let through = LeadrMapGpu::new(&gpu, heights, Edges::Wrap(Wrap::Clamp), MomentFormat::Float32).unwrap();
+    let through = LeadrMapGpu::new(&gpu, &heights, Border::Clamp, MomentFormat::Float32).unwrap();
     let (a, b) = (read(&made, 0), read(&through, 0));
     assert!((a[7][0] - b[7][0]).abs() > 50.0);
 }
@@ -199,7 +198,7 @@ fn tiles_of_an_atlas_are_independent() {
 #[test]
 fn heights_can_change_every_frame() {
     let Some(gpu) = test_gpu() else { return };
-    let pass = Arc::new(MomentsPass::new(&gpu, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32).unwrap());
+    let pass = Arc::new(MomentsPass::new(&gpu, Border::Wrap, MomentFormat::Float32).unwrap());
     let map = LeadrMapGpu::empty(&gpu, &pass, 32, 32).unwrap();
     for scale in [1.0f32, -3.0] {
         let mut frame = bumpy(32, 32);
@@ -215,19 +214,19 @@ fn heights_can_change_every_frame() {
 #[test]
 fn wrong_sizes_are_explained() {
     let Some(gpu) = test_gpu() else { return };
-    let fails = |width, height, count: usize, edges| {
+    let fails = |width, height, count: usize, border| {
         let texels = vec![0.0; count];
-        let heights = HeightSource { width, height, texels: &texels };
-        LeadrMapGpu::new(&gpu, heights, edges, MomentFormat::Float32).err().expect("refused").to_string()
+        let heights = HeightMap { width, height, texels };
+        LeadrMapGpu::new(&gpu, &heights, border, MomentFormat::Float32).err().expect("refused").to_string()
     };
-    assert!(fails(4, 4, 15, Edges::Wrap(Wrap::Repeat)).contains("15 heights do not fill 4x4"));
-    assert!(fails(0, 4, 0, Edges::Wrap(Wrap::Repeat)).contains("0x4"));
+    assert!(fails(4, 4, 15, Border::Wrap).contains("15 heights do not fill 4x4"));
+    assert!(fails(0, 4, 0, Border::Wrap).contains("0x4"));
     let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
-    assert!(fails(32, 16, 512, Edges::Atlas(layout)).contains("are not the atlas's 32x24"));
+    assert!(fails(32, 16, 512, Border::Tiles(layout)).contains("are not the atlas's 32x24"));
     let moments = |change: &dyn Fn(&mut LeadrMap)| {
         let mut map = LeadrMap::new(&bumpy(8, 8), Wrap::Repeat);
         change(&mut map);
-        let made = LeadrMapGpu::with_moments(&gpu, &map, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32);
+        let made = LeadrMapGpu::with_moments(&gpu, &map, Border::Wrap, MomentFormat::Float32);
         made.err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(moments(&|_| ()), "");
@@ -245,8 +244,8 @@ fn a_creature_sized_atlas_fits() {
     let (width, height) = layout.size();
     let texels: Vec<f32> = (0..width * height).map(|i| (i as f32 * 0.37).sin()).collect();
     let clock = std::time::Instant::now();
-    let heights = HeightSource { width, height, texels: &texels };
-    let made = LeadrMapGpu::new(&gpu, heights, Edges::Atlas(layout), MomentFormat::Float32).unwrap();
+    let heights = HeightMap { width, height, texels: texels.clone() };
+    let made = LeadrMapGpu::new(&gpu, &heights, Border::Tiles(layout), MomentFormat::Float32).unwrap();
     println!("{width}x{height}: {} levels in {:?}", made.levels(), clock.elapsed());
     let last = read(&made, made.levels() - 1);
     assert_eq!(last.len(), (layout.columns * layout.rows) as usize);

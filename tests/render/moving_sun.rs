@@ -9,7 +9,7 @@ use leadr::render::light::sky::Sky;
 use leadr::render::scene::FrameState;
 use leadr::render::settings::RenderSettings;
 use leadr::scenes::daylight;
-use leadr::scenes::stage::{Lights, Relief, plane_stage};
+use leadr::scenes::stage::{Lights, ReliefOptions, plane_stage};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::luminance;
 
@@ -38,7 +38,7 @@ fn error(got: &[[f32; 4]], exact: &Sh9) -> f64 {
 }
 
 fn scene(gpu: &TestGpu) -> (Renderer, impl Fn(f64) -> FrameState) {
-    let mut stage = plane_stage(Relief::default());
+    let mut stage = plane_stage(ReliefOptions::default());
     let camera = Camera::looking_at(Vec3::new(6.0, -8.0, 5.0), Vec3::ZERO, 35.0);
     let sky = Sky { sun_direction: daylight::at_hour(4.0), ..Sky::default() };
     let environment = Environment::from_sky(gpu, FACE as u32, &sky).unwrap();

@@ -1,12 +1,13 @@
 //! What the renderer guarantees about geometry: no cracks, culling that changes no pixel, reproducible frames.
 
 use glam::{Affine3A, Vec2, Vec3};
+use leadr::maps::HeightMap;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
-use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::object::MAX_OBJECTS;
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -219,7 +220,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
 #[test]
 fn layers_describe_the_surface() {
     let Some(gpu) = test_gpu() else { return };
-    let flat = HeightField { width: 2, height: 2, texels: vec![0.0; 4], border: Border::Wrap };
+    let flat = HeightField::repeating(HeightMap { width: 2, height: 2, texels: vec![0.0; 4] });
     let mut renderer = renderer(&gpu, object(cube_sphere(8, [0.25, 0.5, 0.75, 0.3]), flat, 1.0));
     let camera = Camera::looking_at(Vec3::new(0.0, -4.0, 0.0), Vec3::ZERO, 40.0);
     let size = (65, 65);

@@ -1,14 +1,14 @@
 //! The reference technique: it agrees with ray casts, converges, is reproducible and can be resumed.
 
 use glam::{DVec2, Vec3};
-use leadr::maps::RgbImage;
+use leadr::maps::{HeightMap, RgbImage};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::passes::accumulate::Accumulation;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
-use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
 use leadr_lab::ray_cast::{Patch, Spectrum, Tile};
@@ -28,7 +28,7 @@ fn reference(size: (u32, u32), samples: u32, relief_shadows: bool) -> RenderSett
 /// Three by three repeats of a tile, one metre each, white and diffuse, with slopes of standard deviation `sigma`.
 pub fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
     let cells = tile.size();
-    let heights = HeightField { width: cells, height: cells, texels: tile.heights().to_vec(), border: Border::Wrap };
+    let heights = HeightField::repeating(HeightMap { width: cells, height: cells, texels: tile.heights().to_vec() });
     let mesh = plane(1.5, 3 * cells / 32, 1.0, [1.0; 4], even);
     let object = Object::new("plane", mesh).with_heights(heights, sigma / cells as f32).with_specular_f0(0.0);
     Object { casts_shadow: casts, ..object }
@@ -213,7 +213,7 @@ fn the_plane_has_a_vertex_at_the_centre_of_every_texel() {
     let Some(gpu) = test_gpu() else { return };
     let (cells, scale) = (100u32, 0.01);
     let texels: Vec<f32> = (0..cells * cells).map(|i| (i * 37 % 101) as f32 / 101.0).collect();
-    let heights = HeightField { width: cells, height: cells, texels: texels.clone(), border: Border::Wrap };
+    let heights = HeightField::repeating(HeightMap { width: cells, height: cells, texels: texels.clone() });
     let mesh = plane(1.5, 9, 1.0, [1.0; 4], even);
     let mut renderer = renderer(&gpu, Object::new("plane", mesh).with_heights(heights, scale), 0.5);
     let distance = 100.0;

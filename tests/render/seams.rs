@@ -1,6 +1,7 @@
 //! Nothing jumps where patches meet, where levels of detail change, or where a tap begins.
 
 use glam::{DVec3, Vec3};
+use leadr::maps::HeightMap;
 use leadr::maps::srgb::srgb8_from_linear;
 use leadr::reflectance::frame::{frame_about, from_frame};
 use leadr::render::camera::Camera;
@@ -9,7 +10,7 @@ use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::{bake_tiles, cube_sphere};
-use leadr::scenes::stage::{Relief, plane_stage, sphere_stage};
+use leadr::scenes::stage::{ReliefOptions, plane_stage, sphere_stage};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{stage_under_sky, under_sky};
 
@@ -33,7 +34,7 @@ fn landscape(gpu: &TestGpu) -> Renderer {
     });
     let (width, height) = layout.size();
     let object = Object::new("landscape", mesh)
-        .with_heights(HeightField { width, height, texels, border: Border::Tiles(layout) }, 1.0)
+        .with_heights(HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) }, 1.0)
         .with_material(MaterialMap::new(width, height, colors))
         .without_shadow();
     under_sky(gpu, vec![object], 16)
@@ -108,7 +109,7 @@ fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
 #[test]
 fn small_patches_do_not_jump() {
     let Some(gpu) = test_gpu() else { return };
-    let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
+    let mut stage = sphere_stage(ReliefOptions { tile: 16, ..ReliefOptions::default() });
     let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
     let frames: Vec<_> = (0..30)
         .map(|k| {
@@ -132,7 +133,7 @@ fn small_patches_do_not_jump() {
 #[test]
 fn taps_begin_without_a_jump() {
     let Some(gpu) = test_gpu() else { return };
-    let mut stage = plane_stage(Relief::default());
+    let mut stage = plane_stage(ReliefOptions::default());
     let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
     let target = stage.views.mid.target;
     let frames: Vec<_> = (0..60)

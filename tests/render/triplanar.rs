@@ -21,8 +21,8 @@ const STEEPNESS: f32 = 0.45;
 
 fn relief() -> HeightField {
     let mut field = bumps(128, 5.0, 7);
-    let mean = field.texels.iter().sum::<f32>() / field.texels.len() as f32;
-    field.texels.iter_mut().for_each(|height| *height -= mean);
+    let mean = field.map.texels.iter().sum::<f32>() / field.map.texels.len() as f32;
+    field.map.texels.iter_mut().for_each(|height| *height -= mean);
     field
 }
 

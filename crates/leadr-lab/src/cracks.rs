@@ -92,7 +92,7 @@ pub fn search(gpu: &Arc<Gpu>, mut stage: Stage, search: Search) -> Result<Cracks
     let corners = stage.objects.iter().flat_map(|object| &object.mesh.positions);
     let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
     let bump = |object: &leadr_render::scene::Object| {
-        let heights = object.heights.iter().flat_map(|field| &field.texels);
+        let heights = object.heights.iter().flat_map(|field| &field.map.texels);
         heights.fold(0.0f32, |bump, h| bump.max(h.abs())) * object.height_scale.abs()
     };
     let bump = stage.objects.iter().map(bump).fold(0.0, f32::max);

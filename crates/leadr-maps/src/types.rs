@@ -1,4 +1,4 @@
-//! The three kinds of image on this floor, and the checks on their texels.
+//! The three kinds of image, and the checks on their texels.
 
 use super::MapFault;
 use super::limits::{MAX_HEIGHT, MAX_RADIANCE};

@@ -38,5 +38,5 @@ pub use fault::{ModelError, ModelFault};
 pub use gltf::EXTENSIONS_READ;
 pub use load::LoadOptions;
 pub use mesh::{Influences, Mesh, MorphTarget, Primitive};
-pub use model::{Camera, Light, LightKind, Model, Node, Projection, Scene, Skin, Transform};
+pub use model::{Camera, Light, LightKind, Model, Node, Projection, SceneRoots, Skin, Transform};
 pub use pose::Pose;

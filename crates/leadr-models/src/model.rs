@@ -15,7 +15,7 @@ pub struct Model {
     /// The file's name without its ending.
     pub name: String,
     /// Selections of nodes to be shown together.
-    pub scenes: Vec<Scene>,
+    pub scenes: Vec<SceneRoots>,
     /// The scene to show first, if the file names one.
     pub default_scene: Option<usize>,
     /// All nodes, in the file's order.
@@ -40,7 +40,7 @@ pub struct Model {
 
 /// A selection of nodes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Scene {
+pub struct SceneRoots {
     /// Its name, empty if it has none.
     pub name: String,
     /// Nodes without parents; all nodes below them belong to the scene, too.

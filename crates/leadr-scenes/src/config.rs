@@ -10,8 +10,8 @@ use super::model::displacement::Displacement;
 use super::model::measured::MeasuredMaterial;
 use super::ocean::waves::Waves;
 use super::options::SceneOption;
-use super::registry::{SCENES, Scene};
-use super::view::{Size, View};
+use super::registry::{NamedScene, SCENES};
+use super::view::{Size, ViewChoice};
 use leadr_maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
@@ -333,7 +333,7 @@ impl Serialize for Picture {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneConfig {
     /// Which scene.
-    pub scene: &'static Scene,
+    pub scene: &'static NamedScene,
     /// The glTF file, where the scene is one.
     pub model: Option<PathBuf>,
     /// The animation that it plays, instead of its first.
@@ -379,7 +379,7 @@ pub struct SceneConfig {
     #[serde(flatten)]
     pub picture: Picture,
     /// Where it is seen from.
-    pub view: View,
+    pub view: ViewChoice,
     /// A file with the pose that it is seen from; not yet read.
     #[serde(skip)]
     pub camera_file: Option<PathBuf>,
@@ -435,7 +435,7 @@ impl Default for SceneConfig {
             time_of_day: None,
             day_length: None,
             picture: Picture::default(),
-            view: View::Mid,
+            view: ViewChoice::Mid,
             camera_file: None,
             distance: None,
             size: Size { width: 1280, height: 720 },

@@ -9,7 +9,7 @@ use glam::{Affine3A, Mat3, Mat4, Vec3};
 use super::plane::{even, plane};
 use super::sphere::{bake_tiles, cube_sphere};
 use super::stage::{Stage, Views};
-use leadr_maps::procedural;
+use leadr_maps::{HeightMap, procedural};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{FrameState, Object, Pose};
 use leadr_render::surfaces::displacement::{Border, HeightField};
@@ -143,7 +143,7 @@ pub fn stage(deformation: Deformation) -> Stage {
         let (layout, texels) =
             bake_tiles(&mut mesh, 64, |p, n| triplanar::blend(p, n, REPEAT, 0.0, |texcoord| map.bicubic(texcoord)));
         let (width, height) = layout.size();
-        object(name, mesh, HeightField { width, height, texels, border: Border::Tiles(layout) })
+        object(name, mesh, HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) })
     };
     let quad = object("quad", plane(HALF, 8, REPEAT, color, even), map.clone());
     let objects = vec![quad, tiled("sphere", cube_sphere(6, color)), tiled("cylinder", cylinder(10, color))];

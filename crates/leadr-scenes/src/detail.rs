@@ -4,9 +4,10 @@ use glam::{Affine2, Mat2, Vec2};
 use rayon::prelude::*;
 
 use super::cover::{Cover, Texel};
+use leadr_maps::HeightMap;
 use leadr_maps::material::{MaterialDetail, Texture};
 use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 
 /// The detail of a surface whose coordinates repeat after so many metres. Texture coordinates run up a picture, views along the axes down.
 #[must_use]
@@ -45,7 +46,7 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
     };
     let turned = flipped * Mat2::from_angle(-layer.rotation.to_radians()) * to_up * layer.repeat;
     Detail {
-        heights: HeightField { width, height, texels, border: Border::Wrap },
+        heights: HeightField::repeating(HeightMap { width, height, texels }),
         slopes,
         material,
         mapping,

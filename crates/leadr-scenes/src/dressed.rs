@@ -8,6 +8,7 @@ use super::detail::detail;
 use super::holes::filled;
 use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
+use leadr_maps::HeightMap;
 use leadr_maps::material::{Material, TextureWrap};
 use leadr_render::scene::{DetailMapping, MaterialMap, Object, PropertyMap};
 use leadr_render::surfaces::displacement::{Border, HeightField};
@@ -29,7 +30,7 @@ pub fn undressed_plane(material: &Material) -> Object {
     if material.relief.is_none() && material.normal_map.is_none() && material.anisotropy.is_none() {
         return object;
     }
-    object.with_heights(HeightField { width, height, texels: Vec::new(), border: Border::Wrap }, 1.0)
+    object.with_heights(HeightField::repeating(HeightMap { width, height, texels: Vec::new() }), 1.0)
 }
 
 /// A plane of 8 m in a material, which repeats every 2 m or after so many metres, and is seen upright from above with `+y` on top.
@@ -63,7 +64,7 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
         let unit = cover.unit(metres);
         let height = |index| cover.height(upright(index)) * unit - cover.middle * unit;
         let heights = places.clone().into_par_iter().map(height).collect();
-        let field = HeightField { width, height: cover.size.1, texels: heights, border: Border::Wrap };
+        let field = HeightField::repeating(HeightMap { width, height: cover.size.1, texels: heights });
         object = object.with_heights(field, metres);
         if cover.has_slopes() || cover.is_brushed() {
             let slope = |index| {
@@ -110,7 +111,7 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     let unit = cover.unit(metres);
     let smooth = material.relief.as_ref().map(|relief| {
         let mut field = HeightField::repeating(relief.map.clone());
-        field.texels.iter_mut().for_each(|height| *height *= unit);
+        field.map.texels.iter_mut().for_each(|height| *height *= unit);
         field
     });
     let mut mesh = cube_sphere(16, UNTINTED);
@@ -158,7 +159,7 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     let light = beside_heights(&cover, light_of_tiles(&cover, width, height, &baked));
     object = object.with_material(light.with(cover.with_fit(Cover::map(width, height, &texels))));
     let heights = baked.iter().map(|b| b.height).collect();
-    let field = HeightField { width, height, texels: heights, border: Border::Tiles(layout) };
+    let field = HeightField { map: HeightMap { width, height, texels: heights }, border: Border::Tiles(layout) };
     object = object.with_heights(field, metres);
     if cover.has_slopes() || cover.is_brushed() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());

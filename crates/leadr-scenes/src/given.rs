@@ -6,7 +6,7 @@ use std::fmt;
 use super::config::{DEFAULT_MSAA, SceneConfig};
 use super::light::EnvironmentChoice;
 use super::options::{SceneOption, Sets, Under};
-use super::view::View;
+use super::view::ViewChoice;
 use leadr_reflectance::masking::shadowing::Shadowing;
 
 /// Options that exclude each other.
@@ -163,9 +163,9 @@ impl CommandLine {
             "--grid is for --rule grid; --rule visible takes --probes"
         } else if is("rule", "grid") && self.has("probes") {
             "--probes is for --rule visible; --rule grid takes --grid"
-        } else if config.view == View::Model && config.model.is_none() {
+        } else if config.view == ViewChoice::Model && config.model.is_none() {
             "--camera model is for models: --scene FILE.glb or FILE.gltf"
-        } else if config.view == View::Model && self.has("distance") {
+        } else if config.view == ViewChoice::Model && self.has("distance") {
             "--distance is for views of a scene; --camera model has a position"
         } else if self.has("normal-y") && !self.has("normal-map") && !self.has("material") {
             "--normal-y is for a normal map: give --normal-map or --material"

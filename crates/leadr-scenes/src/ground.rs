@@ -4,10 +4,10 @@ use super::plane::{plane, toward_horizon};
 use leadr_maps::cache::remembered;
 use leadr_maps::material::alpha_code;
 use leadr_maps::noise::transpose;
-use leadr_maps::procedural;
 use leadr_maps::srgb::srgb8_from_linear;
+use leadr_maps::{HeightMap, procedural};
 use leadr_render::scene::{MaterialMap, Object, Tiling};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 
 /// Metres of ground that the soil map covers.
 const REPEAT: f32 = 5.0;
@@ -53,7 +53,7 @@ pub fn ground() -> Object {
         .collect();
     Object::new("ground", plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon))
         .with_tiling(Tiling::Ground)
-        .with_heights(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }, 1.0)
+        .with_heights(HeightField::repeating(HeightMap { width: TEXELS, height: TEXELS, texels }), 1.0)
         .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
         .with_specular_f0(0.03)
         .without_shadow()
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn the_soil_is_as_high_as_it_says() {
         let object = ground();
-        let heights = object.heights.unwrap().texels;
+        let heights = object.heights.unwrap().map.texels;
         let (low, high) = heights.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
         assert!((high - low - RELIEF).abs() < 1e-5);
         assert!(heights.iter().sum::<f32>().abs() / (heights.len() as f32) < 1e-5);

@@ -3,13 +3,13 @@
 use super::cover::Texel;
 
 /// A level of means over what is covered.
-struct Level {
+struct TexelLevel {
     size: [usize; 2],
     /// `None` where nothing is.
     texels: Vec<Option<Texel>>,
 }
 
-impl Level {
+impl TexelLevel {
     /// The level of half its size.
     fn coarser(&self) -> Self {
         let [width, height] = self.size;
@@ -34,7 +34,7 @@ impl Level {
 pub fn filled(texels: &[Texel], [width, height]: [u32; 2], covered: impl Fn(usize) -> bool) -> Vec<Texel> {
     let size = [width as usize, height as usize];
     let there = texels.iter().enumerate().map(|(index, texel)| covered(index).then_some(*texel)).collect();
-    let mut levels = vec![Level { size, texels: there }];
+    let mut levels = vec![TexelLevel { size, texels: there }];
     while let Some(last) = levels.last()
         && last.size != [1, 1]
     {

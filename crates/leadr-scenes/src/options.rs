@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use self::Sets::{Flag, Path, Text};
 use super::config::{NormalY, Picture, SceneConfig};
 use super::deform::FACTORS;
-use super::registry::{Choice, MODEL, SCENES, Scene};
+use super::registry::{Choice, MODEL, NamedScene, SCENES};
 use super::text::see;
 use leadr_reflectance::facets::metals::{METALS, Metal};
 use leadr_render::constants::MOST_MULTISAMPLES;
@@ -336,7 +336,7 @@ impl SceneOption {
     }
 
     /// Whether a scene and a technique have it.
-    pub fn applies_to(&self, scene: &Scene, technique: Technique) -> bool {
+    pub fn applies_to(&self, scene: &NamedScene, technique: Technique) -> bool {
         let of_technique = if let Sets::Shading(row) = self.sets { row.applies_to(technique) } else { true };
         of_technique && self.choice.is_none_or(|choice| scene.offers(choice))
     }
@@ -378,7 +378,7 @@ fn enter(config: &mut SceneConfig, name: &str) -> Result<(), String> {
     } else {
         let names = || SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
         let unknown = || format!("no such scene; there are {}, and files that end in .glb or .gltf", names());
-        (config.scene, config.model) = (Scene::find(name).ok_or_else(unknown)?, None);
+        (config.scene, config.model) = (NamedScene::find(name).ok_or_else(unknown)?, None);
     }
     config.waves = config.scene.waves();
     Ok(())

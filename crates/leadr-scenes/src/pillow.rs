@@ -8,6 +8,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::plane::{self, plane};
 use super::sphere::bake_patches;
 use super::stage::{Stage, Views};
+use leadr_maps::HeightMap;
 use leadr_maps::material::alpha_code;
 use leadr_maps::noise::smoothstep;
 use leadr_maps::srgb::srgb8_from_linear;
@@ -174,7 +175,10 @@ pub fn stage(tile: u32) -> Stage {
     let heights = texels.iter().map(|t| t.0).collect();
     let colors = texels.iter().map(|t| t.1).collect();
     let pillow = Object::new("pillow", mesh)
-        .with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, 1.0)
+        .with_heights(
+            HeightField { map: HeightMap { width, height, texels: heights }, border: Border::Tiles(layout) },
+            1.0,
+        )
         .with_material(MaterialMap::new(width, height, colors));
     let from = |direction: Vec3, distance: f32, target: Vec3| {
         Camera::looking_at(target + direction.normalize() * distance, target, 30.0)

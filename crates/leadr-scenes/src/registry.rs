@@ -12,7 +12,7 @@ use super::model::{self, ModelChoice};
 use super::ocean::sea;
 use super::ocean::waves::Waves;
 use super::shore::{self, shore_stage};
-use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
+use super::stage::{BakedRelief, ReliefOptions, Stage, plane_stage, sphere_stage};
 use super::trex::Trex;
 use super::trex::stage::{trex_stage, unbaked_body};
 use super::{dressed, pillow, setting, snake, spheres};
@@ -101,7 +101,8 @@ impl SceneOptions {
     /// each texel of its heights. Only its sizes matter.
     fn room_for(&self, object: Object, making: u64, remedy: &'static str) -> Result<(), SceneError> {
         let Some(room) = self.room else { return Ok(()) };
-        let texels = object.heights.as_ref().map_or(0, |map| u64::from(map.width) * u64::from(map.height));
+        let texels =
+            object.heights.as_ref().map_or(0, |field| u64::from(field.map.width) * u64::from(field.map.height));
         let what = format!("the maps of {}", object.name);
         room.check(&[object])?;
         let needs = texels * making;
@@ -145,7 +146,7 @@ impl Default for SceneOptions {
 pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
 
 /// A scene: one row of [`SCENES`].
-pub struct Scene {
+pub struct NamedScene {
     /// Its name on the command line and in reports.
     pub name: &'static str,
     /// What it shows, for the command's help.
@@ -160,8 +161,8 @@ pub struct Scene {
 }
 
 /// Every scene, in the order of the help; the first is the default.
-pub static SCENES: [Scene; 11] = [
-    Scene {
+pub static SCENES: [NamedScene; 11] = [
+    NamedScene {
         name: "trex",
         help: "A displaced T-rex walks over dry ground",
         choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -172,7 +173,7 @@ pub static SCENES: [Scene; 11] = [
             Ok(trex_stage(options.atlas_tile, progress)?)
         },
     },
-    Scene {
+    NamedScene {
         name: "plane",
         help: "A square plane with a height map, in a kerb",
         choices: &[
@@ -197,7 +198,7 @@ pub static SCENES: [Scene; 11] = [
             Ok(if bare { stage } else { setting::around_plane(stage) })
         },
     },
-    Scene {
+    NamedScene {
         name: "sphere",
         help: "A sphere with a height map, on a plinth",
         choices: &[
@@ -220,7 +221,7 @@ pub static SCENES: [Scene; 11] = [
             Ok(if bare { stage } else { setting::around_sphere(stage) })
         },
     },
-    Scene {
+    NamedScene {
         name: "spheres",
         help: "Sixteen spheres of known roughness",
         choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -228,7 +229,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |_, _| Ok(spheres::grid::stage()),
     },
-    Scene {
+    NamedScene {
         name: "stretch",
         help: "A quad, a sphere and a cylinder that are stretched and squeezed",
         choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -236,7 +237,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::Stretch)),
     },
-    Scene {
+    NamedScene {
         name: "shear",
         help: "A quad, a sphere and a cylinder that are sheared",
         choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -244,7 +245,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::Shear)),
     },
-    Scene {
+    NamedScene {
         name: "height-scale",
         help: "A quad, a sphere and a cylinder whose bumps sink until they are smooth",
         choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -252,7 +253,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::HeightScale)),
     },
-    Scene {
+    NamedScene {
         name: "pillow",
         help: "A quilted cushion",
         choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -260,7 +261,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |options, _| Ok(pillow::stage(options.atlas_tile)),
     },
-    Scene {
+    NamedScene {
         name: "snake",
         help: "A coiled snake among four lamps",
         choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
@@ -268,7 +269,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |options, _| Ok(snake::stage(options.atlas_tile)),
     },
-    Scene {
+    NamedScene {
         name: "ocean",
         help: "The open sea under a wind of 8 m/s",
         choices: &[Choice::Waves],
@@ -276,7 +277,7 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |options, _| Ok(sea::stage(options.waves.unwrap_or_default().ocean())),
     },
-    Scene {
+    NamedScene {
         name: "shore",
         help: "The T-rex on a beach with the sea behind it",
         choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness, Choice::Waves],
@@ -291,7 +292,7 @@ pub static SCENES: [Scene; 11] = [
 ];
 
 /// The scene that a glTF file makes; it is named by the file instead of here.
-pub static MODEL: Scene = Scene {
+pub static MODEL: NamedScene = NamedScene {
     name: "model",
     help: "A glTF model on open ground",
     choices: &[Choice::Model, Choice::Relief, Choice::Objects, Choice::Stretch],
@@ -307,12 +308,12 @@ const FIRST_TILE: u32 = 8;
 
 const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
 
-fn relief(options: SceneOptions) -> Relief {
+fn relief(options: SceneOptions) -> ReliefOptions {
     let SceneOptions { height_map: map, baked, height, repeat, atlas_tile: tile, .. } = options;
-    Relief { map, baked, height, repeat, tile, ..Relief::default() }
+    ReliefOptions { map, baked, height, repeat, tile, ..ReliefOptions::default() }
 }
 
-impl Scene {
+impl NamedScene {
     /// The scene of this name.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
@@ -371,19 +372,19 @@ impl Choice {
     }
 }
 
-impl PartialEq for Scene {
+impl PartialEq for NamedScene {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
     }
 }
 
-impl fmt::Debug for Scene {
+impl fmt::Debug for NamedScene {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)
     }
 }
 
-impl Serialize for Scene {
+impl Serialize for NamedScene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name)
     }
@@ -395,7 +396,7 @@ mod tests {
 
     #[test]
     fn first_pictures_have_coarser_atlases() {
-        let first = |name: &str, tile: u32| Scene::find(name).unwrap().first_tile(tile);
+        let first = |name: &str, tile: u32| NamedScene::find(name).unwrap().first_tile(tile);
         assert_eq!(first("sphere", 64), Some(FIRST_TILE));
         // It has no atlas; nothing is coarser.
         assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
@@ -406,10 +407,10 @@ mod tests {
     #[test]
     fn names_are_unique_and_found() {
         for scene in &SCENES {
-            assert_eq!(Scene::find(scene.name), Some(scene));
+            assert_eq!(NamedScene::find(scene.name), Some(scene));
             assert_eq!(SCENES.iter().filter(|s| s.name == scene.name).count(), 1);
         }
-        assert_eq!(Scene::find("cube"), None);
+        assert_eq!(NamedScene::find("cube"), None);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::model::displacement::displace;
 use super::model::measured::measure;
 use super::registry::SceneOptions;
 use super::stage::{BakedRelief, Lights, Views};
-use super::view::{Size, View};
+use super::view::{Size, ViewChoice};
 use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::baked::{BakedMap, HeightUnit};
 use leadr_maps::material::{Input, Material, RoughnessMeaning};
@@ -85,7 +85,7 @@ impl Inputs {
                 displace(&mut model, file, &config.displacements).map_err(named)?;
                 measure(&mut model, &config.measured).map_err(named)?;
                 let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
-                let seen = config.view == View::Model;
+                let seen = config.view == ViewChoice::Model;
                 Some(if seen { choice.seen_by(config.model_camera.as_deref()).map_err(named)? } else { choice })
             }
             None => None,
@@ -245,7 +245,11 @@ pub fn set(
     let views = stage.views;
     let own = stage.own_camera.take();
     let camera = own.as_ref().map_or_else(|| camera(config, views), |own| own(0.0));
-    let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
+    let sizes = stage
+        .objects
+        .iter()
+        .filter_map(|object| object.heights.as_ref())
+        .map(|field| (field.map.width, field.map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
     let lights = Lights { sky, metered, ..Default::default() };
     let mut scene = leadr_render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
@@ -274,7 +278,7 @@ pub fn set(
 impl Set {
     /// The scene at `time` seconds, seen from another of its views in a picture of this size.
     #[must_use]
-    pub fn state_from(&self, time: f64, view: View, size: Size) -> FrameState {
+    pub fn state_from(&self, time: f64, view: ViewChoice, size: Size) -> FrameState {
         let state = (self.animation)(time);
         // The camera of the animation has moved with what it follows.
         let moved = state.camera.position - self.camera.position;
@@ -296,12 +300,12 @@ fn camera(config: &SceneConfig, views: Views) -> Camera {
     config.distance.map_or(camera, |metres| camera.at_distance(metres))
 }
 
-fn camera_of(view: View, views: Views, size: Size) -> Camera {
+fn camera_of(view: ViewChoice, views: Views, size: Size) -> Camera {
     match view {
-        View::Near => views.near,
-        View::Mid | View::Model => fitted(views.mid, size),
-        View::Far => views.far,
-        View::Pose(pose) => pose.camera(),
+        ViewChoice::Near => views.near,
+        ViewChoice::Mid | ViewChoice::Model => fitted(views.mid, size),
+        ViewChoice::Far => views.far,
+        ViewChoice::Pose(pose) => pose.camera(),
     }
 }
 

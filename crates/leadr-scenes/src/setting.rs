@@ -152,26 +152,26 @@ fn turned(pieces: &[&[[f32; 2]]], sectors: &[Sector]) -> PatchMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stage::{Relief, plane_stage, sphere_stage};
+    use crate::stage::{ReliefOptions, plane_stage, sphere_stage};
 
     #[test]
     fn the_surface_is_the_bare_one() {
-        let relief = || Relief { tile: 8, ..Relief::default() };
+        let relief = || ReliefOptions { tile: 8, ..ReliefOptions::default() };
         for (bare, set) in [
             (sphere_stage(relief()), around_sphere(sphere_stage(relief()))),
             (plane_stage(relief()), around_plane(plane_stage(relief()))),
         ] {
             let [a, b] = [&bare.objects[0], &set.objects[0]];
             assert_eq!((&a.mesh.positions, a.height_scale), (&b.mesh.positions, b.height_scale));
-            assert_eq!(a.heights.as_ref().unwrap().texels, b.heights.as_ref().unwrap().texels);
+            assert_eq!(a.heights.as_ref().unwrap().map.texels, b.heights.as_ref().unwrap().map.texels);
             assert!(set.objects[1..].iter().all(|object| object.heights.is_none()));
         }
     }
 
     #[test]
     fn stones_face_outwards_and_hide_the_edge_of_the_surface() {
-        let sphere = around_sphere(sphere_stage(Relief { tile: 8, ..Relief::default() }));
-        let plane = around_plane(plane_stage(Relief::default()));
+        let sphere = around_sphere(sphere_stage(ReliefOptions { tile: 8, ..ReliefOptions::default() }));
+        let plane = around_plane(plane_stage(ReliefOptions::default()));
         for object in [&sphere.objects[1], &plane.objects[1]] {
             for patch in &object.mesh.patches {
                 let p = patch.map(|v| object.mesh.positions[v as usize]);

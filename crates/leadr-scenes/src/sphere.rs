@@ -2,6 +2,7 @@
 //! axes and blended into one tile per patch.
 
 use glam::{Vec2, Vec3};
+use leadr_maps::HeightMap;
 use leadr_render::surfaces::displacement::{Border, HeightField};
 use leadr_render::surfaces::patch::{Patch, PatchPoint};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
@@ -110,18 +111,18 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
 /// the map's own values and centred on its mean.
 #[must_use]
 pub fn displaced_sphere(
-    map: &HeightField,
+    field: &HeightField,
     repeat: f32,
     n: u32,
     tile: u32,
     color: [f32; 4],
 ) -> (PatchMesh, HeightField) {
     let mut mesh = cube_sphere(n, color);
-    let mean = (map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / map.texels.len() as f64) as f32;
+    let mean = (field.map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / field.map.texels.len() as f64) as f32;
     let (layout, texels) =
-        bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| map.bicubic(t)) - mean);
+        bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| field.bicubic(t)) - mean);
     let (width, height) = layout.size();
-    (mesh, HeightField { width, height, texels, border: Border::Tiles(layout) })
+    (mesh, HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) })
 }
 
 #[cfg(test)]
@@ -143,13 +144,9 @@ mod tests {
 
     #[test]
     fn tiles_agree_on_shared_edges() {
-        let map = HeightField {
-            width: 16,
-            height: 16,
-            texels: (0..256).map(|i| ((i * 29) % 17) as f32 / 17.0).collect(),
-            border: Border::Wrap,
-        };
-        let (mesh, field) = displaced_sphere(&map, 1.5, 4, 32, [0.5; 4]);
+        let texels = (0..256).map(|i| ((i * 29) % 17) as f32 / 17.0).collect();
+        let bumps = HeightField::repeating(HeightMap { width: 16, height: 16, texels });
+        let (mesh, field) = displaced_sphere(&bumps, 1.5, 4, 32, [0.5; 4]);
         let topology = Topology::new(&mesh.patches);
         // The texel beyond an edge continues the neighbour: compare the reconstructed height on both sides.
         let Border::Tiles(layout) = field.border else { panic!() };

@@ -252,7 +252,7 @@ pub struct BakedRelief {
 
 /// Material and relief of the plane and sphere scenes.
 #[derive(Clone, Debug)]
-pub struct Relief {
+pub struct ReliefOptions {
     /// One repeat of the heights; `None` for a generated rock.
     pub map: Option<HeightMap>,
     /// What a baked file tells besides its heights.
@@ -267,7 +267,7 @@ pub struct Relief {
     pub tile: u32,
 }
 
-impl Default for Relief {
+impl Default for ReliefOptions {
     fn default() -> Self {
         Self { map: None, baked: None, height: None, repeat: None, roughness: 0.35, tile: 64 }
     }
@@ -281,7 +281,7 @@ fn rock() -> HeightMap {
     HeightMap { width, height, texels: remembered("rock", &programs, (width * height) as usize, make) }
 }
 
-impl Relief {
+impl ReliefOptions {
     /// Metres for each unit of the map, one of whose repeats has so many.
     fn metres_per_unit(&self, repeat: f32) -> f32 {
         let usual = match &self.baked {
@@ -308,7 +308,7 @@ pub const SPHERE_REPEAT: f32 = 1.2;
 
 /// A unit sphere with the relief; the map repeats every 1.2 m unless it says otherwise. Its moments are those of the sphere's own tiles.
 #[must_use]
-pub fn sphere_stage(mut relief: Relief) -> Stage {
+pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
     let (mesh, heights) = displaced_sphere(&relief.field(), repeat, 16, relief.tile, relief.color());
@@ -329,11 +329,11 @@ pub const LARGEST_PLANE_MAP: u32 = 4096;
 /// A plane of 8 m with the relief; the map repeats every 2 m unless it says otherwise, row 0 at `y = 0` and rows along `+y`. Its
 /// patches are as small as the map needs for a vertex at every texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
 #[must_use]
-pub fn plane_stage(mut relief: Relief) -> Stage {
+pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
     let heights = relief.field();
-    let (mesh, coarse) = plane_meshes(heights.width.max(heights.height), repeat, relief.color());
+    let (mesh, coarse) = plane_meshes(heights.map.width.max(heights.map.height), repeat, relief.color());
     let mut object = Object::new("plane", mesh).with_heights(heights, metres);
     object.coarse_mesh = coarse;
     object.moments = relief.baked.take().map(|baked| baked.moments);
@@ -371,7 +371,7 @@ mod tests {
     fn a_reference_of_the_plane_has_a_vertex_for_every_texel() {
         for (size, patches) in [(64, 32), (504, 32), (512, 36), (1024, 68), (4096, 264)] {
             let map = HeightMap::new(size, 1, (0..size).map(|i| (i % 7) as f32).collect()).unwrap();
-            let stage = plane_stage(Relief { map: Some(map), ..Relief::default() });
+            let stage = plane_stage(ReliefOptions { map: Some(map), ..ReliefOptions::default() });
             let object = &stage.objects[0];
             assert_eq!(object.mesh.patches.len(), patches * patches, "{size}");
             let [first, second, ..] = object.mesh.texcoords[0];
@@ -382,20 +382,20 @@ mod tests {
 
     #[test]
     fn heights_and_repeats_are_metres() {
-        let stage = |relief: Relief| {
+        let stage = |relief: ReliefOptions| {
             let map = HeightMap::new(256, 1, (0..256).map(|i| (i % 7) as f32).collect()).ok();
-            plane_stage(Relief { map, ..relief }).objects.remove(0)
+            plane_stage(ReliefOptions { map, ..relief }).objects.remove(0)
         };
-        let metres = stage(Relief { height: Some(0.05), repeat: Some(0.5), ..Relief::default() });
-        assert_eq!((metres.height_scale, stage(Relief::default()).height_scale), (0.05, USUAL_RELIEF));
+        let metres = stage(ReliefOptions { height: Some(0.05), repeat: Some(0.5), ..ReliefOptions::default() });
+        assert_eq!((metres.height_scale, stage(ReliefOptions::default()).height_scale), (0.05, USUAL_RELIEF));
         // 16 repeats of 5 patches each, at half a metre a repeat.
         assert_eq!(metres.mesh.patches.len(), 80 * 80);
         let [first, second, ..] = metres.mesh.texcoords[0];
         assert!(((second - first).length() - 0.1 / 0.5).abs() < 1e-5);
         // However small a repeat is, the plane has no more patches than for the largest map.
-        let most = stage(Relief { repeat: Some(0.01), ..Relief::default() }).mesh.patches.len();
+        let most = stage(ReliefOptions { repeat: Some(0.01), ..ReliefOptions::default() }).mesh.patches.len();
         assert_eq!(most, 264 * 264);
-        assert_eq!(Relief::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);
+        assert_eq!(ReliefOptions::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);
     }
 
     #[test]

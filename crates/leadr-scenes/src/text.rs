@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::config::SceneConfig;
-use super::view::{CameraPose, View};
+use super::view::{CameraPose, ViewChoice};
 use leadr_render::settings::numbers::finite;
 
 /// `X,Y,Z:X,Y,Z`, with `:DEGREES` if the field of view is another than usual; `None` if `text` does not look like it.
@@ -30,17 +30,17 @@ fn pose(text: &str) -> Option<Result<CameraPose, String>> {
 pub fn see(config: &mut SceneConfig, text: &str) -> Result<(), String> {
     (config.model_camera, config.camera_file) = (None, None);
     config.view = match text {
-        "near" => View::Near,
-        "mid" => View::Mid,
-        "far" => View::Far,
-        "model" => View::Model,
+        "near" => ViewChoice::Near,
+        "mid" => ViewChoice::Mid,
+        "far" => ViewChoice::Far,
+        "model" => ViewChoice::Model,
         _ => {
             let path = PathBuf::from(text);
             if let Some(name) = text.strip_prefix("model:") {
                 config.model_camera = Some(name.to_owned());
-                View::Model
+                ViewChoice::Model
             } else if let Some(pose) = pose(text) {
-                View::Pose(pose?)
+                ViewChoice::Pose(pose?)
             } else if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
                 config.camera_file = Some(path);
                 config.view
@@ -95,7 +95,7 @@ mod tests {
         see(&mut config, "a.json").unwrap();
         assert_eq!(config.camera_file.take(), Some("a.json".into()));
         let mut pose = |text: &str| match see(&mut config, text).map(|()| config.view) {
-            Ok(View::Pose(pose)) => (pose.position, pose.target, pose.fov_degrees),
+            Ok(ViewChoice::Pose(pose)) => (pose.position, pose.target, pose.fov_degrees),
             other => panic!("{other:?}"),
         };
         assert_eq!(pose("1,-2,3:0,0,0.5"), ([1.0, -2.0, 3.0], [0.0, 0.0, 0.5], 35.0));

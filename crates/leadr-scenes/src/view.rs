@@ -65,7 +65,7 @@ impl fmt::Display for Size {
 /// Where the scene is seen from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum View {
+pub enum ViewChoice {
     /// The scene's close view.
     Near,
     /// The scene fills the picture.

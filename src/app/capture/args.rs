@@ -15,7 +15,7 @@ use leadr_render::settings::numbers::not_negative;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::given::CommandLine;
 use leadr_scenes::stage::Sweep;
-use leadr_scenes::view::View;
+use leadr_scenes::view::ViewChoice;
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
@@ -259,11 +259,11 @@ impl CaptureArgs {
 
 fn default_output(a: &CaptureArgs, config: &SceneConfig, timeline: &Timeline) -> PathBuf {
     let camera = match config.view {
-        View::Near => "near",
-        View::Mid => "mid",
-        View::Far => "far",
-        View::Pose(_) => "camera",
-        View::Model => "model",
+        ViewChoice::Near => "near",
+        ViewChoice::Mid => "mid",
+        ViewChoice::Far => "far",
+        ViewChoice::Pose(_) => "camera",
+        ViewChoice::Model => "model",
     };
     let frame = match timeline {
         Timeline::Sequence { .. } if a.sheet.is_some() => "-sheet".to_owned(),
@@ -284,7 +284,7 @@ pub mod tests {
     use clap::{CommandFactory, FromArgMatches, Parser};
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_render::settings::{Quadrature, Technique, Terms};
-    use leadr_scenes::view::{Size, View};
+    use leadr_scenes::view::{Size, ViewChoice};
 
     #[derive(Parser)]
     struct Capture {
@@ -324,7 +324,7 @@ pub mod tests {
         let options = picture.options;
         assert_eq!((options.quadrature, options.shadowing), (Quadrature::Grid(7), Shadowing::None));
         assert_eq!((options.terms, picture.displacement), (Terms::DIFFUSE_LIGHTS, false));
-        assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
+        assert_eq!((scene.view, scene.distance), (ViewChoice::Near, Some(7.0)));
         assert_eq!((scene.size, picture.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
         assert_eq!(options.edge_samples, 8);
         assert_eq!((picture.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));

@@ -66,7 +66,7 @@ mod tests {
     use leadr_maps::tonemap::Tonemap;
     use leadr_render::settings::{Quadrature, RenderSettings, ShadingOptions, Technique, Terms};
     use leadr_scenes::config::SceneConfig;
-    use leadr_scenes::view::{Size, View};
+    use leadr_scenes::view::{Size, ViewChoice};
 
     #[derive(Parser)]
     struct Demo {
@@ -107,7 +107,7 @@ mod tests {
         let mut choices = Choices::new(config.picture);
         let drawn = captured(&command_of(&line, &seen(&choices)));
         let expected = SceneConfig {
-            view: View::Pose(POSE),
+            view: ViewChoice::Pose(POSE),
             distance: None,
             time_of_day: None,
             sun: SUN,

@@ -12,7 +12,7 @@ use leadr_scenes::config::SceneConfig;
 use leadr_scenes::given::{CommandLine, EXCLUSIVE};
 use leadr_scenes::options::SceneOption;
 use leadr_scenes::registry::SCENES;
-use leadr_scenes::view::View;
+use leadr_scenes::view::ViewChoice;
 use leadr_tools::command::error::AppError;
 
 /// The options of a picture of a scene that are given.
@@ -48,7 +48,7 @@ impl SceneArgs {
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let mut config = self.given.resolve().map_err(AppError::Usage)?;
         if let Some(file) = config.camera_file.take() {
-            config.view = View::Pose(camera_file::read(&file).map_err(AppError::Failed)?);
+            config.view = ViewChoice::Pose(camera_file::read(&file).map_err(AppError::Failed)?);
         }
         Ok(config)
     }
@@ -116,7 +116,7 @@ pub mod tests {
     use leadr_render::settings::{Probes, Quadrature, ShadingOptions, Technique, Terms};
     use leadr_scenes::config::Picture;
     use leadr_scenes::options::Sets;
-    use leadr_scenes::registry::{MODEL, Scene};
+    use leadr_scenes::registry::{MODEL, NamedScene};
     use serde_json::Value;
     use std::ffi::OsStr;
 
@@ -195,7 +195,7 @@ pub mod tests {
                     "relief-shadows" => given.set("--technique", Some("reference")),
                     _ => {}
                 }
-                let scene = Scene::find(name).unwrap_or(&MODEL);
+                let scene = NamedScene::find(name).unwrap_or(&MODEL);
                 match given.resolve() {
                     Ok(config) => {
                         assert!(

@@ -1,4 +1,4 @@
-//! The Vulkan floor: computing, drawing and transfers work, validation is active, and errors say what to do.
+//! Vulkan itself: computing, drawing and transfers work, validation is active, and errors say what to do.
 
 use std::process::Command;
 

@@ -8,7 +8,7 @@ use leadr_render::light::environment::Environment;
 use leadr_render::light::sky::Sky;
 use leadr_render::scene::{FrameState, Scene};
 use leadr_render::surfaces::moments::MomentFormat;
-use leadr_scenes::stage::{Lights, Relief, Stage, sphere_stage};
+use leadr_scenes::stage::{Lights, ReliefOptions, Stage, sphere_stage};
 use leadr_scenes::trex::stage::trex_stage;
 use leadr_tools::error::LabError;
 
@@ -66,7 +66,7 @@ impl Subject {
     /// # Errors
     /// If the device fails.
     pub fn rock(studio: &Studio, tile: u32) -> Result<Self, LabError> {
-        Self::under_the_sky(studio, sphere_stage(Relief { tile, ..Relief::default() }), 0.0)
+        Self::under_the_sky(studio, sphere_stage(ReliefOptions { tile, ..ReliefOptions::default() }), 0.0)
     }
 
     /// The T-rex in mid-step under the sky, without its ground, with atlas tiles of `tile` texels.

@@ -13,7 +13,7 @@ pub(super) struct Buffer<'a> {
 
 /// A slice of a buffer.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(super) struct BufferView<'a> {
     place: Place,
     length: u64,
     bytes: Option<&'a [u8]>,
@@ -21,7 +21,7 @@ pub(super) struct View<'a> {
     stride: Option<usize>,
 }
 
-impl<'a> View<'a> {
+impl<'a> BufferView<'a> {
     /// Reads a buffer view.
     pub(super) fn read(item: &Item<'_>, buffers: &[Buffer<'a>]) -> Read<Self> {
         let buffer = item.index("buffer", "buffer", buffers.len())?;
@@ -182,7 +182,7 @@ pub(super) struct Accessor<'a> {
 
 impl<'a> Accessor<'a> {
     /// Reads an accessor and checks that all of it lies in its views.
-    pub(super) fn read(item: &Item<'_>, views: &[View<'a>], budget: &Budget) -> Read<Self> {
+    pub(super) fn read(item: &Item<'_>, views: &[BufferView<'a>], budget: &Budget) -> Read<Self> {
         let code = item.required("componentType", item.whole("componentType")?)?;
         let kind = item.required("type", item.string("type")?)?;
         let count = item.required("count", item.whole("count")?)?;
@@ -218,7 +218,7 @@ impl<'a> Accessor<'a> {
         Ok(accessor)
     }
 
-    fn place_in(&mut self, item: &Item<'_>, view: &View<'a>, element: usize) -> Read<()> {
+    fn place_in(&mut self, item: &Item<'_>, view: &BufferView<'a>, element: usize) -> Read<()> {
         self.stride = view.stride.unwrap_or(self.stride);
         if self.stride < element {
             return Err(item.fault(format!("an element has {element} bytes, but `byteStride` is {}", self.stride)));
@@ -334,7 +334,7 @@ impl<'a> Accessor<'a> {
 
 impl<'a> Sparse<'a> {
     /// Nothing, if its buffers have no data.
-    fn read(item: &Item<'_>, count: usize, element: usize, views: &[View<'a>]) -> Read<Option<Self>> {
+    fn read(item: &Item<'_>, count: usize, element: usize, views: &[BufferView<'a>]) -> Read<Option<Self>> {
         let changed = item.required("count", item.whole("count")?)?;
         if changed == 0 || changed > count as u64 {
             return Err(

@@ -10,7 +10,7 @@ use super::meshes::{Meshes, morph_weights};
 use super::source::Source;
 use crate::fault::ModelFault;
 use crate::limits::MAX_COORDINATE;
-use crate::model::{Node, Scene, Transform};
+use crate::model::{Node, SceneRoots, Transform};
 
 /// How far a rotation's length may be from 1 before it is worth a remark.
 const ROUNDING: f32 = 0.005;
@@ -156,7 +156,7 @@ pub(super) fn check_reach(nodes: &[Node], order: &[usize]) -> Result<(), ModelFa
 }
 
 /// Reads all scenes, and which one comes first.
-pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<Scene>, Option<usize>)> {
+pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoots>, Option<usize>)> {
     let mut scenes = Vec::new();
     for item in source.root.items("scenes", "scene")? {
         let mut roots = item.indices("nodes", "node", nodes.len())?;
@@ -165,7 +165,7 @@ pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<Scene>, O
         }
         roots.sort_unstable();
         roots.dedup();
-        scenes.push(Scene { name: item.name()?, roots });
+        scenes.push(SceneRoots { name: item.name()?, roots });
     }
     Ok((scenes, default_scene(&source.root)?))
 }

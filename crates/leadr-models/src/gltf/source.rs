@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::path::Path;
 
-use super::accessor::{Accessor, Buffer, View};
+use super::accessor::{Accessor, Buffer, BufferView};
 use super::json::{Item, Read};
 use super::{extensions, uri};
 use crate::fault::ModelFault;
@@ -67,7 +67,7 @@ pub(super) struct Source<'a> {
     /// Whether images that cannot be had are replaced.
     pub(super) lenient: bool,
     /// All buffer views.
-    pub(super) views: Vec<View<'a>>,
+    pub(super) views: Vec<BufferView<'a>>,
     /// All accessors, within their views.
     pub(super) accessors: Vec<Accessor<'a>>,
     /// Whether vertices may be stored in small integers.
@@ -90,7 +90,7 @@ impl<'a> Source<'a> {
     ) -> Read<Self> {
         let all: Vec<Buffer<'_>> = buffers.all().collect();
         let there = all.iter().filter(|buffer| buffer.bytes.is_some()).map(|buffer| buffer.length).sum();
-        let view = |item: &Item<'_>| View::read(item, &all);
+        let view = |item: &Item<'_>| BufferView::read(item, &all);
         let views = root.items("bufferViews", "buffer view")?.iter().map(view).collect::<Read<Vec<_>>>()?;
         let budget = Budget::for_buffers(there);
         let accessors = root.items("accessors", "accessor")?;

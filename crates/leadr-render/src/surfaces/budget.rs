@@ -2,7 +2,7 @@
 //! too little.
 
 use super::atlas::levels::CoarseShape;
-use super::displacement::Border;
+use super::displacement::{Border, HeightField};
 use super::moments::MomentFormat;
 use super::object::with_same_maps;
 use super::relief_color::{ReliefColors, skipped_levels};
@@ -25,7 +25,7 @@ fn with_mips(bytes: u64) -> u64 {
 #[must_use]
 pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     let relief = object.heights.as_ref().map_or(0, |field| {
-        let texels = u64::from(field.width) * u64::from(field.height);
+        let texels = u64::from(field.map.width) * u64::from(field.map.height);
         let mut horizon = texels;
         while horizon > MOST_HORIZON_TEXELS {
             horizon /= 4;
@@ -59,7 +59,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
 /// Bytes of the largest image of an object's maps: the means and squares of its slopes, or its colours.
 fn largest_image(object: &Object, format: MomentFormat) -> u64 {
     let slopes = object.heights.as_ref().map_or(0, |field| {
-        let texels = u64::from(field.width) * u64::from(field.height);
+        let texels = u64::from(field.map.width) * u64::from(field.map.height);
         with_mips(texels * (format.texel_bytes() / 5 * 4))
     });
     let colors = object.material.as_ref().map_or(0, |map| with_mips(u64::from(map.width) * u64::from(map.height) * 4));
@@ -104,10 +104,12 @@ impl Room {
         let largest = objects.iter().max_by_key(|object| map_bytes(object, format));
         let heights = largest.and_then(|object| object.heights.as_ref());
         let what = largest.map_or_else(String::new, |object| {
-            let size = heights.map_or_else(String::new, |map| format!(" of {} x {} texels", map.width, map.height));
+            let size = heights.map_or_else(String::new, |HeightField { map, .. }| {
+                format!(" of {} x {} texels", map.width, map.height)
+            });
             format!("a scene with the maps of {}{size} in {}", object.name, format.name())
         });
-        let smaller = match heights.map(|map| map.border) {
+        let smaller = match heights.map(|field| field.border) {
             Some(Border::Tiles(_)) => "a smaller --atlas-tile",
             _ => "smaller maps",
         };
@@ -122,14 +124,14 @@ impl Room {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surfaces::displacement::HeightField;
     use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
+    use leadr_maps::HeightMap;
 
     #[test]
     fn an_atlas_needs_its_texels_and_a_little_more() {
         let layout = TileLayout::new(5920, 128);
         let (width, height) = layout.size();
-        let field = HeightField { width, height, texels: Vec::new(), border: Border::Tiles(layout) };
+        let field = HeightField { map: HeightMap { width, height, texels: Vec::new() }, border: Border::Tiles(layout) };
         let bytes =
             map_bytes(&Object::new("animal", PatchMesh::default()).with_heights(field, 1.0), MomentFormat::Float16);
         // Its levels of detail, and 17 x 44 texels of 20 bytes for every tile of 128 x 128 of 14 bytes.
@@ -139,7 +141,7 @@ mod tests {
 
     #[test]
     fn eight_thousand_texels_a_side_fit_in_16_bits() {
-        let field = HeightField { width: 8192, height: 8192, texels: Vec::new(), border: Border::Wrap };
+        let field = HeightField::repeating(HeightMap { width: 8192, height: 8192, texels: Vec::new() });
         let plane = [Object::new("plane", PatchMesh::default()).with_heights(field, 1.0)];
         let room = |format, used: u64| {
             let device = MemoryRoom { size: 2 << 30, left: (2 << 30) - used, piece: 1 << 30 };

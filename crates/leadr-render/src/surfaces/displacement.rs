@@ -23,17 +23,13 @@ pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
 /// A height map and its border rule.
 #[derive(Clone, Debug)]
 pub struct HeightField {
-    /// Texels per row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Heights, row by row, in the mesh's unit.
-    pub texels: Vec<f32>,
+    /// Heights in the mesh's unit.
+    pub map: HeightMap,
     /// What lies beyond the borders.
     pub border: Border,
 }
 
-/// Border rule of a [`HeightField`].
+/// What lies beyond the borders of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
     /// The map repeats.
@@ -48,7 +44,7 @@ impl HeightField {
     /// A map that repeats.
     #[must_use]
     pub fn repeating(map: HeightMap) -> Self {
-        Self { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
+        Self { map, border: Border::Wrap }
     }
 
     /// The texel that stands for number `i` along an axis of `n` texels.
@@ -60,7 +56,7 @@ impl HeightField {
     }
 
     fn texel(&self, x: i64, y: i64) -> f32 {
-        self.texels[self.within(y, self.height) * self.width as usize + self.within(x, self.width)]
+        self.map.texels[self.within(y, self.map.height) * self.map.width as usize + self.within(x, self.map.width)]
     }
 
     /// The texels beside a place along an axis of `n` texels, and how far it is on its way from the first to the second.
@@ -76,10 +72,10 @@ impl HeightField {
     /// Bilinear sample at a texture coordinate.
     #[must_use]
     pub fn bilinear(&self, texcoord: Vec2) -> f32 {
-        let (columns, fx) = self.beside(texcoord.x * self.width as f32 - 0.5, self.width);
-        let (rows, fy) = self.beside(texcoord.y * self.height as f32 - 0.5, self.height);
+        let (columns, fx) = self.beside(texcoord.x * self.map.width as f32 - 0.5, self.map.width);
+        let (rows, fy) = self.beside(texcoord.y * self.map.height as f32 - 0.5, self.map.height);
         let along = |row: usize| {
-            let [a, b] = columns.map(|column| self.texels[row * self.width as usize + column]);
+            let [a, b] = columns.map(|column| self.map.texels[row * self.map.width as usize + column]);
             a * (1.0 - fx) + b * fx
         };
         along(rows[0]) * (1.0 - fy) + along(rows[1]) * fy
@@ -88,7 +84,7 @@ impl HeightField {
     /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
     #[must_use]
     pub fn bicubic(&self, texcoord: Vec2) -> f32 {
-        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
+        let (x, y) = (texcoord.x * self.map.width as f32 - 0.5, texcoord.y * self.map.height as f32 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let weights = |t: f32| {
             let (t2, t3) = (t * t, t * t * t);
@@ -116,17 +112,17 @@ impl<'a> HeightPyramid<'a> {
         let mut levels: Vec<HeightField> = Vec::new();
         loop {
             let source = levels.last().unwrap_or(field);
-            if source.width == 1 && source.height == 1 {
+            if source.map.width == 1 && source.map.height == 1 {
                 break;
             }
-            let (width, height) = ((source.width / 2).max(1), (source.height / 2).max(1));
+            let (width, height) = ((source.map.width / 2).max(1), (source.map.height / 2).max(1));
             let mut texels = vec![0.0; width as usize * height as usize];
             texels.par_chunks_mut(width as usize).zip(0..height).for_each(|(row, y)| {
                 for (texel, x) in row.iter_mut().zip(0..) {
                     *texel = box_filter(source, width, height, x, y);
                 }
             });
-            levels.push(HeightField { width, height, texels, border: field.border });
+            levels.push(HeightField { map: HeightMap { width, height, texels }, border: field.border });
         }
         Self { field, levels }
     }
@@ -141,7 +137,7 @@ impl<'a> HeightPyramid<'a> {
         let mut inside = None;
         if let Border::Tiles(layout) = self.field.border {
             lod = lod.min((layout.tile as f32).log2());
-            let size = Vec2::new(self.field.width as f32, self.field.height as f32);
+            let size = Vec2::new(self.field.map.width as f32, self.field.map.height as f32);
             let (x, y) = layout.origin(patch as u32);
             let low = Vec2::new(x as f32, y as f32);
             let inset = Vec2::splat((lod.ceil().exp2() * 0.5).min(layout.tile as f32 * 0.5));
@@ -178,12 +174,12 @@ struct Mapped<'a> {
 
 impl Mapped<'_> {
     fn mean(&self) -> f32 {
-        self.pyramid.levels.last().unwrap_or(self.pyramid.field).texels[0]
+        self.pyramid.levels.last().unwrap_or(self.pyramid.field).map.texels[0]
     }
 
     /// From one corner of a patch to another in texels; along the axes no farther than on the surface.
     fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
-        let size = Vec2::new(self.pyramid.field.width as f32, self.pyramid.field.height as f32);
+        let size = Vec2::new(self.pyramid.field.map.width as f32, self.pyramid.field.map.height as f32);
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.positions[self.mesh.patches[patch][corner] as usize]);
             return Vec2::new(a.distance(b) / repeat * size.max_element(), 0.0);
@@ -207,8 +203,8 @@ impl Mapped<'_> {
 
 /// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
 fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
-    if (source.width, source.height) == (2 * w, 2 * h) {
-        let rows = [2 * y, 2 * y + 1].map(|y| &source.texels[(y * source.width + 2 * x) as usize..][..2]);
+    if (source.map.width, source.map.height) == (2 * w, 2 * h) {
+        let rows = [2 * y, 2 * y + 1].map(|y| &source.map.texels[(y * source.map.width + 2 * x) as usize..][..2]);
         return (rows.into_iter().flatten().map(|&t| f64::from(t)).sum::<f64>() / 4.0) as f32;
     }
     let span = |i: u32, from: u32, to: u32| {
@@ -219,9 +215,9 @@ fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
         })
     };
     let (mut sum, mut total) = (0.0, 0.0);
-    for (j, wy) in span(y, source.height, h) {
-        for (i, wx) in span(x, source.width, w) {
-            sum += f64::from(source.texels[(j * source.width + i) as usize]) * wx * wy;
+    for (j, wy) in span(y, source.map.height, h) {
+        for (i, wx) in span(x, source.map.width, w) {
+            sum += f64::from(source.map.texels[(j * source.map.width + i) as usize]) * wx * wy;
             total += wx * wy;
         }
     }
@@ -395,14 +391,14 @@ fn patch_ranges(mesh: &PatchMesh, field: &HeightField) -> Vec<[f32; 2]> {
             .into_par_iter()
             .map(|patch| {
                 let (x, y) = layout.origin(patch as u32);
-                let (x, tile, width) = (x as usize, layout.tile as usize, field.width as usize);
+                let (x, tile, width) = (x as usize, layout.tile as usize, field.map.width as usize);
                 range(&mut (0..tile).flat_map(|row| {
                     let start = (y as usize + row) * width + x;
-                    field.texels[start..start + tile].iter().copied()
+                    field.map.texels[start..start + tile].iter().copied()
                 }))
             })
             .collect(),
-        _ => vec![range(&mut field.texels.iter().copied()); mesh.patches.len()],
+        _ => vec![range(&mut field.map.texels.iter().copied()); mesh.patches.len()],
     }
 }
 
@@ -437,7 +433,7 @@ mod tests {
         let mesh = strip();
         let topology = Topology::new(&mesh.patches);
         let texels = (0..32 * 32).map(|i| (i % 32) as f32).collect();
-        let field = HeightField { width: 32, height: 32, texels, border: Border::Clamp };
+        let field = HeightField { map: HeightMap { width: 32, height: 32, texels }, border: Border::Clamp };
         let baked = BoundaryHeights::bake(&mesh, &topology, &field);
         let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
         let middle = baked.edges[shared * EDGE_STRIDE + 32];
@@ -452,7 +448,7 @@ mod tests {
     fn samples_lie_between_four_texels_wherever_they_are() {
         let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
         for border in [Border::Wrap, Border::Clamp] {
-            let field = HeightField { width: 7, height: 5, texels: texels.clone(), border };
+            let field = HeightField { map: HeightMap { width: 7, height: 5, texels: texels.clone() }, border };
             for i in 0..4000 {
                 let place = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
                 let at = Vec2::new(place(0.754_877_666_2), place(0.569_840_290_9));
@@ -469,10 +465,10 @@ mod tests {
     fn pyramid_keeps_the_mean_of_odd_sizes() {
         let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
         let mean = texels.iter().sum::<f32>() / 35.0;
-        let field = HeightField { width: 7, height: 5, texels, border: Border::Wrap };
+        let field = HeightField::repeating(HeightMap { width: 7, height: 5, texels });
         let pyramid = HeightPyramid::new(&field);
         let last = pyramid.levels.last().unwrap();
-        assert_eq!((last.width, last.height), (1, 1));
-        assert!((last.texels[0] - mean).abs() < 1e-5);
+        assert_eq!((last.map.width, last.map.height), (1, 1));
+        assert!((last.map.texels[0] - mean).abs() < 1e-5);
     }
 }

@@ -19,7 +19,7 @@ pub fn fill_half_range(object: &mut Object) {
         (None, None) => steepest_slope(field),
     };
     let factor = factor(steepest);
-    field.texels.par_iter_mut().for_each(|height| *height *= factor);
+    field.map.texels.par_iter_mut().for_each(|height| *height *= factor);
     if let Some(slopes) = &mut object.slopes {
         slopes.as_flattened_mut().iter_mut().for_each(|slope| *slope *= factor);
     }
@@ -33,20 +33,20 @@ pub fn fill_half_range(object: &mut Object) {
 
 /// The steepest slope between neighbouring texels, by texture coordinate. Tiles have nothing to do with their neighbours.
 fn steepest_slope(field: &HeightField) -> f32 {
-    let (width, height) = (field.width as usize, field.height as usize);
+    let (width, height) = (field.map.width as usize, field.map.height as usize);
     let tile = match field.border {
         Border::Tiles(layout) => layout.tile as usize,
         Border::Wrap | Border::Clamp => usize::MAX,
     };
     let repeats = field.border == Border::Wrap;
     let row = |y: usize| {
-        let texels = &field.texels[y * width..][..width];
+        let texels = &field.map.texels[y * width..][..width];
         let across = texels.windows(2).enumerate().filter(|(x, _)| (x + 1) % tile != 0);
         let across = across.fold(0.0f32, |most, (_, pair)| most.max((pair[1] - pair[0]).abs()));
         let across = if repeats { across.max((texels[0] - texels[width - 1]).abs()) } else { across };
         let below = if y + 1 < height { Some(y + 1) } else { repeats.then_some(0) };
         let below = below.filter(|_| !(y + 1).is_multiple_of(tile)).map_or(0.0, |below| {
-            let next = &field.texels[below * width..][..width];
+            let next = &field.map.texels[below * width..][..width];
             texels.iter().zip(next).fold(0.0f32, |most, (a, b)| most.max((b - a).abs()))
         });
         (across * width as f32).max(below * height as f32)
@@ -58,9 +58,10 @@ fn steepest_slope(field: &HeightField) -> f32 {
 mod tests {
     use super::*;
     use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
+    use leadr_maps::HeightMap;
 
     fn field(border: Border, texels: Vec<f32>) -> HeightField {
-        HeightField { width: 8, height: 4, texels, border }
+        HeightField { map: HeightMap { width: 8, height: 4, texels }, border }
     }
 
     #[test]
@@ -84,9 +85,9 @@ mod tests {
         let mut object = Object::new("o", PatchMesh::default()).with_heights(heights.clone(), 0.3);
         fill_half_range(&mut object);
         let scaled = object.heights.unwrap();
-        assert!(scaled.texels[1] != heights.texels[1]);
+        assert!(scaled.map.texels[1] != heights.map.texels[1]);
         let metres = |height: f32, scale: f32| height * scale;
-        for (a, b) in heights.texels.iter().zip(&scaled.texels) {
+        for (a, b) in heights.map.texels.iter().zip(&scaled.map.texels) {
             assert_eq!(metres(*a, 0.3), metres(*b, object.height_scale));
         }
     }

@@ -49,7 +49,7 @@ const SOURCES: [&str; 4] = [
 ];
 
 /// What the horizons of a map follow from besides its heights.
-pub struct Relief<'a> {
+pub struct HorizonInput<'a> {
     /// The surface that carries it.
     pub mesh: &'a PatchMesh,
     /// Edges of the mesh.
@@ -60,7 +60,7 @@ pub struct Relief<'a> {
     pub height_scale: f32,
 }
 
-impl Relief<'_> {
+impl HorizonInput<'_> {
     fn sign(&self) -> f32 {
         if self.height_scale < 0.0 { -1.0 } else { 1.0 }
     }
@@ -93,14 +93,14 @@ pub struct HorizonMaps {
 }
 
 /// A level of the LEADR maps on the CPU.
-struct Level {
+struct HeightLevel {
     size: [u32; 2],
     heights: Vec<f32>,
     /// Mean slopes, heights per texel.
     slopes: Vec<[f32; 2]>,
 }
 
-impl Level {
+impl HeightLevel {
     /// Reads a level back. `sign`: -1 for heights that point inwards.
     fn read(maps: &LeadrMapGpu, level: u32, sign: f32) -> Result<Self> {
         let size = maps.heights().mip_extent(level);
@@ -185,7 +185,7 @@ impl HorizonMaps {
         gpu: &Arc<Gpu>,
         name: &str,
         maps: &LeadrMapGpu,
-        relief: &Relief<'_>,
+        relief: &HorizonInput<'_>,
         cache: Option<(&MapCache, u64)>,
     ) -> Result<Self> {
         let levels = match relief.border {
@@ -238,8 +238,8 @@ impl HorizonMaps {
     }
 
     /// Puts the horizons of a level behind `bytes`.
-    fn level(maps: &LeadrMapGpu, level: u32, relief: &Relief<'_>, bytes: &mut Vec<u8>) -> Result<()> {
-        let read = Level::read(maps, level, relief.sign())?;
+    fn level(maps: &LeadrMapGpu, level: u32, relief: &HorizonInput<'_>, bytes: &mut Vec<u8>) -> Result<()> {
+        let read = HeightLevel::read(maps, level, relief.sign())?;
         let texels = match relief.border {
             Border::Wrap => read.of_map(Wrap::Repeat),
             Border::Clamp => read.of_map(Wrap::Clamp),

@@ -16,23 +16,13 @@ use std::sync::Arc;
 use half::f16;
 
 use super::displacement::{Border, HeightField};
-use super::patch_mesh::TileLayout;
 use crate::constants::{MOMENTS_ATLAS, MOMENTS_CLAMP, MOMENTS_REPEAT};
 use leadr_gpu::vk::Format;
 use leadr_gpu::{
     Commands, ComputePipeline, Descriptor, Gpu, GpuError, Image, ImageDesc, ImageView, Result, SharedStruct, SpecValue,
     Use, shared_struct,
 };
-use leadr_maps::{HeightMap, LeadrMap, Wrap, halves};
-
-/// What lies beyond the edges of the height map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Edges {
-    /// The same as for the sampler that will read the map.
-    Wrap(Wrap),
-    /// Separate tiles: differences at the edge of a tile are one-sided, and the mips end where a tile is one texel.
-    Atlas(TileLayout),
-}
+use leadr_maps::{HeightMap, LeadrMap, halves};
 
 /// How the moments are stored. Heights have 32 bits always: the geometry follows them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,23 +78,6 @@ impl MomentFormat {
     }
 }
 
-/// Heights to upload, row-major, row 0 on top.
-#[derive(Clone, Copy, Debug)]
-pub struct HeightSource<'a> {
-    /// Texels across.
-    pub width: u32,
-    /// Texels down.
-    pub height: u32,
-    /// `width · height` finite heights.
-    pub texels: &'a [f32],
-}
-
-impl<'a> From<&'a HeightMap> for HeightSource<'a> {
-    fn from(map: &'a HeightMap) -> Self {
-        Self { width: map.width, height: map.height, texels: &map.texels }
-    }
-}
-
 shared_struct! {
     struct Push for "Push" {
         /// Texels along a tile of an atlas.
@@ -121,29 +94,29 @@ shared_struct! {
     }
 }
 
-/// The pass: pipelines for one kind of edge and one format, shared by any number of maps.
+/// The pass: pipelines for one kind of border and one format, shared by any number of maps.
 pub struct MomentsPass {
     level0: ComputePipeline,
     /// From levels of which a side is odd, and from others.
     mips: [ComputePipeline; 2],
-    edges: Edges,
+    border: Border,
     format: MomentFormat,
 }
 
 impl MomentsPass {
     /// Creates the pipelines.
-    pub fn new(gpu: &Arc<Gpu>, edges: Edges, format: MomentFormat) -> Result<Self> {
-        let kind = match edges {
-            Edges::Wrap(Wrap::Repeat) => MOMENTS_REPEAT,
-            Edges::Wrap(Wrap::Clamp) => MOMENTS_CLAMP,
-            Edges::Atlas(_) => MOMENTS_ATLAS,
+    pub fn new(gpu: &Arc<Gpu>, border: Border, format: MomentFormat) -> Result<Self> {
+        let kind = match border {
+            Border::Wrap => MOMENTS_REPEAT,
+            Border::Clamp => MOMENTS_CLAMP,
+            Border::Tiles(_) => MOMENTS_ATLAS,
         };
         let [level0, mips] = format.shaders();
         let mip = |even| ComputePipeline::new(gpu, mips, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
         Ok(Self {
             level0: ComputePipeline::new(gpu, level0, &[("EDGES", SpecValue::U32(kind))], &[Push::LAYOUT])?,
             mips: [mip(false)?, mip(true)?],
-            edges,
+            border,
             format,
         })
     }
@@ -165,13 +138,13 @@ impl LeadrMapGpu {
     /// # Errors
     /// [`GpuError::Usage`] when the texels do not fill the size, or the size of the atlas differs; [`GpuError::Allocation`]
     /// when memory is short; a failed submission.
-    pub fn new(gpu: &Arc<Gpu>, source: HeightSource<'_>, edges: Edges, format: MomentFormat) -> Result<Self> {
-        let HeightSource { width, height, texels } = source;
+    pub fn new(gpu: &Arc<Gpu>, heights: &HeightMap, border: Border, format: MomentFormat) -> Result<Self> {
+        let &HeightMap { width, height, ref texels } = heights;
         if u64::from(width) * u64::from(height) != texels.len() as u64 {
             let fault = format!("{} heights do not fill {width}x{height} texels", texels.len());
             return Err(GpuError::Usage { name: "height map".to_owned(), fault });
         }
-        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), width, height)?;
+        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, border, format)?), width, height)?;
         map.heights.write(0, 0, texels)?;
         gpu.submit("moments", |cmd| map.record(cmd))?;
         Ok(map)
@@ -185,13 +158,13 @@ impl LeadrMapGpu {
     /// As [`new`](Self::new), and [`GpuError::Usage`] when there are not as many slopes as heights, or another number of spreads.
     pub fn with_slopes(
         gpu: &Arc<Gpu>,
-        source: HeightSource<'_>,
+        heights: &HeightMap,
         slopes: &[[f32; 2]],
         spread: Option<&[[f32; 3]]>,
-        edges: Edges,
+        border: Border,
         format: MomentFormat,
     ) -> Result<Self> {
-        let HeightSource { width, height, texels } = source;
+        let &HeightMap { width, height, ref texels } = heights;
         let expected = u64::from(width) * u64::from(height);
         let spreads = spread.map_or(slopes.len(), <[_]>::len);
         if [texels.len(), slopes.len(), spreads].iter().any(|&count| count as u64 != expected) {
@@ -199,7 +172,7 @@ impl LeadrMapGpu {
                 format!("{} heights and {} slopes do not fill {width}x{height} texels", texels.len(), slopes.len());
             return Err(GpuError::Usage { name: "height map".to_owned(), fault });
         }
-        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), width, height)?;
+        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, border, format)?), width, height)?;
         let about = |i: usize| spread.map_or([0.0; 3], |spread| spread[i]);
         let moments = |(i, &[x, y]): (usize, &[f32; 2])| {
             let [ss, tt, st] = about(i);
@@ -220,10 +193,10 @@ impl LeadrMapGpu {
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`GpuError::Usage`] when levels are missing or of other sizes.
-    pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, edges: Edges, format: MomentFormat) -> Result<Self> {
+    pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, border: Border, format: MomentFormat) -> Result<Self> {
         let wrong = |fault: String| GpuError::Usage { name: "LEADR map".to_owned(), fault };
         let Some(first) = moments.levels.first() else { return Err(wrong("it has no levels".to_owned())) };
-        let pass = Arc::new(MomentsPass::new(gpu, edges, format)?);
+        let pass = Arc::new(MomentsPass::new(gpu, border, format)?);
         let map = Self::empty(gpu, &pass, first.width, first.height)?;
         if moments.levels.len() != map.levels.len() {
             return Err(wrong(format!("it has {} levels, not {}", moments.levels.len(), map.levels.len())));
@@ -280,7 +253,7 @@ impl LeadrMapGpu {
     pub fn empty(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, width: u32, height: u32) -> Result<Self> {
         let [slopes, joint] = pass.format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
-        if let Edges::Atlas(tiles) = pass.edges {
+        if let Border::Tiles(tiles) = pass.border {
             if tiles.size() != (width, height) || !tiles.tile.is_power_of_two() {
                 let (w, h) = tiles.size();
                 let fault = format!("{width}x{height} texels are not the atlas's {w}x{h} of tiles of {}", tiles.tile);
@@ -300,13 +273,13 @@ impl LeadrMapGpu {
     /// Computes the moments, and all levels but the finest of the heights, from that; and leaves the images in [`Use::Sampled`]. It may
     /// be recorded again whenever the heights change.
     pub fn record(&self, cmd: &mut Commands) {
-        let MomentsPass { level0, edges, format, .. } = &*self.pass;
+        let MomentsPass { level0, border, format, .. } = &*self.pass;
         for image in [&self.slopes, &self.joint] {
             // the earlier content is not needed, but its readers must be done
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
         }
         cmd.transition(&self.heights, Use::ComputeReadWrite);
-        let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
+        let tile = if let Border::Tiles(tiles) = border { tiles.tile } else { 0 };
         let [slopes, joint, heights] = &self.levels[0];
         let [width, height] = slopes.extent();
         cmd.bind(
@@ -385,17 +358,11 @@ pub(super) fn field_maps(
     moments: Option<LeadrMap>,
     format: MomentFormat,
 ) -> Result<LeadrMapGpu> {
-    let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
-    let field = field.unwrap_or(&none);
-    let edges = match field.border {
-        Border::Wrap => Edges::Wrap(Wrap::Repeat),
-        Border::Clamp => Edges::Wrap(Wrap::Clamp),
-        Border::Tiles(layout) => Edges::Atlas(layout),
-    };
-    let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
+    let none = HeightField { map: HeightMap { width: 1, height: 1, texels: vec![0.0] }, border: Border::Clamp };
+    let HeightField { map, border } = field.unwrap_or(&none);
     match (moments, slopes) {
-        (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, edges, format),
-        (None, Some(slopes)) => LeadrMapGpu::with_slopes(gpu, source, &slopes, spread.as_deref(), edges, format),
-        (None, None) => LeadrMapGpu::new(gpu, source, edges, format),
+        (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, *border, format),
+        (None, Some(slopes)) => LeadrMapGpu::with_slopes(gpu, map, &slopes, spread.as_deref(), *border, format),
+        (None, None) => LeadrMapGpu::new(gpu, map, *border, format),
     }
 }

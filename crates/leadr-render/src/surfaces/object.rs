@@ -10,7 +10,7 @@ use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
 use super::flat;
 use super::half_range::fill_half_range;
-use super::horizon::{HorizonMaps, Relief};
+use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
@@ -204,7 +204,10 @@ impl SurfaceKind {
             follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             horizon: object.height_scale != 0.0
                 && object.material.as_ref().is_none_or(|map| map.cones.is_none())
-                && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
+                && object
+                    .heights
+                    .as_ref()
+                    .is_some_and(|field| field.map.texels.iter().any(|h| *h != field.map.texels[0])),
             flat,
             triangles: mesh.triangles,
             triplanar: mesh.triplanar.is_some() && object.heights.is_some(),
@@ -299,7 +302,7 @@ impl ObjectMaps {
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, name)?,
         };
         let horizons = if kind.horizon {
-            let relief = Relief { mesh: &object.mesh, topology, border, height_scale: object.height_scale };
+            let relief = HorizonInput { mesh: &object.mesh, topology, border, height_scale: object.height_scale };
             HorizonMaps::new(gpu, name, &leadr, &relief, cache.map(|cache| (cache, sum)))?
         } else {
             HorizonMaps::none(gpu, name)?
@@ -366,7 +369,7 @@ impl GpuObject {
         );
         let maps = maps?;
         // They are on the device.
-        object.heights.iter_mut().for_each(|field| field.texels = Vec::new());
+        object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
             Self::with_maps(gpu, object, index, kind, carrier, maps.clone())
@@ -455,12 +458,12 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
     };
     relief_alone(a)
         && relief_alone(b)
-        && (of_a.width, of_a.height, of_a.border) == (of_b.width, of_b.height, of_b.border)
+        && of_a.border == of_b.border
         && a.slope_wrap == b.slope_wrap
         && a.height_scale.partial_cmp(&0.0) == b.height_scale.partial_cmp(&0.0)
         && (!matches!(of_a.border, Border::Tiles(_)) || same_surface(&a.mesh, &b.mesh))
-        && !of_a.texels.is_empty()
-        && of_a.texels == of_b.texels
+        && !of_a.map.texels.is_empty()
+        && of_a.map == of_b.map
 }
 
 /// Whether the maps of an object are made for the patches of its mesh.
@@ -483,9 +486,9 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
         }
         let t = mesh.texcoords.get(i).copied().unwrap_or_default();
         let tile = match &object.heights {
-            Some(HeightField { width, height, border: Border::Tiles(layout), .. }) => {
+            Some(HeightField { map, border: Border::Tiles(layout) }) => {
                 let (x, y) = layout.origin(i as u32);
-                let (w, h) = (*width as f32, *height as f32);
+                let (w, h) = (map.width as f32, map.height as f32);
                 let end = |k: u32| (k + layout.tile) as f32;
                 [x as f32 / w, y as f32 / h, end(x) / w, end(y) / h]
             }
@@ -508,7 +511,7 @@ fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, 
     let of_levels =
         moments.iter().flat_map(|map| &map.levels).map(|level| checksum(bytemuck::cast_slice(&level.texels)));
     let mut sums: Vec<u64> = of_levels.collect();
-    sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.texels))));
+    sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.map.texels))));
     sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
     // Heights alone are known by themselves.
     if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }

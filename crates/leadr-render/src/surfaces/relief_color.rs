@@ -79,7 +79,7 @@ impl<'a> ReliefColors<'a> {
         // Charts lay colours elsewhere than heights.
         if !object.follows_relief
             || object.charts.is_some()
-            || field.texels.is_empty()
+            || field.map.texels.is_empty()
             || map.colors.len() != map.width as usize * map.height as usize
         {
             return None;
@@ -138,12 +138,12 @@ impl<'a> ReliefColors<'a> {
     /// The texel of the heights at a texel of the colours.
     fn texel(&self, [x, y]: [u32; 2]) -> [u32; 2] {
         let of = |i: u32, n: u32, to: u32| ((u64::from(2 * i + 1) * u64::from(to)) / u64::from(2 * n)) as u32;
-        [of(x, self.map.width, self.field.width), of(y, self.map.height, self.field.height)]
+        [of(x, self.map.width, self.field.map.width), of(y, self.map.height, self.field.map.height)]
     }
 
     fn height(&self, place: [u32; 2]) -> f32 {
         let [x, y] = self.texel(place);
-        self.field.texels[y as usize * self.field.width as usize + x as usize]
+        self.field.map.texels[y as usize * self.field.map.width as usize + x as usize]
     }
 
     fn color(&self, [x, y]: [u32; 2]) -> [f32; 3] {
@@ -171,7 +171,7 @@ impl<'a> ReliefColors<'a> {
     /// Slope of the heights by texture coordinate, in their unit.
     fn gradient(&self, place: [u32; 2]) -> [f32; 2] {
         let [x, y] = self.texel(place);
-        let (width, height) = (self.field.width, self.field.height);
+        let (width, height) = (self.field.map.width, self.field.map.height);
         if let Some(slopes) = self.slopes {
             return slopes[y as usize * width as usize + x as usize];
         }
@@ -179,7 +179,7 @@ impl<'a> ReliefColors<'a> {
         let beside = |i: u32, n: u32| {
             if wraps { [(i + n - 1) % n, (i + 1) % n] } else { [i.saturating_sub(1), (i + 1).min(n - 1)] }
         };
-        let at = |x: u32, y: u32| self.field.texels[y as usize * width as usize + x as usize];
+        let at = |x: u32, y: u32| self.field.map.texels[y as usize * width as usize + x as usize];
         let ([left, right], [above, below]) = (beside(x, width), beside(y, height));
         [(at(right, y) - at(left, y)) * 0.5 * width as f32, (at(x, below) - at(x, above)) * 0.5 * height as f32]
     }
@@ -223,6 +223,7 @@ impl<'a> ReliefColors<'a> {
 mod tests {
     use super::*;
     use crate::surfaces::patch_mesh::PatchMesh;
+    use leadr_maps::HeightMap;
 
     fn painted(paint: impl Fn(f32, f32) -> bool) -> Object {
         // A slope in one direction, repeated, and its colours.
@@ -232,7 +233,7 @@ mod tests {
             if paint(h, rise) { [200, 20, 20, 128] } else { [100, 100, 100, 128] }
         });
         let map = MaterialMap::new(64, 64, colors.collect());
-        let field = HeightField { width: 64, height: 64, texels: heights, border: Border::Clamp };
+        let field = HeightField { map: HeightMap { width: 64, height: 64, texels: heights }, border: Border::Clamp };
         Object::new("painted", PatchMesh::default()).with_heights(field, 1.0).with_material(map).with_relief_color()
     }
 

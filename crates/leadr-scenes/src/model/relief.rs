@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::surface::Surface;
 use crate::cover::{Cover, Stroke};
+use leadr_maps::HeightMap;
 use leadr_maps::material::Material;
 use leadr_render::scene::Object;
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
@@ -78,7 +79,7 @@ pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: 
     };
     let height_at = |index| (cover.height(place(index)) - cover.middle) * scale;
     let texels = places.clone().into_par_iter().map(height_at).collect();
-    let object = object.with_heights(HeightField { width, height, texels, border: Border::Wrap }, 1.0);
+    let object = object.with_heights(HeightField::repeating(HeightMap { width, height, texels }), 1.0);
     // Heights alone keep the slopes of their own triangles, which have no place for a further variance.
     let brushed = cover.is_brushed() && (cover.has_slopes() || !cover.has_heights());
     if !cover.has_slopes() && !brushed {

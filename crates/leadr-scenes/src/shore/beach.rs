@@ -3,8 +3,9 @@
 use glam::{DVec2, Vec2, Vec3};
 
 use super::sand::{JOINS, OVERLAPS, PERIOD, SQUARE, STRIP, Sand, dry, strip, wet};
+use leadr_maps::HeightMap;
 use leadr_render::scene::{MaterialMap, Object, Tiling};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::shore::Shore;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
@@ -161,7 +162,7 @@ fn mesh(
 fn object(name: &str, mesh: PatchMesh, sand: Sand) -> Object {
     let Sand { width, height, heights, colors } = sand;
     Object::new(name, mesh)
-        .with_heights(HeightField { width, height, texels: heights, border: Border::Wrap }, 1.0)
+        .with_heights(HeightField::repeating(HeightMap { width, height, texels: heights }), 1.0)
         .with_material(MaterialMap::new(width, height, colors))
         .with_specular_f0(0.025)
         .without_shadow()

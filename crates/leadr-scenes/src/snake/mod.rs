@@ -11,6 +11,7 @@ use self::body::{ALONG, AROUND, Body};
 use super::ground::ground;
 use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{Stage, Views};
+use leadr_maps::HeightMap;
 use leadr_maps::material::alpha_code;
 use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
@@ -55,7 +56,10 @@ fn body_object(body: &Body, tile: u32) -> Object {
     shade_contacts(body, &mut mesh);
     let (heights, colors) = texels.into_iter().unzip();
     Object::new("snake", mesh)
-        .with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, 1.0)
+        .with_heights(
+            HeightField { map: HeightMap { width, height, texels: heights }, border: Border::Tiles(layout) },
+            1.0,
+        )
         .with_material(MaterialMap::new(width, height, colors))
         .with_specular_f0(0.045)
 }

@@ -6,6 +6,7 @@ use glam::{DVec2, Vec2};
 
 use super::noise::SphereNoise;
 use crate::sphere::{bake_tiles, cube_sphere, lay_tiles};
+use leadr_maps::HeightMap;
 use leadr_maps::cache::remembered;
 use leadr_render::surfaces::displacement::{Border, HeightField};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
@@ -122,7 +123,7 @@ impl Surface {
         let (width, height) = layout.size();
         let make = || bake_tiles(&mut mesh.clone(), detail.tile, |p, _| noise.at(p.normalize())).1;
         let texels = known(width as usize * height as usize, &make);
-        let heights = HeightField { width, height, texels, border: Border::Tiles(layout) };
+        let heights = HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) };
         Self { mesh, heights, cap: noise.cap(), length: length as f32 }
     }
 }
@@ -144,7 +145,8 @@ mod tests {
                 patch.map(|v| surface.mesh.normals[v as usize]),
             );
             let (x0, y0) = layout.origin(index as u32);
-            let at = |x: u32, y: u32| surface.heights.texels[((y0 + y) * surface.heights.width + x0 + x) as usize];
+            let at =
+                |x: u32, y: u32| surface.heights.map.texels[((y0 + y) * surface.heights.map.width + x0 + x) as usize];
             for y in (2..layout.tile - 2).step_by(3) {
                 for x in (2..layout.tile - 2).step_by(3) {
                     let inner = layout.inner() as f32;

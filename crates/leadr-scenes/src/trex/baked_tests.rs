@@ -91,7 +91,7 @@ fn tiles_agree_on_their_edges_and_do_not_fold() {
     let mut trex = quick();
     println!("baked tile 16 in {:?}: {} patches", start.elapsed(), trex.body.patches.len());
     let unbaked = unbaked_body(16).heights.unwrap();
-    assert_eq!((unbaked.width, unbaked.height), trex.layout.size());
+    assert_eq!((unbaked.map.width, unbaked.map.height), trex.layout.size());
     let worst = worst_edge(&trex);
     let (all, folded, steep) = folds(&trex);
     let (low, high) = trex.heights.iter().fold((f32::MAX, f32::MIN), |(l, h), x| (l.min(*x), h.max(*x)));

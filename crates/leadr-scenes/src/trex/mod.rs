@@ -95,7 +95,7 @@ fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexErr
     body.colors = body
         .positions
         .iter()
-        .map(|&p| skin.shade(p, &skin::Relief { height: 0.001, top: 0.7, fold: 0.0 }, 0.0))
+        .map(|&p| skin.shade(p, &skin::SkinPoint { height: 0.001, top: 0.7, fold: 0.0 }, 0.0))
         .collect();
     let atlas = atlas::bake(&sdf, &skin, &body, &layout, progress);
     Ok(Baked { body, layout, atlas })

@@ -298,7 +298,7 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin, detail: Detail) {
     for (a, b, ra, rb, joint) in cones {
         for (side, joint) in [(1.0, joint), (-1.0, joint + RIGHT)] {
             let color = |p: Vec3, _: Vec3| {
-                let relief = super::skin::Relief { height: 0.002, top: 0.75, fold: 0.0 };
+                let relief = super::skin::SkinPoint { height: 0.002, top: 0.75, fold: 0.0 };
                 skin.shade(p, &relief, 0.0)
             };
             append(mesh, &round_cone(mirror(a, side), mirror(b, side), ra, rb, detail), joint, &color, &|_| 0.85);

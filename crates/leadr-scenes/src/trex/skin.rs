@@ -100,7 +100,7 @@ impl Default for Skin {
 
 /// What the shading of a point needs besides its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Relief {
+pub struct SkinPoint {
     /// Displacement along the surface normal, metres (about -16 to 22 mm).
     pub height: f32,
     /// 0 in the grooves between scales, 1 on their tops.
@@ -147,7 +147,7 @@ impl Skin {
 
     /// Relief at rest position `p` (a point of the surface); `mouth` in `[0, 1]` smooths the lining of the mouth.
     #[must_use]
-    pub fn relief(&self, p: Vec3, mouth: f32) -> Relief {
+    pub fn relief(&self, p: Vec3, mouth: f32) -> SkinPoint {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let face = self.face(p);
         let (head, foot, tail) = (face.head, 1.0 - ss(0.5, 1.1, p.z), ss(2.0, 5.5, -p.x));
@@ -205,7 +205,7 @@ impl Skin {
         top = (top * quiet).max(scutes * 0.8).max(lips * (labial + 0.65));
         let pit = 1.0 - ss(0.040, 0.056, face.nostril);
         height *= (1.0 - 0.85 * mouth) * (1.0 - 0.8 * pit);
-        Relief { height, top, fold: valley.min(1.0) }
+        SkinPoint { height, top, fold: valley.min(1.0) }
     }
 
     /// Linear albedo (rgb) and Beckmann roughness `α` at rest position `p` with its relief.
@@ -213,7 +213,7 @@ impl Skin {
     /// The design's roughness is perceptual; `α` is its square. Cavities (grooves between scales, folds) darken the
     /// albedo, since their inter-reflection is not computed.
     #[must_use]
-    pub fn shade(&self, p: Vec3, relief: &Relief, mouth: f32) -> [f32; 4] {
+    pub fn shade(&self, p: Vec3, relief: &SkinPoint, mouth: f32) -> [f32; 4] {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let (n1, n2, n3) = (value(p * 2.1, 61), value(p * 7.0, 62), value(p * 23.0, 63));
         let face = self.face(p);

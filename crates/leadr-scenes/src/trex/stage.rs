@@ -5,6 +5,7 @@ use glam::{Affine3A, Vec3};
 use super::{Trex, TrexError, walk};
 use crate::ground::{STEP, ground};
 use crate::stage::{Stage, Views};
+use leadr_maps::HeightMap;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{MaterialMap, Object, Pose};
 use leadr_render::surfaces::displacement::{Border, HeightField};
@@ -22,7 +23,10 @@ pub fn animal(trex: Trex) -> [Object; 2] {
     // Colours come from the atlas; vertex colours must not tint them.
     body.colors = vec![[1.0; 4]; body.positions.len()];
     let body = Object::new(BODY, body)
-        .with_heights(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }, 1.0)
+        .with_heights(
+            HeightField { map: HeightMap { width, height, texels: trex.heights }, border: Border::Tiles(trex.layout) },
+            1.0,
+        )
         .with_material(MaterialMap::new(width, height, trex.colors))
         // Keratin, slightly above the usual 0.04.
         .with_specular_f0(0.045);
@@ -37,7 +41,7 @@ pub fn animal(trex: Trex) -> [Object; 2] {
 pub fn unbaked_body(tile: u32) -> Object {
     let layout = TileLayout::new(BODY_PATCHES, tile);
     let (width, height) = layout.size();
-    let heights = HeightField { width, height, texels: Vec::new(), border: Border::Tiles(layout) };
+    let heights = HeightField { map: HeightMap { width, height, texels: Vec::new() }, border: Border::Tiles(layout) };
     let material = MaterialMap::new(width, height, Vec::new());
     Object::new(BODY, PatchMesh::default()).with_heights(heights, 1.0).with_material(material)
 }

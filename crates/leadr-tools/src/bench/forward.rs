@@ -13,11 +13,11 @@ use leadr_gpu::{
     Image, ImageDesc, ImageView, Load, Memory, Result, Sampler, SharedStruct, SpecValue, StructLayout, Timestamps, Use,
     shared_struct,
 };
-use leadr_maps::Wrap;
 use leadr_render::frame::PassTime;
 use leadr_render::passes::targets::RADIANCE_FORMAT;
 use leadr_render::scene::{FrameState, Object};
-use leadr_render::surfaces::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
+use leadr_render::surfaces::displacement::Border;
+use leadr_render::surfaces::moments::{LeadrMapGpu, MomentFormat};
 
 /// The pass by name.
 pub const FORWARD: &str = "forward";
@@ -182,7 +182,6 @@ impl ForwardPass {
             tangent: four((place(1) - place(0)) / across, 0.0),
             bitangent: four((place(3) - place(0)) / down, 0.0),
         };
-        let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
         let pipeline = |kind: Forward| {
             let grid = kind.grid().map(|n| ("GRID", SpecValue::I32(n as i32)));
             let desc = GraphicsDesc {
@@ -203,7 +202,7 @@ impl ForwardPass {
             pipelines: Forward::ALL.into_iter().map(pipeline).collect::<Result<_>>()?,
             block: uniform,
             corners: Buffer::from_slice(gpu, "forward corners", &[0, 1, 2, 3].map(corner))?,
-            maps: LeadrMapGpu::new(gpu, source, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32)?,
+            maps: LeadrMapGpu::new(gpu, &field.map, Border::Wrap, MomentFormat::Float32)?,
             repeat: Sampler::new(gpu, "forward maps", Filter::Trilinear, AddressMode::Repeat)?,
             clamp: Sampler::new(gpu, "forward environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
             target: Image::new(gpu, FORWARD, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target())?,

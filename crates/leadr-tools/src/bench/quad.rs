@@ -294,7 +294,7 @@ mod tests {
     use super::*;
     use crate::bench::full_screen::full_screen_stage;
     use leadr_scenes::config::SceneConfig;
-    use leadr_scenes::registry::Scene;
+    use leadr_scenes::registry::NamedScene;
     use leadr_scenes::stage::Lights;
 
     fn all_rows() -> Vec<Row> {
@@ -304,7 +304,7 @@ mod tests {
         let mut rows = rows(&state, size);
         rows.extend(against_forward(&state, size));
         for name in ["sphere", "trex"] {
-            let config = SceneConfig { scene: Scene::find(name).unwrap(), ..SceneConfig::default() };
+            let config = SceneConfig { scene: NamedScene::find(name).unwrap(), ..SceneConfig::default() };
             rows.extend(techniques(&config, &state, None));
             rows.extend(distances(&config, &state, None));
         }

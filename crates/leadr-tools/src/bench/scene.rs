@@ -7,8 +7,8 @@ use super::rows::Row;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::{Quadrature, RenderSettings, Technique, Terms};
 use leadr_scenes::config::{Picture, SceneConfig};
-use leadr_scenes::registry::{Choice, Scene};
-use leadr_scenes::view::{Size, View};
+use leadr_scenes::registry::{Choice, NamedScene};
+use leadr_scenes::view::{Size, ViewChoice};
 
 /// A table of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Table {
 
     /// Whether a scene has this table.
     #[must_use]
-    pub fn is_of(self, scene: &Scene) -> bool {
+    pub fn is_of(self, scene: &NamedScene) -> bool {
         // Beside the objects of a beach, the sea is a small part of a frame.
         let fits = self != Self::Waves || !scene.offers(Choice::Objects);
         fits && (self.needs().is_empty() || self.needs().iter().any(|choice| scene.offers(*choice)))
@@ -114,10 +114,11 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
 pub fn views(
     config: &SceneConfig,
     sizes: &[Size],
-    seen: impl Fn(View, Size) -> FrameState,
+    seen: impl Fn(ViewChoice, Size) -> FrameState,
     only: Option<Technique>,
 ) -> Vec<Row> {
-    const VIEWS: [(&str, View); 3] = [("near", View::Near), ("mid", View::Mid), ("far", View::Far)];
+    const VIEWS: [(&str, ViewChoice); 3] =
+        [("near", ViewChoice::Near), ("mid", ViewChoice::Mid), ("far", ViewChoice::Far)];
     let technique = only.unwrap_or(Technique::Leadr);
     let rows = sizes.iter().flat_map(|&size| VIEWS.map(|(name, view)| (size, name, view)));
     rows.map(|(size, name, view)| {

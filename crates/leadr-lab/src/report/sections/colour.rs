@@ -9,11 +9,11 @@ use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
 use crate::report::verdict::{Shot, judge, without_grain};
-use leadr_maps::{MapFault, RgbImage};
+use leadr_maps::{HeightMap, MapFault, RgbImage};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{MaterialMap, Object};
 use leadr_render::settings::{RenderSettings, ShadingOptions, Technique};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_scenes::plane::{even, plane};
 use leadr_scenes::stage::{Stage, Views};
 use leadr_tools::error::LabError;
@@ -136,7 +136,7 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
             colors[i] = RED;
         }
     }
-    let field = HeightField { width: TEXELS, height: TEXELS, texels: heights.to_vec(), border: Border::Wrap };
+    let field = HeightField::repeating(HeightMap { width: TEXELS, height: TEXELS, texels: heights.to_vec() });
     // Half a repeat around the one that is seen throws its shadows.
     Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
         .with_heights(field, SIGMA / TEXELS as f32)

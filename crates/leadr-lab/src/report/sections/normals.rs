@@ -8,12 +8,12 @@ use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
 use crate::report::verdict::{Shot, judge};
-use leadr_maps::procedural;
+use leadr_maps::{HeightMap, procedural};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::camera::Camera;
 use leadr_render::scene::Object;
 use leadr_render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_scenes::plane::{even, plane};
 use leadr_scenes::spheres::cell::{Lighting, TURN};
 use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
@@ -47,7 +47,7 @@ fn full_heights() -> HeightField {
         .map(|(&(bump, slope), seed)| procedural::gaussian(FULL, FULL, seed, slope, bump / FULL as f32))
         .collect();
     let texels = (0..(FULL * FULL) as usize).map(|i| fields.iter().map(|f| f.texels[i]).sum()).collect();
-    HeightField { width: FULL, height: FULL, texels, border: Border::Wrap }
+    HeightField::repeating(HeightMap { width: FULL, height: FULL, texels })
 }
 
 /// The mean heights of squares of four texels a side, brought back to the full size as a renderer does it.
@@ -55,16 +55,17 @@ fn coarse_heights(full: &HeightField) -> HeightField {
     let n = FULL / 4;
     let square = |i: u32| {
         let (x, y) = (4 * (i % n), 4 * (i / n));
-        (0..16).map(|k| full.texels[((y + k / 4) * FULL + x + k % 4) as usize]).sum::<f32>() / 16.0
+        (0..16).map(|k| full.map.texels[((y + k / 4) * FULL + x + k % 4) as usize]).sum::<f32>() / 16.0
     };
-    let small = HeightField { width: n, height: n, texels: (0..n * n).map(square).collect(), border: Border::Wrap };
+    let small = HeightField::repeating(HeightMap { width: n, height: n, texels: (0..n * n).map(square).collect() });
     let at = |i: u32| (Vec2::new((i % FULL) as f32, (i / FULL) as f32) + 0.5) / FULL as f32;
-    HeightField { texels: (0..FULL * FULL).map(|i| small.bicubic(at(i))).collect(), ..full.clone() }
+    let texels = (0..FULL * FULL).map(|i| small.bicubic(at(i))).collect();
+    HeightField::repeating(HeightMap { width: FULL, height: FULL, texels })
 }
 
 /// Slopes by central differences, as a normal map of the full resolution has them.
 fn slopes(full: &HeightField) -> Vec<[f32; 2]> {
-    let at = |x: u32, y: u32| full.texels[((y % FULL) * FULL + x % FULL) as usize];
+    let at = |x: u32, y: u32| full.map.texels[((y % FULL) * FULL + x % FULL) as usize];
     let per = 0.5 * FULL as f32;
     (0..FULL * FULL)
         .map(|i| (i % FULL, i / FULL))
@@ -267,7 +268,7 @@ mod tests {
         let full = full_heights();
         let coarse = coarse_heights(&full);
         let power = |field: &HeightField| slopes(field).iter().map(|s| f64::from(s[0] * s[0])).sum::<f64>();
-        let mean = |field: &HeightField| field.texels.iter().map(|&h| f64::from(h)).sum::<f64>();
+        let mean = |field: &HeightField| field.map.texels.iter().map(|&h| f64::from(h)).sum::<f64>();
         let kept = power(&coarse) / power(&full);
         assert!((0.4..0.95).contains(&kept), "{kept}");
         assert!((mean(&coarse) - mean(&full)).abs() < 1e-3 * f64::from(FULL * FULL) * 0.01);

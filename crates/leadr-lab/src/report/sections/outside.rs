@@ -10,7 +10,7 @@ use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use leadr_render::settings::{ShadingOptions, Technique};
-use leadr_scenes::stage::{Lights, Relief, plane_stage, sphere_stage};
+use leadr_scenes::stage::{Lights, ReliefOptions, plane_stage, sphere_stage};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number, percent};
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
@@ -73,7 +73,7 @@ fn is_quick(case: &OutsideCase) -> bool {
 fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, LabError> {
     let OutsideTruth { case, image, mask } = truth;
     let (Some(light), Some(heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };
-    let relief = Relief { map: Some(heights), roughness: case.alpha, tile: TILE, ..Relief::default() };
+    let relief = ReliefOptions { map: Some(heights), roughness: case.alpha, tile: TILE, ..ReliefOptions::default() };
     let stage = if case.scene == "sphere" { sphere_stage(relief) } else { plane_stage(relief) };
     let stage = stage.with_relief({
         let scale = case.scale;

@@ -11,7 +11,9 @@ use leadr_maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
 use leadr_maps::baked::BakedMap;
 use leadr_maps::{HeightMap, RgbImage, procedural};
 use leadr_render::surfaces::moments::MomentFormat;
-use leadr_scenes::stage::{BakedRelief, GENERATED_HEIGHT, Relief, Stage, USUAL_RELIEF, plane_stage, sphere_stage};
+use leadr_scenes::stage::{
+    BakedRelief, GENERATED_HEIGHT, ReliefOptions, Stage, USUAL_RELIEF, plane_stage, sphere_stage,
+};
 use leadr_scenes::trex::stage::trex_stage;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
@@ -75,8 +77,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         });
         let stage = |baked: Option<BakedMap>| {
             let baked = baked.and_then(BakedMap::into_moments).map(|moments| BakedRelief { moments, in_widths: false });
-            let relief = Relief { map: Some(map.clone()), baked, ..Relief::default() };
-            plane_stage(Relief { height: Some(scale * USUAL_RELIEF), ..relief })
+            let relief = ReliefOptions { map: Some(map.clone()), baked, ..ReliefOptions::default() };
+            plane_stage(ReliefOptions { height: Some(scale * USUAL_RELIEF), ..relief })
         };
         let shots = [
             shoot(studio, stage(None), MomentFormat::Float32, 0.0)?,
@@ -88,8 +90,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         studio.step();
     }
     let tile = studio.pick(16, 64);
-    let sphere =
-        |studio: &Studio, format| shoot(studio, sphere_stage(Relief { tile, ..Relief::default() }), format, 0.0);
+    let sphere = |studio: &Studio, format| {
+        shoot(studio, sphere_stage(ReliefOptions { tile, ..ReliefOptions::default() }), format, 0.0)
+    };
     let shots = [sphere(studio, MomentFormat::Float32)?, sphere(studio, MomentFormat::Float16)?];
     pictures.extend(measure("sphere", &shots)?);
     if !studio.quick {

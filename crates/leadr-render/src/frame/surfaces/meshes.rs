@@ -107,12 +107,12 @@ impl MeshPipelines {
 }
 
 struct Mesh {
-    fine: Level,
-    coarse: Option<Level>,
+    fine: DetailLevel,
+    coarse: Option<DetailLevel>,
 }
 
 /// An object in one level of detail.
-struct Level {
+struct DetailLevel {
     object: Arc<GpuObject>,
     /// Whether it is closed, so that what is behind is hidden by what is in front, from wherever it is seen.
     closed: bool,
@@ -121,7 +121,7 @@ struct Level {
     views: Pool<ViewBuffers>,
 }
 
-impl Level {
+impl DetailLevel {
     fn new(object: GpuObject) -> Self {
         let closed = object.topology.irregular_edges() == 0;
         Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
@@ -154,7 +154,7 @@ impl Mesh {
         maps: Option<Arc<ObjectMaps>>,
     ) -> Result<Self> {
         let (fine, coarse) = GpuObject::upload(gpu, object, index, upload, maps)?;
-        Ok(Self { fine: Level::new(fine), coarse: coarse.map(Level::new) })
+        Ok(Self { fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
     }
 
     /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
@@ -164,7 +164,7 @@ impl Mesh {
         lens: &Lens,
         tessellation: &TessellationSettings,
         edges: bool,
-    ) -> (&mut Level, PosedVertices) {
+    ) -> (&mut DetailLevel, PosedVertices) {
         let Self { fine, coarse } = self;
         if let Some(level) = coarse {
             let vertices = pose.apply(&level.object.object.mesh);
