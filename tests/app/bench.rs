@@ -251,6 +251,7 @@ fn the_passes_of_the_sea_are_timed_one_by_one() {
 }
 
 #[test]
+#[ignore = "long"]
 fn frames_leave_nothing_in_memory() {
     let Some(_) = test_gpu() else { return };
     let soak = |scene: &str, frames: &str, more: &[&str]| {
@@ -315,6 +316,7 @@ fn the_printed_table_names_device_commit_and_rows() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_page_is_written_of_whatever_device_there_is() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();

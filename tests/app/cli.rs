@@ -320,6 +320,7 @@ fn targets_that_cannot_be_written_are_named_before_any_work() {
 }
 
 #[test]
+#[ignore = "long"]
 fn every_scene_honours_a_flag_or_refuses_it() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();

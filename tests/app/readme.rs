@@ -55,6 +55,7 @@ fn files_that_commands_read_are_there_or_made_before() {
 }
 
 #[test]
+#[ignore = "long"]
 fn commands_on_assets_run() {
     let folder = tempfile::tempdir().unwrap();
     std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), folder.path().join("assets")).unwrap();
@@ -82,6 +83,7 @@ fn commands_on_assets_run() {
 
 /// Literally, but for smaller pictures and fewer samples.
 #[test]
+#[ignore = "long"]
 fn the_first_hour_goes_as_it_is_told() {
     let folder = tempfile::tempdir().unwrap();
     std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), folder.path().join("assets")).unwrap();

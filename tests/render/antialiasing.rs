@@ -120,6 +120,7 @@ fn error(motion: &Motion, reference: &Motion) -> f32 {
 }
 
 #[test]
+#[ignore = "long"]
 fn small_glossy_parts_do_not_sparkle() {
     let Some(gpu) = test_gpu() else { return };
     for (name, mesh, diameter) in [

@@ -107,6 +107,7 @@ fn the_snake_has_no_cracks_unless_it_is_torn() {
 
 /// From afar, every pixel of one sample is near the converged reference, and far nearer than with mipmapped normals.
 #[test]
+#[ignore = "long"]
 fn one_sample_from_afar_is_close_to_many_of_the_reference() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = pillow::stage(32);

@@ -54,6 +54,7 @@ fn horizon_row(camera: &Camera, size: (u32, u32), column: u32) -> f32 {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_horizon_is_the_curve_of_the_earth() {
     let Some(gpu) = test_gpu() else { return };
     let size = (192, 96);
@@ -145,6 +146,7 @@ fn block_changes(a: &[f32], b: &[f32]) -> Vec<f32> {
 }
 
 #[test]
+#[ignore = "long"]
 fn nothing_pops_while_the_camera_moves() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
