@@ -133,7 +133,6 @@ fn resolve_include(
 }
 
 /// The path without `.` and `..`, so that one file has one name in messages.
-#[must_use]
 pub fn normal(path: &Path) -> PathBuf {
     let mut result = PathBuf::new();
     for part in path.components() {
@@ -149,7 +148,6 @@ pub fn normal(path: &Path) -> PathBuf {
 }
 
 /// The path with forward slashes, as shaders are named.
-#[must_use]
 pub fn slashes(path: &Path) -> String {
     path.to_string_lossy().replace('\\', "/")
 }

@@ -25,7 +25,6 @@ pub enum Stage {
 
 impl Stage {
     /// The stage that a file's extension names.
-    #[must_use]
     pub fn of(path: &std::path::Path) -> Option<Self> {
         Some(match path.extension()?.to_str()? {
             "vert" => Self::Vertex,
@@ -85,7 +84,6 @@ pub enum ResourceKind {
 
 impl ResourceKind {
     /// Its name in messages.
-    #[must_use]
     pub fn words(self) -> &'static str {
         match self {
             Self::Uniform => "a uniform buffer",
@@ -153,7 +151,6 @@ pub struct Member {
 
 impl Shader {
     /// Its SPIR-V, with each resource bound to the number that `number` returns for its name.
-    #[must_use]
     pub fn spirv(&self, number: impl Fn(&str) -> Option<u32>) -> Vec<u32> {
         let word = |bytes: &[u8]| u32::from_ne_bytes(bytes.try_into().expect("four bytes"));
         let mut words: Vec<u32> = self.code.chunks_exact(4).map(word).collect();
@@ -176,7 +173,6 @@ mod compiled {
         ///
         /// # Panics
         /// If the name has no extension of a stage; such a file does not compile.
-        #[must_use]
         pub fn from_compiled(name: &str, compiled: Compiled) -> &'static Self {
             let Compiled { code, declared, used } = compiled;
             let resources = declared.resources.into_iter().map(|resource| Resource {

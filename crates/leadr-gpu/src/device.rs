@@ -203,7 +203,6 @@ impl Gpu {
     }
 
     /// Whether the driver draws on the processor, in the machine's own memory.
-    #[must_use]
     pub fn is_software(&self) -> bool {
         self.facts.kind == vk::PhysicalDeviceType::CPU
     }

@@ -172,7 +172,6 @@ impl<T> Doing<T> for std::result::Result<T, vk::Result> {
 }
 
 /// Bytes as a person reads them.
-#[must_use]
 pub fn binary(bytes: u64) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     if mebibytes < 1000.0 { format!("{mebibytes:.1} MiB") } else { format!("{:.2} GiB", mebibytes / 1024.0) }

@@ -45,7 +45,6 @@ impl MemoryRoom {
 }
 
 /// Bytes of this machine's memory that programs can still have; `None` where the system does not say.
-#[must_use]
 pub fn machine_memory() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/meminfo").ok()?, AVAILABLE)
 }
@@ -62,7 +61,6 @@ fn entry(meminfo: &str, name: &str) -> Option<u64> {
 
 impl Gpu {
     /// The memory that buffers and images hold now.
-    #[must_use]
     pub fn memory_use(&self) -> MemoryUse {
         let report = self.allocator().generate_report();
         MemoryUse {
@@ -73,7 +71,6 @@ impl Gpu {
     }
 
     /// The device's own memory that buffers and images can still have.
-    #[must_use]
     pub fn memory_room(&self) -> MemoryRoom {
         let piece = self.largest_allocation();
         // Drivers in software tell any size (lavapipe 2 GiB) and give the machine's memory, which others may hold.

@@ -75,7 +75,6 @@ impl ShaderWatch {
     }
 
     /// What has changed since it was last asked.
-    #[must_use]
     pub fn change(&self) -> Option<Change> {
         self.changes.try_recv().ok()
     }

@@ -156,7 +156,6 @@ impl CommandRecorder {
     }
 
     /// Whether a submission has not been waited for.
-    #[must_use]
     pub fn is_pending(&self) -> bool {
         matches!(self.state, State::Pending)
     }

@@ -118,7 +118,6 @@ impl Swapchain {
 
     /// The format of the images: `B8G8R8A8` or `R8G8B8A8`, displayed as sRGB. `UNORM` stores the codes as they are drawn;
     /// `SRGB` encodes the drawn values.
-    #[must_use]
     pub fn format(&self) -> vk::Format {
         self.format.format
     }

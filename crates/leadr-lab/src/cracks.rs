@@ -66,7 +66,6 @@ pub const STEEPEST: f32 = 1.5;
 const JUMP: f32 = 0.5;
 
 /// Rough heights from 0 to 1 that repeat, bumps of a few texels.
-#[must_use]
 pub fn rough_relief(scale: Option<f32>) -> Relief {
     let size = 64;
     let HeightMap { texels, .. } = procedural::gaussian(size, size, 5, 1.0, 3.0 / size as f32);
@@ -76,7 +75,6 @@ pub fn rough_relief(scale: Option<f32>) -> Relief {
 }
 
 /// The model with such a relief on every material.
-#[must_use]
 pub fn roughened(mut model: Model, scale: Option<f32>) -> Model {
     model.materials.iter_mut().for_each(|material| material.relief = Some(rough_relief(scale)));
     model

@@ -12,7 +12,6 @@ const STEPS: usize = 6;
 
 /// Nodes `(1 − ideal, grazing)` in 65535ths, by cosine and then by roughness. Nodes are raised
 /// until the table is nowhere below the albedo.
-#[must_use]
 pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync) -> Vec<[u16; 2]> {
     let (nx, ny) = ((ENERGY_COSINES - 1) * STEPS + 1, (ENERGY_ALPHAS - 1) * STEPS + 1);
     let rule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };

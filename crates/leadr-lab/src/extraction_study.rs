@@ -51,7 +51,6 @@ fn beckmann(x: f64, y: f64) -> Beckmann {
 }
 
 /// Round Beckmann slopes of roughness `alpha` from so many angles; `None` if nothing is found.
-#[must_use]
 pub fn round(alpha: f64, angles: usize) -> Option<Extraction> {
     let slopes = beckmann(alpha, alpha);
     let at = |i: usize| backscattering(&slopes, direction(angle_at(i as f64 / angles as f64), 0.0));
@@ -63,7 +62,6 @@ pub fn round(alpha: f64, angles: usize) -> Option<Extraction> {
 }
 
 /// Brushed ones of two roughnesses from so many angles and azimuths.
-#[must_use]
 pub fn brushed(alpha: DVec2, angles: usize, azimuths: usize) -> Option<Extraction> {
     let slopes = beckmann(alpha.x, alpha.y);
     let at = |i: usize, k: usize| {

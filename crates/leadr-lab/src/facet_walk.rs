@@ -84,7 +84,6 @@ fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec
 /// Mean of `count` walks of light from `wi` on facets of a `distribution`; stream `seed` of random numbers. `outwards`:
 /// directions whose BRDF is wanted, which mirrors do not give ([`Facets::Mirrors`]: by the normals' density, with more
 /// noise the smoother they are).
-#[must_use]
 pub fn facet_walks(
     distribution: &impl SlopeDistribution,
     facets: Facets,

@@ -19,7 +19,6 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
 }
 
 /// Parameters of least squared `residuals`, from `start`, in at most `steps` steps.
-#[must_use]
 pub fn least_squares(start: Vec<f64>, steps: u32, residuals: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let mut p = start;
     let mut r = residuals(&p);

@@ -55,7 +55,6 @@ fn powers(values: &[f64; ORDERS], albedo: f64) -> f64 {
 
 impl Simulation {
     /// `count` walks on GGX facets from each of ten cosines.
-    #[must_use]
     pub fn new(alpha: f64, f0: f64, facets: Facets, count: u64, seed: u64) -> Self {
         let nodes: Vec<(f64, f64)> =
             gauss_legendre(COSINES).into_iter().map(|(x, w)| (0.5 + 0.5 * x, 0.5 * w)).collect();
@@ -88,13 +87,11 @@ impl Simulation {
     }
 
     /// Root mean square over both cosine-weighted hemispheres of what `model` (`π f_r`) differs by.
-    #[must_use]
     pub fn error(&self, albedo: f64, model: impl Fn(DVec3, DVec3) -> f64) -> f64 {
         self.places(albedo).map(|(p, want)| p.weight * (model(p.wo, p.wi) - want).powi(2)).sum::<f64>().sqrt()
     }
 
     /// `(cosine, directional albedo)` of the walks, for facets of this albedo.
-    #[must_use]
     pub fn albedo(&self, albedo: f64) -> Vec<(f64, f64)> {
         self.nodes.iter().zip(&self.albedo).map(|(n, a)| (n.0, powers(a, albedo))).collect()
     }
@@ -105,7 +102,6 @@ fn places() -> impl Iterator<Item = (usize, usize, usize)> {
 }
 
 /// `π f_r` of [`multiscattering_diffuse`] with these constants.
-#[must_use]
 pub fn fitted(fit: &BounceFit, table: &EnergyTable, alpha: f64, f0: f64, albedo: f64, wo: DVec3, wi: DVec3) -> f64 {
     let (f0, average) = (DVec3::splat(f0), table.average(alpha));
     let [o, i] = [wo.z, wi.z].map(|c| entered(f0, table.albedo(alpha, c), average.ideal));
@@ -115,7 +111,6 @@ pub fn fitted(fit: &BounceFit, table: &EnergyTable, alpha: f64, f0: f64, albedo:
 
 /// The constants of least squared errors over `simulations`, for facets of albedo .5 and 1. `lost` stays 0 where it begins
 /// at 0.
-#[must_use]
 pub fn fit_bounces(simulations: &[Simulation], table: &EnergyTable, start: &BounceFit, steps: u32) -> BounceFit {
     let lossy = start.lost[0] != 0.0;
     let from = |p: &[f64]| {

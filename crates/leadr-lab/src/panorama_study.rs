@@ -34,7 +34,6 @@ struct Ray {
 }
 
 /// The errors for a panorama whose lights are taken out in such a way.
-#[must_use]
 pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceErrors {
     let parts = split(image, how);
     let mut rest = image.clone();

@@ -125,7 +125,6 @@ const PANELS: usize = 8;
 /// Every model under every light on a sphere whose relief has the slopes of `surface`, in the frame of each pixel
 /// ([`SpherePixel`]): relative root mean square errors, the truth's noise subtracted. A few seconds with the default
 /// settings.
-#[must_use]
 pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<ShadowingRow> {
     let tile = Tile::new(settings.spectrum, settings.tile, 8.0, settings.seed);
     let patch = Patch::new(&tile, surface.m, surface.s);
@@ -194,7 +193,6 @@ pub struct LitFacets {
 
 /// What the constants of [`bent_normal`] come from: means over eight azimuths of sight, at an angle in `degrees` to the normal, of a
 /// surface of mean slope 0.
-#[must_use]
 pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFacets {
     const AZIMUTHS: u32 = 8;
     const DIRECTIONS: u32 = 8;

@@ -10,7 +10,6 @@ pub const BYTES: usize = 8;
 
 /// Encodes 16 values, row by row. Ends lie at the extremes, rounded each way, so that nothing is farther off than a fourteenth of the
 /// block's range and a step of the bytes.
-#[must_use]
 pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let scaled = values.map(|v| (v.clamp(-1.0, 1.0)) * 127.0);
     let (low, high) = scaled.iter().fold((127.0f32, -127.0f32), |(low, high), &v| (low.min(v), high.max(v)));
@@ -54,7 +53,6 @@ fn between([first, second]: [f32; 2], step: u8) -> f32 {
 }
 
 /// The 16 values of a block, row by row.
-#[must_use]
 pub fn decode(block: &[u8; BYTES]) -> [f32; 16] {
     // -128 is -127.
     let ends = [block[0], block[1]].map(|end| f32::from(end.cast_signed().max(-127)));

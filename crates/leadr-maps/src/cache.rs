@@ -71,13 +71,11 @@ pub fn user_folder(xdg: &str, usual: &str) -> Option<PathBuf> {
 
 impl MapCache {
     /// The cache in a folder, which is created when something is written.
-    #[must_use]
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
     /// The cache of this user: in `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`; none if none is set.
-    #[must_use]
     pub fn of_user() -> Option<Self> {
         variable("LEADR_CACHE").or_else(|| user_folder("XDG_CACHE_HOME", ".cache")).map(Self::in_folder)
     }
@@ -154,7 +152,6 @@ impl MapCache {
     }
 
     /// Whether something is stored under this key as one of its `kind`; whether it is whole only [`remember`](Self::remember) finds.
-    #[must_use]
     pub fn holds(&self, kind: &str, key: u64) -> bool {
         self.path(&named(kind, key)).is_file()
     }

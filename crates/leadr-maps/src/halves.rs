@@ -6,7 +6,6 @@
 use half::f16;
 
 /// Mean slopes and second moments as 16-bit floats hold them.
-#[must_use]
 pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     let [x, y, xx, yy] = moments;
     let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
@@ -18,7 +17,6 @@ pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
 }
 
 /// The power of two that slopes are multiplied by so that their squares fill the range of 16 bits, whose largest number is 65504.
-#[must_use]
 pub fn factor(steepest: f32) -> f32 {
     if steepest > 0.0 && steepest.is_finite() {
         (128.0 / steepest).log2().floor().clamp(-60.0, 60.0).exp2()

@@ -57,7 +57,6 @@ impl NewFile {
     }
 
     /// What the file will be called.
-    #[must_use]
     pub fn target(&self) -> &Path {
         &self.target
     }

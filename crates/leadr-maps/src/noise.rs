@@ -21,14 +21,12 @@ pub fn unit(h: u32) -> f32 {
 }
 
 /// 0 up to `low`, 1 from `high` on, smooth between (Hermite).
-#[must_use]
 pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
 /// Rows of `width` texels as columns.
-#[must_use]
 pub fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
     let height = texels.len() / width;
     (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()

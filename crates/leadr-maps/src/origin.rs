@@ -31,7 +31,6 @@ pub struct Origin {
 
 impl Origin {
     /// `png`, whole and not animated, with this in it.
-    #[must_use]
     pub fn in_png(&self, mut png: Vec<u8>) -> Vec<u8> {
         let texts = [&self.software, &self.command, &self.fingerprint];
         let chunks =
@@ -42,7 +41,6 @@ impl Origin {
     }
 
     /// What the bytes of a PNG say, if they say it all.
-    #[must_use]
     pub fn of_png(png: &[u8]) -> Option<Self> {
         let mut found = [None, None, None];
         let mut rest = png.get(8..)?;
@@ -65,7 +63,6 @@ impl Origin {
 
     /// The attributes of an EXR that say this. Only one is not among the standard ones: the order of more would be another in each
     /// file.
-    #[must_use]
     pub(super) fn exr_attributes(&self) -> LayerAttributes {
         let other = [(Text::from(FINGERPRINT), AttributeValue::Text(latin(&self.fingerprint)))].into_iter().collect();
         LayerAttributes {
@@ -77,7 +74,6 @@ impl Origin {
     }
 
     /// What the only layer of an EXR says, if it says it all.
-    #[must_use]
     pub fn of_exr(path: &Path) -> Option<Self> {
         let meta = MetaData::read_from_file(path, false).ok()?;
         let [header] = meta.headers.as_slice() else { return None };

@@ -34,7 +34,6 @@ impl Tonemap {
     pub const ALL: [Self; 4] = [Self::Agx, Self::Aces, Self::Filmic, Self::Clamp];
 
     /// Its name on the command line.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Clamp => "clamp",
@@ -45,7 +44,6 @@ impl Tonemap {
     }
 
     /// A line of help.
-    #[must_use]
     pub fn help(self) -> &'static str {
         match self {
             Self::Clamp => "Linear, cut off at white",
@@ -56,7 +54,6 @@ impl Tonemap {
     }
 
     /// Linear display light, 0 to 1 a channel, of linear radiance after exposure.
-    #[must_use]
     pub fn display(self, color: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Clamp => color.map(|v| v.clamp(0.0, 1.0)),
@@ -75,7 +72,6 @@ fn times(rows: [[f32; 3]; 3], color: [f32; 3]) -> [f32; 3] {
 /// Stephen Hill's fit of the ACES reference rendering and its output for sRGB screens: the curve is applied in primaries wide enough
 /// that bright saturated colours go pale instead of clipping channel by channel. The exposure is that of [`filmic`], under which 0.18
 /// maps to about the same grey.
-#[must_use]
 pub fn aces(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
     const OUT: [[f32; 3]; 3] =
@@ -90,7 +86,6 @@ const ACES_EXPOSURE: f32 = 2.01;
 
 /// Troy Sobotka's AgX in the polynomial form of Benjamin Wrensch, with the "punchy" look: a logarithmic curve over 16.5 stops in
 /// primaries that are drawn together before it and apart after it.
-#[must_use]
 pub fn agx(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [
         [0.842_479_06, 0.078_433_6, 0.079_223_745],

@@ -56,7 +56,6 @@ fn place(index: usize, width: u32) -> (u32, u32) {
 
 impl HeightMap {
     /// The mean height.
-    #[must_use]
     pub fn mean(&self) -> f32 {
         (self.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / self.texels.len() as f64) as f32
     }

@@ -47,14 +47,12 @@ pub struct FitFile {
 }
 
 /// The name of a form of masking in files.
-#[must_use]
 pub fn masking_name(masking: Masking) -> &'static str {
     MASKINGS.iter().find(|(_, form)| *form == masking).map_or("smith", |(name, _)| name)
 }
 
 impl FitFile {
     /// What is kept of it, to which fields for readers may be added.
-    #[must_use]
     pub fn to_json(&self) -> Value {
         let facets = &self.brdf.facets;
         let step = std::f64::consts::FRAC_PI_2 / (FRESNEL_ANGLES - 1) as f64;

@@ -71,7 +71,6 @@ impl Measured {
     }
 
     /// Whether it looks the same from all azimuths.
-    #[must_use]
     pub fn is_isotropic(&self) -> bool {
         match self {
             Self::Merl(_) | Self::Table(_) => true,
@@ -81,13 +80,11 @@ impl Measured {
     }
 
     /// Whether nothing but backscattering is known.
-    #[must_use]
     pub fn is_backscattering(&self) -> bool {
         matches!(self, Self::Table(table) if table.is_backscattering())
     }
 
     /// The database, and what the file says of itself.
-    #[must_use]
     pub fn description(&self) -> String {
         match self {
             Self::Merl(_) => "MERL".to_owned(),

@@ -27,7 +27,6 @@ pub struct Merl {
 }
 
 /// Whether a file begins and ends as those of MERL do.
-#[must_use]
 pub fn is_merl(bytes: &[u8]) -> bool {
     bytes.len() == BYTES && sizes(bytes).is_ok_and(|sizes| sizes == SIZE.map(|n| n as u32))
 }

@@ -40,7 +40,6 @@ pub struct Rgl {
 }
 
 /// Whether a file begins as a tensor file.
-#[must_use]
 pub fn is_rgl(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
@@ -137,13 +136,11 @@ impl Warp {
 
 impl Rgl {
     /// Whether it looks the same from all azimuths.
-    #[must_use]
     pub fn is_isotropic(&self) -> bool {
         self.phi_i.len() <= 2
     }
 
     /// What the file says of the material.
-    #[must_use]
     pub fn description(&self) -> &str {
         &self.description
     }

@@ -104,7 +104,6 @@ impl Table {
     }
 
     /// Whether it says nothing of other directions than those that look back to the light.
-    #[must_use]
     pub fn is_backscattering(&self) -> bool {
         self.axes[1].len() == 1
     }

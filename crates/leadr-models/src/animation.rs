@@ -77,7 +77,6 @@ impl Curve {
     ///
     /// # Panics
     /// If `rotation` is asked of a curve whose values do not have four numbers.
-    #[must_use]
     pub fn sample(&self, seconds: f32, rotation: bool) -> Vec<f32> {
         assert!(!rotation || self.width == 4, "a rotation of {} numbers", self.width);
         let last = self.times.len() - 1;

@@ -27,7 +27,6 @@ impl Model {
     ///
     /// # Panics
     /// If the node shows no mesh, the mesh has no such primitive, or the pose is another model's.
-    #[must_use]
     pub fn posed_vertices(&self, pose: &Pose, node: usize, primitive: usize) -> PosedVertices {
         let shown = &self.nodes[node];
         let mesh = shown.mesh.expect("a node that shows a mesh");

@@ -91,7 +91,6 @@ impl Transform {
     pub const IDENTITY: Self = Self::Parts { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
     /// The matrix `parent_from_node`.
-    #[must_use]
     pub fn matrix(&self) -> Mat4 {
         match *self {
             Self::Parts { translation, rotation, scale } => {
@@ -178,7 +177,6 @@ pub enum LightKind {
 
 impl Model {
     /// The nodes that are shown: those of the default scene, or of the first scene, or all; parents before their children.
-    #[must_use]
     pub fn shown_nodes(&self) -> Vec<usize> {
         let Some(scene) = self.scenes.get(self.default_scene.unwrap_or(0)) else { return self.order.clone() };
         let mut shown = vec![false; self.nodes.len()];
@@ -192,7 +190,6 @@ impl Model {
     }
 
     /// The number of the animation with this name.
-    #[must_use]
     pub fn animation_named(&self, name: &str) -> Option<usize> {
         self.animations.iter().position(|animation| animation.name == name)
     }

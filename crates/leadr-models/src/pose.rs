@@ -22,7 +22,6 @@ impl Model {
     ///
     /// # Panics
     /// If there is no such animation.
-    #[must_use]
     pub fn pose(&self, animation: Option<usize>, seconds: f32) -> Pose {
         let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.transform).collect();
         let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 /// Relative luminance of a linear colour: 1 for white.
-#[must_use]
 pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }

@@ -17,7 +17,6 @@ pub struct Frame {
 ///
 /// Below the equator `1 / (1 + z.z)` is computed as `(1 − z.z) / (z.x² + z.y²)`, which keeps full precision down to the
 /// only discontinuity, `(0, 0, −1)`. (The copysign form of Duff et al. jumps along the whole equator.)
-#[must_use]
 pub fn frame_about(z: DVec3) -> Frame {
     let r2 = z.x * z.x + z.y * z.y;
     if z.z < 0.0 && r2 < 1e-30 {
@@ -29,19 +28,16 @@ pub fn frame_about(z: DVec3) -> Frame {
 }
 
 /// Coordinates of a world direction in the frame.
-#[must_use]
 pub fn to_frame(f: &Frame, world: DVec3) -> DVec3 {
     DVec3::new(world.dot(f.x), world.dot(f.y), world.dot(f.z))
 }
 
 /// World direction of frame coordinates.
-#[must_use]
 pub fn from_frame(f: &Frame, local: DVec3) -> DVec3 {
     f.x * local.x + f.y * local.y + f.z * local.z
 }
 
 /// Octahedral map of a unit vector to `[−1, 1]²` (Meyer et al. 2010).
-#[must_use]
 pub fn octahedral_encode(n: DVec3) -> DVec2 {
     let p = DVec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs()).max(1e-30);
     if n.z >= 0.0 {
@@ -52,7 +48,6 @@ pub fn octahedral_encode(n: DVec3) -> DVec2 {
 }
 
 /// Unit vector of an octahedral point in `[−1, 1]²`.
-#[must_use]
 pub fn octahedral_decode(e: DVec2) -> DVec3 {
     let z = 1.0 - e.x.abs() - e.y.abs();
     let t = (-z).max(0.0);

@@ -23,19 +23,16 @@ pub const MIN_AREA: f64 = 1e-6;
 pub const MIN_NORMAL_Z: f64 = 1e-4;
 
 /// `x`, but at least `low`. Unlike [`f64::max`] it keeps a NaN, so that a wrong input shows in the result.
-#[must_use]
 pub fn at_least(x: f64, low: f64) -> f64 {
     if x < low { low } else { x }
 }
 
 /// `x` clamped to `±bound`; NaN if either is NaN. [`f64::clamp`] panics on a NaN bound.
-#[must_use]
 pub fn within(x: f64, bound: f64) -> f64 {
     if bound.is_nan() { bound } else { x.clamp(-bound, bound) }
 }
 
 /// `x` within `low..high`; `low` for a NaN.
-#[must_use]
 pub(crate) fn held(x: f64, low: f64, high: f64) -> f64 {
     if x > low { x.min(high) } else { low }
 }

@@ -1,7 +1,6 @@
 //! Gauss–Legendre nodes, for reference integrals.
 
 /// `(node, weight)` of the `n`-point Gauss–Legendre rule on `[−1, 1]`, in ascending order.
-#[must_use]
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let count = n as f64;
     (0..n)
@@ -29,7 +28,6 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
 }
 
 /// Composite rule on `[a, b]`: `panels` equal panels of an `order`-point rule. Empty when `b ≤ a`.
-#[must_use]
 pub fn composite_gauss(a: f64, b: f64, panels: usize, order: usize) -> Vec<(f64, f64)> {
     if b <= a {
         return Vec::new();

@@ -9,7 +9,6 @@ pub struct Random(pub u64);
 
 impl Random {
     /// Stream `index` of `seed`. Neighbouring indices give unrelated streams, so threads need not agree on an order.
-    #[must_use]
     pub fn stream(seed: u64, index: u64) -> Self {
         let mixed = Self(seed ^ 0x5851_f42d_4c95_7f2d).bits();
         Self(Self(mixed ^ index.wrapping_mul(0xd605_1ccb_05a6_2b0f)).bits())
@@ -60,7 +59,6 @@ impl Random {
 pub const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Turns a counter into bits that look random, as [`Random`] does with its state.
-#[must_use]
 pub const fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -68,7 +66,6 @@ pub const fn mix(mut z: u64) -> u64 {
 }
 
 /// A number in `[0, 1)` from the upper 53 of 64 bits.
-#[must_use]
 pub fn unit_of_bits(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1u64 << 53) as f64
 }

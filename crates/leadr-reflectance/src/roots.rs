@@ -4,7 +4,6 @@
 ///
 /// Regula falsi with Illinois' halving (Dowell and Jarratt 1971): a bracket always holds the root, and functions that are nearly straight
 /// take a few steps. Where it stalls, bisection goes on.
-#[must_use]
 pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (low, high);
     let (mut fa, mut fb) = (f(a), f(b));

@@ -79,7 +79,6 @@ impl Surface {
 /// The diffuse part is `albedo (1 − F)`, where `F` is the mean Fresnel reflectance of the visible facets: light that
 /// the mirrors reflect does not enter the surface. With an environment as well, that mean may be taken from the probes
 /// of [`environment`], as the renderer does.
-#[must_use]
 pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
     let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances(wo));
     let cholesky = slope_cholesky(relief);
@@ -117,7 +116,6 @@ pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
 /// assert!((shade(0.0) - 1.0).abs() < 0.01);
 /// assert!(shade(0.5) < 0.9);
 /// ```
-#[must_use]
 pub fn environment(
     surface: &Surface,
     wo: DVec3,

@@ -20,14 +20,12 @@ pub struct Camera {
 
 impl Camera {
     /// A camera at `position` looking at `target`, z up, with a vertical field of view in degrees.
-    #[must_use]
     pub fn looking_at(position: Vec3, target: Vec3, fov_degrees: f32) -> Self {
         let near = (position.distance(target) * 0.02).clamp(1e-3, 0.1);
         Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near }
     }
 
     /// The same line of sight from another distance to the target.
-    #[must_use]
     pub fn at_distance(&self, distance: f32) -> Self {
         let direction = (self.position - self.target).normalize_or(Vec3::X);
         let near = (distance * 0.02).clamp(1e-3, 0.1);
@@ -35,7 +33,6 @@ impl Camera {
     }
 
     /// The same camera after it has gone round its target about the vertical, degrees counter-clockwise seen from above.
-    #[must_use]
     pub fn turned(&self, degrees: f32) -> Self {
         let turn = Quat::from_rotation_z(degrees.to_radians());
         Self { position: self.target + turn * (self.position - self.target), up: turn * self.up, ..*self }
@@ -43,7 +40,6 @@ impl Camera {
 
     /// World to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of `size`
     /// pixels, moved by `jitter` pixels (`[-½, ½]²`; a sample right of and below the pixel centre is positive).
-    #[must_use]
     pub fn clip_from_world(&self, size: (u32, u32), jitter: Vec2) -> Mat4 {
         let aspect = size.0 as f32 / size.1 as f32;
         let (forward, up) = self.axes();
@@ -56,7 +52,6 @@ impl Camera {
     /// The rays through the image: `[x, y, z]`, where a point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`,
     /// whose length along the line of sight is one. A point of depth `d` lies `near / d` such lengths from the camera. The
     /// arguments are those of [`clip_from_world`](Self::clip_from_world).
-    #[must_use]
     pub fn rays(&self, size: (u32, u32), jitter: Vec2) -> [Vec3; 3] {
         let (forward, up) = self.axes();
         let right = forward.cross(up).normalize();
@@ -76,7 +71,6 @@ impl Camera {
     }
 
     /// How this camera converts lengths to pixels in an image `height` pixels high.
-    #[must_use]
     pub fn lens(&self, height: u32) -> Lens {
         let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());
         Lens { eye: self.position, focal_pixels, near: self.near }

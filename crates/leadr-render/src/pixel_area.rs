@@ -20,13 +20,11 @@ pub struct PixelArea {
 
 impl PixelArea {
     /// All pixels of a picture.
-    #[must_use]
     pub fn whole(size: (u32, u32)) -> Self {
         Self { left: 0, top: 0, right: size.0, bottom: size.1 }
     }
 
     /// The pixels that can see any part of some spheres; all pixels where a sphere reaches the camera.
-    #[must_use]
     pub fn of_spheres(spheres: &[Sphere], camera: &Camera, size: (u32, u32)) -> Self {
         let [x, y, forward] = camera.rays(size, Vec2::ZERO);
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -58,13 +56,11 @@ impl PixelArea {
     }
 
     /// Number of columns and rows.
-    #[must_use]
     pub fn size(&self) -> [u32; 2] {
         [self.right - self.left, self.bottom - self.top]
     }
 
     /// The scissor of these pixels, x, y, width, height, in an image with a grid of samples in each pixel.
-    #[must_use]
     pub fn scissor(&self, grid: u32) -> [u32; 4] {
         let [width, height] = self.size();
         [self.left, self.top, width, height].map(|v| v * grid)

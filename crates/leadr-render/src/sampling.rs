@@ -10,7 +10,6 @@ use glam::Vec2;
 
 /// Offset of sample `index` of `samples` inside its pixel, `(-½, ½)²`. A single sample lies in the centre; other seeds are other
 /// sets.
-#[must_use]
 pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     let count = samples.max(1);
     let (index, mirrored) = (index % count, count - 1 - index % count);
@@ -27,7 +26,6 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
 
 /// A seed that draws other light than `seed`, and whose samples lie in other places. Few samples have few lattices: 8 have four
 /// sets of cells, so that many a pair of seeds has the same, and two such pictures err alike.
-#[must_use]
 pub fn seed_apart(samples: u32, seed: u64) -> u64 {
     let cells = |seed: u64| -> Vec<[i32; 2]> {
         (0..samples)
@@ -44,7 +42,6 @@ pub fn seed_apart(samples: u32, seed: u64) -> u64 {
 
 /// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The samples are moved by
 /// the `offset` of the pixel's own sample and wrap around in the cell, so that over all samples of a pixel they add up to zero too.
-#[must_use]
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
     let [x, y] = Lattice::known(count, 0).point(index % count);

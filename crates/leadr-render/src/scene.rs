@@ -35,7 +35,6 @@ pub type TriangleCharts = [[Vec2; 3]; CHARTS as usize];
 
 impl Holes {
     /// What is compared, or the share.
-    #[must_use]
     pub const fn map(&self) -> &PropertyMap<f32> {
         match self {
             Self::Mask(map) | Self::Share(map) => map,
@@ -85,7 +84,6 @@ pub enum Holes {
 
 impl MaterialMap {
     /// Albedo and roughness, one lobe under every pixel.
-    #[must_use]
     pub const fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         let wrap = [TextureWrap::Repeat; 2];
         Self {
@@ -225,7 +223,6 @@ pub struct Object {
 
 impl Object {
     /// A smooth surface in the colours of its vertices that reflects like common dielectrics and casts a shadow.
-    #[must_use]
     pub fn new(name: impl Into<String>, mesh: PatchMesh) -> Self {
         Self {
             name: name.into(),
@@ -379,7 +376,6 @@ pub struct Sun {
 
 impl Sun {
     /// The sun of a sky, attenuated by its air.
-    #[must_use]
     pub fn of(sky: &Sky) -> Self {
         let direction = sky.sun_direction.normalize_or(Vec3::Z);
         Self { direction, irradiance: Vec3::from_array(sky.sun_irradiance()) }
@@ -414,7 +410,6 @@ pub struct Cone {
 
 impl PointLight {
     /// A point that shines in all directions, however far.
-    #[must_use]
     pub const fn new(position: Vec3, intensity: Vec3) -> Self {
         Self { position, intensity, cone: None, range: None, radius: 0.0 }
     }
@@ -426,7 +421,6 @@ impl PointLight {
     }
 
     /// What its intensity is multiplied with toward a direction away from it: the square of `d · xyz + w`, kept in 0 to 1.
-    #[must_use]
     pub(super) fn falloff(&self) -> [f32; 4] {
         let Some(Cone { axis, inner_angle, outer_angle }) = self.cone else { return [0.0, 0.0, 0.0, 1.0] };
         let (inner, outer) = (inner_angle.cos(), outer_angle.cos());
@@ -435,7 +429,6 @@ impl PointLight {
     }
 
     /// One over the square of its range; 0 without one.
-    #[must_use]
     pub(super) fn inverse_square_range(&self) -> f32 {
         self.range.map_or(0.0, |range| (range * range).max(1e-20).recip())
     }
@@ -472,7 +465,6 @@ pub struct FrameState {
 impl FrameState {
     /// The view of `camera` on objects in their `poses` at time 0, with unscaled heights, lit by the renderer's environment
     /// alone.
-    #[must_use]
     pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
         Self {
             time: 0.0,
@@ -495,7 +487,6 @@ impl FrameState {
     }
 
     /// Exposure factor for viewing the picture: chosen by the sky's sun, and under any other light what was metered.
-    #[must_use]
     pub fn exposure(&self) -> f32 {
         self.sky.as_ref().map_or(self.metered, exposure::exposure)
     }
@@ -506,7 +497,6 @@ impl Pose {
     pub const REST: Self = Self::Rigid(Affine3A::IDENTITY);
 
     /// Poses a mesh. Joints beyond the pose's own are ignored.
-    #[must_use]
     pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {
         match self {
             Self::Rigid(world) => {

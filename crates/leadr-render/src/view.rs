@@ -37,7 +37,6 @@ pub struct View {
 
 impl View {
     /// Number of samples along a side of a pixel.
-    #[must_use]
     pub fn grid(&self) -> u32 {
         match self.samples {
             Samples::Pixels | Samples::Multisampled { .. } => 1,
@@ -46,26 +45,22 @@ impl View {
     }
 
     /// Number of samples across and down the image.
-    #[must_use]
     pub fn size(&self) -> (u32, u32) {
         let (width, height) = self.picture;
         (self.grid() * width, self.grid() * height)
     }
 
     /// See [`Camera::clip_from_world`].
-    #[must_use]
     pub fn clip_from_world(&self) -> Mat4 {
         self.camera.clip_from_world(self.size(), self.offset)
     }
 
     /// Rays through the image, see [`Camera::rays`].
-    #[must_use]
     pub fn rays(&self) -> [Vec3; 3] {
         self.camera.rays(self.size(), self.offset)
     }
 
     /// How lengths convert to pixels of the picture, however many samples each pixel has.
-    #[must_use]
     pub fn lens(&self) -> Lens {
         self.camera.lens(self.picture.1)
     }

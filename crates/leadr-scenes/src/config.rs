@@ -212,13 +212,11 @@ impl MaterialFiles {
     }
 
     /// Whether it has a relief: `heights`, or the folder's own.
-    #[must_use]
     pub fn is_displaced(&self, heights: Option<&Path>) -> bool {
         heights.is_some() || self.opened().is_some_and(|folder| folder.picture(Role::Height).is_some())
     }
 
     /// Whether it is a normal map on smooth geometry: normals, and neither `heights` nor a relief of its own or of a detail.
-    #[must_use]
     pub fn is_normal_map_alone(&self, heights: Option<&Path>) -> bool {
         let folder = self.opened();
         let has = |role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some());
@@ -294,13 +292,11 @@ impl Default for Picture {
 
 impl Picture {
     /// The technique with those of the options that it has.
-    #[must_use]
     pub fn shading(&self) -> Shading {
         self.technique.with(self.options)
     }
 
     /// How `settings` draw.
-    #[must_use]
     pub fn of(settings: &RenderSettings) -> Self {
         Self {
             technique: settings.shading.technique(),
@@ -313,7 +309,6 @@ impl Picture {
     }
 
     /// `base` drawn so.
-    #[must_use]
     pub fn settings(&self, base: &RenderSettings) -> RenderSettings {
         let tessellation = TessellationSettings { pixels_per_triangle: self.triangle_pixels, ..base.tessellation };
         let (samples, displacement) = (self.samples, self.displacement);
@@ -451,7 +446,6 @@ impl Default for SceneConfig {
 
 impl SceneConfig {
     /// The part that the renderer takes.
-    #[must_use]
     pub fn render_settings(&self) -> RenderSettings {
         let base = RenderSettings {
             size: (self.size.width, self.size.height),

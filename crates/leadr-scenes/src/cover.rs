@@ -278,7 +278,6 @@ fn black(name: &str) -> Material {
 }
 
 /// Texels across and down of a material's finest texture.
-#[must_use]
 pub fn finest(material: &Material) -> (u32, u32) {
     let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
     let numbers = [&material.metalness, &material.roughness, &material.specular];
@@ -292,7 +291,6 @@ pub fn finest(material: &Material) -> (u32, u32) {
 
 impl Cover {
     /// Reads the textures of a material.
-    #[must_use]
     pub fn new(material: &Material) -> Self {
         let heights = |relief: &Relief| Plate {
             width: relief.map.width,
@@ -355,32 +353,27 @@ impl Cover {
     }
 
     /// Whether it emits light.
-    #[must_use]
     pub fn emits(&self) -> bool {
         self.emission.factor != [0.0; 3]
     }
 
     /// Emitted radiance at a place, `t` down.
-    #[must_use]
     pub fn emission(&self, texcoord: Vec2) -> [f32; 3] {
         self.emission.at(texcoord)
     }
 
     /// Whether it tells where its surroundings are seen.
-    #[must_use]
     pub fn has_cones(&self) -> bool {
         self.cones.is_some()
     }
 
     /// Whether it tells what of the surroundings is seen.
-    #[must_use]
     pub fn is_occluded(&self) -> bool {
         self.cones.is_some()
             || self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
     }
 
     /// Share of the surroundings that is seen from a place.
-    #[must_use]
     pub fn accessibility(&self, texcoord: Vec2) -> f32 {
         if let Some(cones) = &self.cones {
             return cones.at(texcoord)[3].clamp(0.0, 1.0);
@@ -390,13 +383,11 @@ impl Cover {
     }
 
     /// Whether it has holes.
-    #[must_use]
     pub fn has_holes(&self) -> bool {
         self.opacity.is_some()
     }
 
     /// Opacity at a place; of a mask such that its edge is at one half.
-    #[must_use]
     pub fn opacity(&self, texcoord: Vec2) -> f32 {
         let Some((property, cutoff)) = &self.opacity else { return 1.0 };
         let [value] = property.at(texcoord).map(|v| v.clamp(0.0, 1.0));
@@ -410,13 +401,11 @@ impl Cover {
     }
 
     /// The least opacity of a place whose colour counts.
-    #[must_use]
     pub fn least_opacity(&self) -> f32 {
         if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 }
     }
 
     /// Those holes, from values of [`opacity`](Self::opacity).
-    #[must_use]
     pub fn holes(&self, map: PropertyMap<f32>) -> Option<Holes> {
         let (_, cutoff) = self.opacity.as_ref()?;
         Some(if cutoff.is_some() { Holes::Mask(map) } else { Holes::Share(map) })
@@ -451,19 +440,16 @@ impl Cover {
     }
 
     /// Whether it has heights.
-    #[must_use]
     pub fn has_heights(&self) -> bool {
         self.heights.is_some()
     }
 
     /// Whether it has slopes of its own.
-    #[must_use]
     pub fn has_slopes(&self) -> bool {
         self.slopes.is_some()
     }
 
     /// Colour, roughness and reflectance at a place, `t` down.
-    #[must_use]
     pub fn texel(&self, texcoord: Vec2) -> Texel {
         let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
         let (base, metal, [specular]) =
@@ -479,25 +465,21 @@ impl Cover {
     }
 
     /// Height at a place, in the map's unit; its middle without a map.
-    #[must_use]
     pub fn height(&self, texcoord: Vec2) -> f32 {
         self.heights.as_ref().map_or(self.middle, |plate| plate.at(texcoord)[0])
     }
 
     /// Slope of the normal map at a place, rise over run, by `s` and `t` (down); 0 without one.
-    #[must_use]
     pub fn slope(&self, texcoord: Vec2) -> Vec2 {
         self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
     }
 
     /// Whether its base is rougher along one direction.
-    #[must_use]
     pub fn is_brushed(&self) -> bool {
         self.brushed.is_some()
     }
 
     /// How its base is rougher along one direction at a place: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
-    #[must_use]
     pub fn stroke(&self, texcoord: Vec2) -> Stroke {
         let Some(Brushed { strength, rotation, direction }) = &self.brushed else { return Stroke::default() };
         let told = direction.as_ref().map_or(Vec2::X, |plate| Vec2::from(plate.at(texcoord)));
@@ -509,7 +491,6 @@ impl Cover {
     }
 
     /// Slope of its relief at a place: that of the normal map, or of the heights `scale` high over a repeat of 1, by central differences.
-    #[must_use]
     pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
         let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
             return self.slope(texcoord);
@@ -521,13 +502,11 @@ impl Cover {
 
     /// Repeats of the textures, of so many metres, that a unit of height is high: what the file says, what fits the normals best, or
     /// a usual relief: [`USUAL_HEIGHT`], or what makes its slopes [`USUAL_SLOPE`].
-    #[must_use]
     pub fn unit(&self, repeat: f32) -> f32 {
         self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
 
     /// A map with the facets of a measured material, if it has them.
-    #[must_use]
     pub fn with_fit(&self, map: MaterialMap) -> MaterialMap {
         match &self.fit {
             Some(fit) => MaterialMap { fit: Some(fit.clone()), two_lobes: None, ..map },
@@ -536,7 +515,6 @@ impl Cover {
     }
 
     /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
-    #[must_use]
     pub fn map(width: u32, height: u32, texels: &[Texel]) -> MaterialMap {
         let srgb = |c: [f32; 3], a: u8| {
             let [r, g, b] = c.map(srgb8_from_linear);

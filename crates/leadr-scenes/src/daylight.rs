@@ -9,7 +9,6 @@ const LATITUDE: f32 = 0.698;
 const DECLINATION: f32 = 0.175;
 
 /// Toward the sun at a solar time, hours (12 is noon); unit.
-#[must_use]
 pub fn at_hour(hour: f64) -> Vec3 {
     let (sd, cd) = DECLINATION.sin_cos();
     let (sl, cl) = LATITUDE.sin_cos();
@@ -18,7 +17,6 @@ pub fn at_hour(hour: f64) -> Vec3 {
 }
 
 /// Direction of the sun so many hours after it was in `direction`: a turn about the pole of the sky.
-#[must_use]
 pub fn after(direction: Vec3, hours: f64) -> Vec3 {
     let (sl, cl) = LATITUDE.sin_cos();
     let turn = -std::f64::consts::TAU * (hours / 24.0).rem_euclid(1.0);

@@ -36,7 +36,6 @@ pub const STRETCH: f32 = 1.8;
 pub const SHEAR: f32 = 0.9;
 
 /// How far the deformation has gone at `time` seconds, 0 to 1 and back.
-#[must_use]
 pub fn progress(time: f64) -> f32 {
     (0.5 - 0.5 * (TAU * time / PERIOD).cos()) as f32
 }
@@ -53,7 +52,6 @@ impl Deformation {
     }
 
     /// Factor on the displacement at `progress`.
-    #[must_use]
     pub fn relief(self, progress: f32) -> f32 {
         if self == Self::HeightScale { (1.0 - progress).max(0.0) } else { 1.0 }
     }
@@ -132,7 +130,6 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
 }
 
 /// The stage: quad, sphere, cylinder from left to right.
-#[must_use]
 pub fn stage(deformation: Deformation) -> Stage {
     let (color, specular_f0) = deformation.material();
     let map = bumps();

@@ -10,7 +10,6 @@ use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask};
 use leadr_render::surfaces::displacement::HeightField;
 
 /// The detail of a surface whose coordinates repeat after so many metres. Texture coordinates run up a picture, views along the axes down.
-#[must_use]
 pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> Detail {
     let cover = Cover::new(&layer.material);
     let (width, height) = cover.size;

@@ -23,7 +23,6 @@ const UNTINTED: [f32; 4] = [1.0; 4];
 pub const DRESSING: u64 = size_of::<Texel>() as u64 + 8 + 4;
 
 /// The plane before it is dressed: its maps have sizes and nothing else.
-#[must_use]
 pub fn undressed_plane(material: &Material) -> Object {
     let (width, height) = finest(material);
     let object = Object::new("plane", PatchMesh::default()).with_material(MaterialMap::new(width, height, Vec::new()));
@@ -34,7 +33,6 @@ pub fn undressed_plane(material: &Material) -> Object {
 }
 
 /// A plane of 8 m in a material, which repeats every 2 m or after so many metres, and is seen upright from above with `+y` on top.
-#[must_use]
 pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let metres = repeat.unwrap_or(PLANE_REPEAT);
     let cover = Cover::new(material);
@@ -103,7 +101,6 @@ struct Baked {
 }
 
 /// A unit sphere in a material, seen along the three axes and blended; it repeats every 1.2 m or after so many metres.
-#[must_use]
 pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stage {
     let metres = repeat.unwrap_or(SPHERE_REPEAT);
     let cover = Cover::new(material);

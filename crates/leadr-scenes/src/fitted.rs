@@ -18,7 +18,6 @@ use leadr_reflectance::materials::fitted_table::{FittedTable, lobe_alpha};
 const FRESNEL_END: f64 = 75.0 / 90.0;
 
 /// The material of a fit.
-#[must_use]
 pub fn material_of(fit: &FitFile, name: &str) -> Material {
     let mut material = Material { roughness: Input::constant(1.0), ..Material::new(name) };
     wear(fit, &mut material);

@@ -50,14 +50,12 @@ impl CommandLine {
     }
 
     /// The value of a flag, if it is said; empty if it has none.
-    #[must_use]
     pub fn value(&self, flag: &str) -> Option<&OsStr> {
         let found = self.flags.iter().rev().find(|(known, _)| known == flag);
         found.map(|(_, value)| value.as_deref().unwrap_or_default())
     }
 
     /// Whether the flag of an option is said.
-    #[must_use]
     pub fn has(&self, option: &str) -> bool {
         self.value(&format!("--{option}")).is_some()
     }
@@ -69,7 +67,6 @@ impl CommandLine {
     }
 
     /// Without what its scene, its light and its technique would refuse: choices of the window outlive them.
-    #[must_use]
     pub fn honoured(&self) -> Self {
         let mut line = self.clone();
         let mut config = SceneConfig::default();

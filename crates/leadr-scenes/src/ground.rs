@@ -34,7 +34,6 @@ fn soil() -> Vec<f32> {
 }
 
 /// The ground at z = 0, its heights centred on zero.
-#[must_use]
 pub fn ground() -> Object {
     let soil = soil();
     let mean = soil.iter().sum::<f32>() / soil.len() as f32;

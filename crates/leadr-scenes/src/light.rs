@@ -89,7 +89,6 @@ pub struct SunDirection {
 
 impl SunDirection {
     /// The direction of a vector toward the sun.
-    #[must_use]
     pub fn of(vector: Vec3) -> Self {
         let elevation = vector.z.atan2(vector.truncate().length()).to_degrees();
         Self { azimuth: vector.y.atan2(vector.x).to_degrees(), elevation }

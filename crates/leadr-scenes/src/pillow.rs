@@ -167,7 +167,6 @@ fn cloth(parameter: Vec2) -> Cloth {
 }
 
 /// The stage, with atlas tiles of `tile` texels. Nothing moves.
-#[must_use]
 pub fn stage(tile: u32) -> Stage {
     let mut mesh = mesh();
     let (layout, texels) = bake_patches(&mut mesh, tile, |patch, uv, _| cloth_bytes(patch, uv));

@@ -5,14 +5,12 @@ use leadr_render::scene::Object;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// A smooth floor for things to stand on; it casts no shadow.
-#[must_use]
 pub fn floor(mesh: PatchMesh) -> Object {
     Object::new("floor", mesh).without_shadow()
 }
 
 /// A square plane of half width `half`, with `n × n` patches spaced by `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`, so
 /// that a large ground can have small patches in the middle. One repeat of the map covers `repeat` metres.
-#[must_use]
 pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f32) -> f32) -> PatchMesh {
     let mut mesh = PatchMesh { flat_repeat: Some(repeat), ..PatchMesh::default() };
     let at = |i: u32| half * spacing(2.0 * i as f32 / n as f32 - 1.0);
@@ -39,13 +37,11 @@ pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f
 }
 
 /// Even spacing for [`plane`].
-#[must_use]
 pub fn even(t: f32) -> f32 {
     t
 }
 
 /// Spacing for a wide ground: patches near the middle are a thousand times smaller than at the rim.
-#[must_use]
 pub fn toward_horizon(t: f32) -> f32 {
     let steepness = 7.6f32;
     (steepness * t).sinh() / steepness.sinh()

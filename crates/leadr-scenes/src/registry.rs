@@ -315,13 +315,11 @@ fn relief(options: SceneOptions) -> ReliefOptions {
 
 impl NamedScene {
     /// The scene of this name.
-    #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         SCENES.iter().find(|scene| scene.name == name)
     }
 
     /// Whether it offers this choice.
-    #[must_use]
     pub fn offers(&self, choice: Choice) -> bool {
         self.choices.contains(&choice)
     }
@@ -343,14 +341,12 @@ impl NamedScene {
     }
 
     /// The sea that it shows unless its user chooses another; the open sea for scenes without one.
-    #[must_use]
     pub fn waves(&self) -> Waves {
         self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
     /// The atlas tile of a first picture, which stands long before one with tiles of `tile` texels. What it is too coarse for is roughness in it, so
     /// from where bumps are small it looks the same. None for scenes without an atlas, and while the finer one would have to be made.
-    #[must_use]
     pub fn first_tile(&self, tile: u32) -> Option<u32> {
         let at_hand = self.making.is_none() || Trex::is_kept(tile);
         (self.offers(Choice::AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)

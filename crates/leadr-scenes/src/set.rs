@@ -175,13 +175,11 @@ pub struct SkyOrPicture {
 
 impl SkyOrPicture {
     /// Under the sky, and pictures as they are.
-    #[must_use]
     pub fn under(sky: Sky) -> Self {
         Self { sky, lights: LightExtraction::default(), rotation: 0.0, auto_exposure: false }
     }
 
     /// Exposure factor for what `picture` lights.
-    #[must_use]
     pub fn metered(&self, picture: Option<&RgbImage>) -> f32 {
         picture.filter(|_| self.auto_exposure).map_or(1.0, exposure::metered)
     }
@@ -277,7 +275,6 @@ pub fn set(
 
 impl Set {
     /// The scene at `time` seconds, seen from another of its views in a picture of this size.
-    #[must_use]
     pub fn state_from(&self, time: f64, view: ViewChoice, size: Size) -> FrameState {
         let state = (self.animation)(time);
         // The camera of the animation has moved with what it follows.

@@ -27,7 +27,6 @@ const TEXELS: usize = 1024;
 const STONE: [f32; 4] = [0.50, 0.475, 0.43, 0.55];
 
 /// The sphere on a low round plinth, seen from the side of the default sun so that its light grazes the relief.
-#[must_use]
 pub fn around_sphere(mut stage: Stage) -> Stage {
     let top = [[0.05, -0.985], [0.60, -0.985], [0.632, -0.993], [0.645, -1.015]];
     let side = [[0.645, -1.015], [0.645, -1.25], [0.655, -1.275], [0.68, -1.285]];
@@ -43,7 +42,6 @@ pub fn around_sphere(mut stage: Stage) -> Stage {
 }
 
 /// The plane as a bed within a kerb, seen low enough for the horizon.
-#[must_use]
 pub fn around_plane(mut stage: Stage) -> Stage {
     let inner = [[3.995, -0.3], [3.995, 0.09], [4.0, 0.108], [4.018, 0.115]];
     let top = [[4.018, 0.115], [4.28, 0.115], [4.298, 0.108], [4.305, 0.09], [4.305, -0.3]];

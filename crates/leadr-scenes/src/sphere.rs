@@ -11,7 +11,6 @@ use rayon::prelude::*;
 
 /// A unit sphere of `6 · n²` patches: a cube whose edges are divided into equal angles. Texture coordinates run
 /// over `[0, 1]²` on every face, so the twelve cube edges are seams where the charts disagree.
-#[must_use]
 pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
     let mut mesh = PatchMesh::default();
     let mut index = std::collections::HashMap::new();
@@ -68,7 +67,6 @@ pub fn lay_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
 
 /// Gives every patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface; returns
 /// the layout and the atlas, row by row. Gutters continue the surface beyond the patch.
-#[must_use]
 pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -79,7 +77,6 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
 
 /// As [`bake_tiles`], with `value(patch, uv, point)`: the index of the patch and the place on it, `[0, 1]²` and somewhat
 /// beyond in the gutters.
-#[must_use]
 pub fn bake_patches<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -109,7 +106,6 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
 
 /// A unit sphere displaced by a repeating map: one repeat of it covers `repeat` metres of surface. Heights are in units of
 /// the map's own values and centred on its mean.
-#[must_use]
 pub fn displaced_sphere(
     field: &HeightField,
     repeat: f32,

@@ -37,7 +37,6 @@ pub struct Sweep {
 
 impl Sweep {
     /// Metres at `step` of `steps`; the first if there is only one.
-    #[must_use]
     pub fn distance(&self, step: u32, steps: u32) -> f32 {
         let share = f64::from(step) / f64::from(steps.max(2) - 1);
         (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
@@ -51,7 +50,6 @@ impl Sweep {
 
 /// Degrees that a camera has gone round its target at `step` of `steps` that make one turn: the step after the last would be
 /// the first again.
-#[must_use]
 pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
     (360.0 * f64::from(step) / f64::from(steps.max(1))) as f32
 }
@@ -59,7 +57,6 @@ pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
 impl Views {
     /// From the near to the far view's distance from its target; along the line of sight of `mid`, for cameras made by
     /// [`Camera::at_distance`] from it.
-    #[must_use]
     pub fn sweep(&self) -> Sweep {
         let distance = |camera: &Camera| camera.position.distance(camera.target);
         Sweep { near: distance(&self.near), far: distance(&self.far) }
@@ -88,7 +85,6 @@ impl Default for Lights {
 
 impl Lights {
     /// A sky with its sun.
-    #[must_use]
     pub fn under(sky: &Sky) -> Self {
         Self { sky: Some(*sky), ..Self::default() }
     }
@@ -147,14 +143,12 @@ impl Stage {
     }
 
     /// A stage where nothing moves.
-    #[must_use]
     pub fn still(objects: Vec<Object>, views: Views) -> Self {
         let count = objects.len();
         Self::moving(objects, views, move |_| vec![Pose::REST; count], |_| Vec3::ZERO)
     }
 
     /// The same stage whose displacement is scaled by `relief` of the time in seconds.
-    #[must_use]
     pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
         Self { relief: Box::new(relief), ..self }
     }
@@ -199,14 +193,12 @@ impl Stage {
     }
 
     /// Takes what a renderer keeps: the objects and the sea, with the user's cache.
-    #[must_use]
     pub fn take_scene(&mut self) -> Scene {
         let objects = std::mem::take(&mut self.objects);
         Scene { objects, ocean: self.ocean.take(), cache: MapCache::of_user(), ..Scene::default() }
     }
 
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
-    #[must_use]
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
         // Emission and lamps are told in parts of what a picture shows as white, whose radiance the exposure decides. It is that of the
@@ -307,7 +299,6 @@ pub const PLANE_REPEAT: f32 = 2.0;
 pub const SPHERE_REPEAT: f32 = 1.2;
 
 /// A unit sphere with the relief; the map repeats every 1.2 m unless it says otherwise. Its moments are those of the sphere's own tiles.
-#[must_use]
 pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -316,7 +307,6 @@ pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
 }
 
 /// Views of a unit sphere.
-#[must_use]
 pub fn sphere_views() -> Views {
     let from =
         |distance: f32| Camera::looking_at(Vec3::new(0.66, -0.66, 0.35).normalize() * distance, Vec3::ZERO, 30.0);
@@ -328,7 +318,6 @@ pub const LARGEST_PLANE_MAP: u32 = 4096;
 
 /// A plane of 8 m with the relief; the map repeats every 2 m unless it says otherwise, row 0 at `y = 0` and rows along `+y`. Its
 /// patches are as small as the map needs for a vertex at every texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
-#[must_use]
 pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -347,7 +336,6 @@ const PLANE_PATCHES: u32 = 32;
 
 /// A plane for a map of so many texels, a side or 0, that repeats after so many metres: patches that can have a vertex at every
 /// texel, and if those are more than pictures need, fewer.
-#[must_use]
 pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
     let mesh = |patches| plane(PLANE_HALF, patches, repeat, color, even);
     let most = 2.0 * PLANE_HALF / PLANE_REPEAT * LARGEST_PLANE_MAP.div_ceil(MAX_FACTOR as u32) as f32;
@@ -357,7 +345,6 @@ pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Op
 }
 
 /// Views of a plane of 8 m.
-#[must_use]
 pub fn plane_views() -> Views {
     let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
     Views { near: from(2.0), mid: from(7.0), far: from(60.0) }

@@ -70,7 +70,6 @@ fn radiance(d: Vec3) -> Vec3 {
 }
 
 /// The panorama in the convention of `render::equirect`: z up, +x in the middle, columns clockwise from above.
-#[must_use]
 pub fn studio() -> RgbImage {
     let (width, height) = (WIDTH, WIDTH / 2);
     let texels = (0..width * height)

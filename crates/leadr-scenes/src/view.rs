@@ -98,7 +98,6 @@ impl CameraPose {
     pub const FOV_DEGREES: f32 = 35.0;
 
     /// What is up where nothing is said: +z, or in a view along that +y, as on a map.
-    #[must_use]
     pub fn usual_up(position: [f32; 3], target: [f32; 3]) -> [f32; 3] {
         let view = (Vec3::from_array(target) - Vec3::from_array(position)).normalize_or_zero();
         if view.cross(Vec3::Z).length() < Self::ALONG { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }
@@ -131,7 +130,6 @@ impl CameraPose {
     }
 
     /// The pose of a renderer's camera.
-    #[must_use]
     pub fn of(camera: &Camera) -> Self {
         Self {
             position: camera.position.to_array(),
@@ -142,7 +140,6 @@ impl CameraPose {
     }
 
     /// The renderer's camera for this pose.
-    #[must_use]
     pub fn camera(&self) -> Camera {
         let (position, target) = (Vec3::from_array(self.position), Vec3::from_array(self.target));
         Camera { up: Vec3::from_array(self.up), ..Camera::looking_at(position, target, self.fov_degrees) }

@@ -15,7 +15,6 @@ pub fn announce(commit: &'static str) {
 
 /// The commit that the program was built from, `unknown` if none was announced; `-dirty` and `-dev` mark builds that may
 /// differ from it.
-#[must_use]
 pub fn commit() -> &'static str {
     COMMIT.get().copied().unwrap_or("unknown")
 }
@@ -45,7 +44,6 @@ impl<'a, R> Stamped<'a, R> {
 }
 
 /// Version and commit. Where many builds have the same commit, size and time of the program tell them apart.
-#[must_use]
 pub fn build() -> String {
     let commit = commit();
     if commit != "unknown" && !commit.contains('-') {

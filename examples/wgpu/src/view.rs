@@ -29,7 +29,6 @@ pub struct View {
 
 impl View {
     /// Near bumps in front, the horizon above, and the sun of a morning from the side.
-    #[must_use]
     pub fn morning(size: [u32; 2]) -> Self {
         Self {
             eye: Vec3::new(0.0, -2.2, 0.75),
@@ -45,7 +44,6 @@ impl View {
     }
 
     /// The ray of the upper left pixel's centre, and its change from pixel to pixel to the right and down.
-    #[must_use]
     pub fn rays(&self) -> [Vec3; 3] {
         let forward = (self.target - self.eye).normalize();
         let right = forward.cross(Vec3::Z).normalize();
@@ -58,7 +56,6 @@ impl View {
 
     /// The light from all around as a panorama of twice as many columns as rows, for other renderers: its top row is up, its middle
     /// looks along +x, columns run clockwise seen from above. The sun is one texel.
-    #[must_use]
     pub fn panorama(&self, rows: u32) -> Picture {
         let step = std::f32::consts::PI / rows as f32;
         let direction = |index: u32| {
@@ -84,7 +81,6 @@ impl View {
     }
 
     /// The block that the shader reads.
-    #[must_use]
     pub fn block(&self) -> ViewBlock {
         let [corner, across, down] = self.rays();
         ViewBlock {
@@ -123,7 +119,6 @@ fn clear_sky(d: Vec3) -> Vec3 {
 }
 
 /// Harmonics of a radiance up to order 2, by the midpoint rule over the sphere.
-#[must_use]
 pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
     const RINGS: u32 = 128;
     let mut sums = [Vec3::ZERO; 9];

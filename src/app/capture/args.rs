@@ -130,7 +130,6 @@ fn name_of_beside<S: Serializer>(beside: &Option<(Technique, Split)>, serializer
 
 impl CaptureConfig {
     /// The moments to draw, in order.
-    #[must_use]
     pub fn moments(&self) -> Vec<Moment> {
         let moments = self.timeline.moments();
         match self.output.kind {
@@ -140,7 +139,6 @@ impl CaptureConfig {
     }
 
     /// Samples of a frame, with those of the picture beside it.
-    #[must_use]
     pub fn samples_of_frame(&self) -> u32 {
         self.scene.picture.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
     }

@@ -45,7 +45,6 @@ pub enum Timeline {
 
 /// `count` of `moments` at equal steps. The first is one of them, and of a sweep the last as well; otherwise what would follow
 /// the last begins again or goes on, and has no place.
-#[must_use]
 pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
     let closed = moments.last().is_some_and(|moment| moment.distance.is_some());
     let at = |i: usize| {
@@ -73,7 +72,6 @@ pub struct Travel {
 
 impl Timeline {
     /// The frames of the whole capture, shards together; a still is frame 0.
-    #[must_use]
     pub fn frames(&self) -> FrameRange {
         match *self {
             Self::Still { .. } => FrameRange { start: 0, end: 1 },
@@ -82,7 +80,6 @@ impl Timeline {
     }
 
     /// The moments of this call, in order. Shards of one range are disjoint and cover it.
-    #[must_use]
     pub fn moments(&self) -> Vec<Moment> {
         match *self {
             Self::Still { time } => vec![Moment { frame: 0, time, distance: None, turn_degrees: None }],

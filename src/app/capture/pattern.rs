@@ -66,7 +66,6 @@ pub enum MovingKind {
 
 impl MovingKind {
     /// The most frames per second that programs show: they take shorter delays for a mistake and show a tenth of a second.
-    #[must_use]
     pub fn most_per_second(self) -> f64 {
         match self {
             // Delays of ten thousandths are too short.
@@ -76,7 +75,6 @@ impl MovingKind {
     }
 
     /// The fewest frames per second: what a delay of 16 bits lasts, in the units of the format.
-    #[must_use]
     pub fn least_per_second(self) -> f64 {
         match self {
             Self::Webp => 0.02,
@@ -139,13 +137,11 @@ impl OutputPattern {
     }
 
     /// Whether a video goes to standard output.
-    #[must_use]
     pub fn is_stdout(&self) -> bool {
         self.pattern == Path::new(STDOUT)
     }
 
     /// The file that a frame goes to.
-    #[must_use]
     pub fn path(&self, frame: u32) -> PathBuf {
         // A path that is not UTF-8 has no `{frame}` (see `new`).
         match self.pattern.to_str() {

@@ -33,7 +33,6 @@ impl<'a> Recipe<'a> {
     }
 
     /// Where the frame of a moment comes from.
-    #[must_use]
     pub fn origin(&self, moment: Moment) -> Origin {
         // Its number says only what it is called, unless the line between two techniques moves.
         let Moment { frame, time, distance, turn_degrees } = moment;

@@ -32,7 +32,6 @@ pub struct RendererSource {
 
 impl RendererSource {
     /// `renderer` holds the objects that the states of `animation` pose, made from `files`.
-    #[must_use]
     pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation, files: Vec<FileRead>) -> Self {
         let settings = config.scene.render_settings();
         let (layers, validation) = (config.layers.clone(), config.device.validation);

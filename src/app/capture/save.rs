@@ -31,7 +31,6 @@ pub struct Tone {
 
 impl Tone {
     /// What a configuration asks for.
-    #[must_use]
     pub fn of(config: &SceneConfig) -> Self {
         Self { exposure: config.picture.exposure, tonemap: config.picture.tonemap }
     }
@@ -60,7 +59,6 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone, origin: &Or
 }
 
 /// A frame as it is shown: tonemapped sRGB.
-#[must_use]
 pub fn display(frame: &Frame, tone: Tone) -> Rgb8Image {
     let factor = frame.exposure * tone.exposure.exp2();
     let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, tone.tonemap)).collect();
@@ -68,7 +66,6 @@ pub fn display(frame: &Frame, tone: Tone) -> Rgb8Image {
 }
 
 /// If `path` is a whole picture of this kind and size, decoding to its end: where it says that it comes from.
-#[must_use]
 pub fn origin_if_whole(path: &Path, kind: StillKind, size: Size) -> Option<Option<Origin>> {
     match kind {
         StillKind::Png => {

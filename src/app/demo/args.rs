@@ -38,7 +38,6 @@ TECHNIQUES  g                            the paper's grid, the visible-slope rul
   q, Esc                       quit";
 
 /// Shown below the help: the keys of the window, those of the techniques in their order.
-#[must_use]
 pub fn keys() -> String {
     let mut techniques = Technique::ALL;
     techniques.sort_unstable_by_key(|technique| technique.key());

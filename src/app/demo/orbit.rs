@@ -27,7 +27,6 @@ pub struct Orbit {
 
 impl Orbit {
     /// Starts where `pose` is; its `up` becomes z.
-    #[must_use]
     pub fn new(pose: &CameraPose) -> Self {
         let target = Vec3::from_array(pose.target);
         let offset = Vec3::from_array(pose.position) - target;
@@ -43,7 +42,6 @@ impl Orbit {
     }
 
     /// The point it circles, metres.
-    #[must_use]
     pub fn target(&self) -> Vec3 {
         self.target
     }
@@ -69,7 +67,6 @@ impl Orbit {
     }
 
     /// Metres from the eye to the target.
-    #[must_use]
     pub fn distance(&self) -> f32 {
         self.distance
     }
@@ -99,7 +96,6 @@ impl Orbit {
     }
 
     /// The camera now.
-    #[must_use]
     pub fn pose(&self) -> CameraPose {
         CameraPose {
             position: (self.target + self.offset()).to_array(),

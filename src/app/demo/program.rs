@@ -30,7 +30,6 @@ pub struct DemoProgram {
 
 impl DemoProgram {
     /// A program that begins with `config`, which came from the flags of `line`.
-    #[must_use]
     pub fn new(config: SceneConfig, line: CommandLine, pace: Pace) -> Self {
         let name = config.model.as_ref().map_or(config.scene.name.into(), |file| file.to_string_lossy().into_owned());
         let mut names: Vec<String> = SCENES.iter().map(|scene| scene.name.to_owned()).collect();

@@ -363,7 +363,6 @@ fn coat(ellipse: &Ellipse) -> Coat {
 }
 
 /// A name that both accept, from that of a file.
-#[must_use]
 pub fn identifier(stem: &str) -> String {
     let mut name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(60).collect();
     if name.is_empty() {

@@ -7,7 +7,6 @@ use clap::{ArgMatches, Args, Command};
 use leadr_scenes::given::CommandLine;
 
 /// The flags among those of `A` that the user gave.
-#[must_use]
 pub fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
     let mut line = CommandLine::default();
     for argument in A::augment_args(Command::new("given")).get_arguments() {

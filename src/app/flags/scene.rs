@@ -86,7 +86,6 @@ fn value(option: &'static SceneOption) -> ValueParser {
 }
 
 /// Checks values of the option of this name, for another command.
-#[must_use]
 pub fn value_of(name: &str) -> ValueParser {
     SceneOption::find(name).map(value).expect("an option of this name")
 }

@@ -52,19 +52,16 @@ impl Rate {
     pub const DEFAULT: Self = Self { numerator: 30, denominator: 1 };
 
     /// Above the line of the reduced fraction; above 0.
-    #[must_use]
     pub fn numerator(self) -> u32 {
         self.numerator
     }
 
     /// Below the line; above 0.
-    #[must_use]
     pub fn denominator(self) -> u32 {
         self.denominator
     }
 
     /// Frames per second.
-    #[must_use]
     pub fn per_second(self) -> f64 {
         f64::from(self.numerator) / f64::from(self.denominator)
     }
@@ -124,7 +121,6 @@ pub struct Sheet {
 
 impl Sheet {
     /// Number of pictures.
-    #[must_use]
     pub fn cells(self) -> u32 {
         self.columns * self.rows
     }
@@ -162,7 +158,6 @@ impl Default for Split {
 
 impl Split {
     /// At a frame of a sequence. What would follow its last frame would be the first again.
-    #[must_use]
     pub fn of_frame(self, frame: u32, frames: FrameRange) -> f32 {
         self.at(frame - frames.start, frames.end - frames.start)
     }

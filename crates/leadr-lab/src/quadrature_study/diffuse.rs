@@ -32,7 +32,6 @@ pub struct Environment {
 
 impl Environment {
     /// One to six von Mises–Fisher lobes of concentration 1–1000 over a constant.
-    #[must_use]
     pub fn random(r: &mut Random) -> Self {
         let lobes = 1 + (r.unit() * 6.0) as usize;
         let ambient = r.range(0.0, 0.6) * if r.unit() < 0.7 { 1.0 } else { 0.0 };
@@ -54,14 +53,12 @@ impl Environment {
     }
 
     /// Radiance of white facets of these moments.
-    #[must_use]
     pub fn radiance(&self, v: &NormalMoments) -> f64 {
         self.constant + self.linear.dot(v.mean) + self.diag.dot(v.diag) + self.off.dot(v.off)
     }
 }
 
 /// Converged moments, with `panels`² panels of 8×8 slopes.
-#[must_use]
 pub fn converged_moments(surface: &Surface, panels: usize) -> NormalMoments {
     let Surface { wo, m, s } = *surface;
     let mean = |g: fn(DVec3) -> DVec3| visible_mean(wo, m, s, panels, |slope| g(normal_of_slope(slope)));
@@ -74,7 +71,6 @@ pub fn converged_moments(surface: &Surface, panels: usize) -> NormalMoments {
 
 impl DiffuseSet {
     /// `n` surfaces under `environments` environments each.
-    #[must_use]
     pub fn new(n: usize, environments: usize, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let truth = surfaces.par_iter().map(|s| converged_moments(s, PANELS)).collect();
@@ -84,7 +80,6 @@ impl DiffuseSet {
     }
 
     /// Errors of a rule for the moments, relative to the mean radiance.
-    #[must_use]
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface) -> NormalMoments + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -99,7 +94,6 @@ impl DiffuseSet {
     }
 
     /// The mean normal alone, the paper's grids and the rules of [`visible_diffuse`](leadr_reflectance::visible::diffuse).
-    #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s| grid_moments(s, n));
         let terms = |n: u32| self.row(&format!("visible {n} terms"), n, |s| visible_diffuse_moments(s.wo, s.m, s.s, n));
@@ -108,7 +102,6 @@ impl DiffuseSet {
 }
 
 /// The paper's grid as the renderer uses it.
-#[must_use]
 pub fn grid_moments(surface: &Surface, n: u32) -> NormalMoments {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

@@ -25,7 +25,6 @@ pub struct Training {
 
 impl Training {
     /// `tame` surfaces like those of the tables, of another seed, and `wild` ones beyond them.
-    #[must_use]
     pub fn new(tame: usize, wild: usize, seed: u64) -> Self {
         let mut all = surfaces(tame, seed);
         all.extend(wild_surfaces(wild, seed + 1));
@@ -50,7 +49,6 @@ impl Training {
     }
 
     /// Root mean square of the weighted errors of the radiance.
-    #[must_use]
     pub fn error(&self, terms: &[Term]) -> f64 {
         let r = self.residuals(terms);
         (r.iter().map(|e| e * e).sum::<f64>() / r.len() as f64).sqrt()
@@ -58,7 +56,6 @@ impl Training {
 }
 
 /// Terms on a geometric ladder of exponents that are exact for a smooth surface: a start for a fit.
-#[must_use]
 pub fn plain_terms(n: usize) -> Vec<Term> {
     // ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the two inverses of |N|, x = |N|².
     let ladder = (0..n).map(|i| 0.2 * 6f64.powi(i as i32));
@@ -106,7 +103,6 @@ fn terms_of(p: &[f64], n: usize) -> Vec<Term> {
 }
 
 /// Terms of least squared error over `training`, from `start`, in at most `steps` steps of Levenberg and Marquardt.
-#[must_use]
 pub fn fit_terms(training: &Training, start: &[Term], steps: u32) -> Vec<Term> {
     let n = start.len();
     terms_of(&least_squares(unknowns(start), steps, |p| training.residuals(&terms_of(p, n))), n)

@@ -30,7 +30,6 @@ pub const POINTS: usize = 10;
 const FACTORS: [f64; 6] = [0.1, 1.5, 0.4, 6.0, 4.0, 5.0];
 
 /// The density of reflected directions about `wi`, per steradian, and the share of it that is lit.
-#[must_use]
 pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     let Surface { wo, m, s } = *surface;
     let h = wo + wi;
@@ -52,7 +51,6 @@ pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
 }
 
 /// A kernel of this variance about a direction, per steradian, at an angle of this cosine from it.
-#[must_use]
 pub fn kernel(variance: f64, cosine: f64) -> f64 {
     let k = Lobes::of_variance(variance.max(1e-7));
     k / (TAU * (1.0 - (-2.0 * k).exp())) * (k * (cosine - 1.0)).exp()
@@ -127,7 +125,6 @@ fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
 impl ProbeTraining {
     /// `n` surfaces like those of the tables, of another seed, and `rough` ones, as many again with round lobes; half of
     /// each under smooth lobes and half under sharp ones.
-    #[must_use]
     pub fn new(n: usize, rough: usize, seed: u64) -> Self {
         let mut r = Random(seed + 2);
         let mut all = surfaces(n, seed);
@@ -192,7 +189,6 @@ impl ProbeTraining {
 
     /// Root mean square errors of a rule: under one light without width, without shadows and with them; under lobes,
     /// likewise; of the lit fraction; of the Fresnel term.
-    #[must_use]
     pub fn error(&self, rule: ProbeRule<'_>) -> [f64; 6] {
         let mut sums = [0.0; 6];
         for errors in self.errors(rule) {
@@ -220,7 +216,6 @@ pub struct FittedRule {
 
 impl FittedRule {
     /// The rule.
-    #[must_use]
     pub fn rule(&self) -> ProbeRule<'_> {
         ProbeRule { kernel: self.kernel, rings: &self.rings }
     }
@@ -267,7 +262,6 @@ impl FittedRule {
 
 /// The rule of least squared error over `training`, from `start`, in at most `steps` steps. Large errors count less than
 /// their square.
-#[must_use]
 pub fn fit_probes(training: &ProbeTraining, start: &FittedRule, steps: u32) -> FittedRule {
     let residuals = |p: &[f64]| -> Vec<f64> {
         let errors = training.errors(start.with_unknowns(p).rule());

@@ -24,7 +24,6 @@ pub struct LightSet {
 
 impl LightSet {
     /// `n` surfaces; lights up to 88° from the displacement direction, an eighth of them below the horizon.
-    #[must_use]
     pub fn new(n: usize, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let mut r = Random(seed + 2);
@@ -43,7 +42,6 @@ impl LightSet {
     }
 
     /// Errors of a rule for the mean cosine, absolute: a facet that faces the light has 1.
-    #[must_use]
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, DVec3) -> f64 + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -56,7 +54,6 @@ impl LightSet {
     }
 
     /// Harmonics with converged moments, the paper's grids, and the rules by two clamps.
-    #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s, wi| grid_cosine(s, wi, n));
         let terms = |n: u32| {
@@ -86,7 +83,6 @@ impl LightSet {
 }
 
 /// The paper's grid as the renderer uses it.
-#[must_use]
 pub fn grid_cosine(surface: &Surface, wi: DVec3, n: u32) -> f64 {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

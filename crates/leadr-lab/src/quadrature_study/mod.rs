@@ -41,7 +41,6 @@ impl Row {
         "rule                          n      rms      p95      max | rms by roughness <.1 <.3 <.7 <1.2 <2";
 
     /// Statistics of the absolute errors `errors[surface]`, any number for each.
-    #[must_use]
     pub fn new(rule: &str, evaluations: u32, surfaces: &[Surface], errors: &[Vec<f64>]) -> Self {
         let rms = |e: &mut dyn Iterator<Item = f64>| {
             let (sum, n) = e.fold((0.0, 0u32), |(s, n), e| (s + e * e, n + 1));
@@ -64,7 +63,6 @@ impl Row {
     }
 
     /// One line of text, columns as in [`Row::HEADER`].
-    #[must_use]
     pub fn line(&self) -> String {
         let classes: Vec<String> = self.classes.iter().map(|c| format!("{c:.1e}")).collect();
         format!(

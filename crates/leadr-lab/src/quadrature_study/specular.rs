@@ -74,19 +74,16 @@ fn concentration(a: f64) -> f64 {
 
 impl Lobes {
     /// One lobe with nothing around it.
-    #[must_use]
     pub fn single(direction: DVec3, k: f64) -> Self {
         Self { ambient: 0.0, lobes: vec![Lobe::new(direction, k, 1.0)] }
     }
 
     /// Concentration of a kernel of this variance.
-    #[must_use]
     pub fn of_variance(variance: f64) -> f64 {
         if variance < 0.05 { 1.0 / variance + 0.5 } else { concentration((-variance).exp()) }
     }
 
     /// Six lobes.
-    #[must_use]
     pub fn random(r: &mut Random, sharpness: Sharpness) -> Self {
         let (low, high) = sharpness.range();
         let ambient = 0.3 * r.unit();
@@ -110,7 +107,6 @@ impl Lobes {
     }
 
     /// Lookup through a kernel of this variance, as probes make it.
-    #[must_use]
     pub fn seen(&self, d: DVec3, variance: f64) -> f64 {
         let lod = kernel_lod(variance, SIZE).min((KERNELS - 1) as f64);
         let level = (lod as usize).min(KERNELS - 2);
@@ -119,13 +115,11 @@ impl Lobes {
     }
 
     /// Radiance itself.
-    #[must_use]
     pub fn radiance(&self, d: DVec3) -> f64 {
         self.level(d, 0)
     }
 
     /// Trilinear lookup.
-    #[must_use]
     pub fn lookup(&self, d: DVec3, lod: f64) -> f64 {
         let lod = lod.clamp(0.0, (LEVELS - 1) as f64);
         let level = (lod as usize).min(LEVELS - 2);
@@ -151,7 +145,6 @@ impl Lobe {
 }
 
 /// Converged radiance of mirror facets; `finest`: concentration of the narrowest lobe.
-#[must_use]
 pub fn converged_radiance(surface: &Surface, lobes: &Lobes, finest: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let panels = visible_extents(wo, s).map(|e| (4.0 + 3.6 * finest.sqrt() * e).ceil() as usize);
@@ -171,7 +164,6 @@ pub struct SpecularSet {
 
 impl SpecularSet {
     /// `n` surfaces.
-    #[must_use]
     pub fn new(n: usize, sharpness: Sharpness, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let mut r = Random(seed + 3);
@@ -185,7 +177,6 @@ impl SpecularSet {
     }
 
     /// Errors of a rule, relative to the radiance where that is above the mean radiance 1.
-    #[must_use]
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, &Lobes) -> f64 + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -199,7 +190,6 @@ impl SpecularSet {
 
     /// The paper's grids, with the level of detail of the supplement where it gives one and with matched solid angles, and
     /// the rules of few probes.
-    #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
@@ -224,7 +214,6 @@ impl SpecularSet {
 }
 
 /// The paper's grid as the renderer uses it.
-#[must_use]
 pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let lambda = grid_lambda(n);
@@ -238,7 +227,6 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
 }
 
 /// A rule of few probes.
-#[must_use]
 pub fn probe_radiance(surface: &Surface, lobes: &Lobes, rule: ProbeRule<'_>) -> f64 {
     let Surface { wo, m, s } = *surface;
     let radiance = |p: &VisibleProbe| DVec3::splat(lobes.seen(p.wi, p.variance));

@@ -18,21 +18,18 @@ pub struct Surface {
 
 impl Surface {
     /// The larger of the two slope deviations.
-    #[must_use]
     pub fn roughness(&self) -> f64 {
         self.s.x.max(self.s.y).sqrt()
     }
 }
 
 /// The direction at polar angle `theta` and azimuth `phi`, in radians.
-#[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
 /// Viewers up to 85°, deviations of uniform logarithm in .01–2, correlations in ±.9, mean slopes in the unit disc, the
 /// mesosurface facing the viewer with a projected area above .01.
-#[must_use]
 pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -50,7 +47,6 @@ pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
 /// Wide lobes: viewers as the pixels of a sphere show them, to 83°; the larger deviation of uniform logarithm in .4–2, the smaller .15–1
 /// times as large; two in five surfaces isotropic, of the others every second aligned with the axes and the rest correlated to ±.7;
 /// half of the mean slopes 0, the others to .7 per axis.
-#[must_use]
 pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -70,7 +66,6 @@ pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
 
 /// Viewers to 88°, deviations of uniform logarithm in .01–2.5, correlations in ±.95, mean slopes of any direction to 4, the
 /// mesosurface turned away by at most one deviation.
-#[must_use]
 pub fn wild_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);

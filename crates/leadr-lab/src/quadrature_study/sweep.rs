@@ -30,7 +30,6 @@ impl Path {
     pub const ALL: [Self; 4] = [Self::Elevation, Self::Azimuth, Self::Anisotropy, Self::Roughness];
 
     /// Name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Elevation => "elevation",
@@ -82,7 +81,6 @@ pub struct Steps {
 }
 
 /// The steps of `value` along `path`, from each of `n` surfaces; `value` gets the number of the surface too.
-#[must_use]
 pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) -> f64 + Sync) -> Steps {
     let one = |(i, base): (usize, &Surface)| {
         let values: Vec<f64> = path.surfaces(base).iter().map(|s| value(i, s)).collect();
@@ -109,7 +107,6 @@ pub struct SweepRow {
 }
 
 /// The paper's 5×5 grid and the visible-slope rules along every path, from `n` surfaces each.
-#[must_use]
 pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
     const SEED: u64 = 5;
     let mut r = Random(SEED);

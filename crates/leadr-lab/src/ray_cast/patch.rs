@@ -37,7 +37,6 @@ pub struct Facet {
 
 impl Facet {
     /// Where the ray met it, over the lattice of the tile, which repeats after its size.
-    #[must_use]
     pub fn over(&self) -> DVec2 {
         self.place.position.truncate()
     }
@@ -59,7 +58,6 @@ impl<const K: usize> Estimate<K> {
     }
 
     /// Half the difference of the halves: one sample of the mean's standard error.
-    #[must_use]
     pub fn half_difference(&self) -> [f64; K] {
         std::array::from_fn(|k| 0.5 * (self.halves[0][k] - self.halves[1][k]))
     }
@@ -87,7 +85,6 @@ fn cholesky(s: DVec3) -> DMat2 {
 
 impl<'a> Patch<'a> {
     /// A surface of mean slope `m` and slope covariance `s = (s_xx, s_yy, s_xy)`, which must be positive semidefinite.
-    #[must_use]
     pub fn new(tile: &'a Tile, m: DVec2, s: DVec3) -> Self {
         Self { tile, mean: m, covariance: s, factor: cholesky(s) * cholesky(tile.covariance()).inverse() }
     }
@@ -105,13 +102,11 @@ impl<'a> Patch<'a> {
 
     /// `A(w)`: area of all facets that face `w`, projected along it, per unit of macrosurface. Exact for these triangles;
     /// for Gaussian slopes it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
-    #[must_use]
     pub fn facing_area(&self, w: DVec3) -> f64 {
         self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s).max(0.0))
     }
 
     /// Whether the light from `wi` reaches a facet: it faces it, and nothing is in between.
-    #[must_use]
     pub fn is_lit(&self, facet: &Facet, wi: DVec3) -> bool {
         meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.place, self.lattice(wi))
     }
@@ -120,7 +115,6 @@ impl<'a> Patch<'a> {
     /// same for the same `seed`): the pixel's mean when `f` is a facet's radiance. `f` may draw numbers of its own.
     ///
     /// `None` where the mesosurface turns away from the viewer, so that an endless surface shows nothing.
-    #[must_use]
     pub fn mean_over_visible<const K: usize>(
         &self,
         wo: DVec3,
@@ -162,7 +156,6 @@ impl<'a> Patch<'a> {
     }
 
     /// Mean and covariance of the slopes that a viewer sees: `x, y, xx, yy, xy`.
-    #[must_use]
     pub fn visible_slopes(&self, wo: DVec3, n: u32, seed: u64) -> Option<(DVec2, DVec3)> {
         let e = self.mean_over_visible(wo, n, seed, |f, _| {
             let s = f.slope - self.mean;
@@ -174,7 +167,6 @@ impl<'a> Patch<'a> {
 
     /// Fraction of the area that faces `w`, projected along it, that something else hides. An endless surface hides
     /// `1 − a(w) / A(w)`; here it is found the other way round, by rays that start on `n`² facets.
-    #[must_use]
     pub fn masked_fraction(&self, w: DVec3, n: u32, seed: u64) -> f64 {
         let direction = self.lattice(w);
         let n = n.max(1);
@@ -204,7 +196,6 @@ impl<'a> Patch<'a> {
 
     /// Radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it: with masking
     /// alone (every facet that faces the light is lit), and with shadows.
-    #[must_use]
     pub fn diffuse_light(&self, wo: DVec3, wi: DVec3, n: u32, seed: u64) -> Option<Estimate<2>> {
         self.mean_over_visible(wo, n, seed, |facet, _| {
             let radiance = facet.normal.dot(wi).max(0.0) * FRAC_1_PI;
@@ -214,7 +205,6 @@ impl<'a> Patch<'a> {
 
     /// Radiance of white diffuse facets under an environment, by `directions` rays to it from every facet: with masking
     /// alone, and with shadows (what is blocked is black: light is not reflected twice).
-    #[must_use]
     pub fn diffuse_environment(
         &self,
         wo: DVec3,
@@ -238,7 +228,6 @@ impl<'a> Patch<'a> {
     }
 
     /// Radiance of perfect mirrors (`F = 1`) under an environment: with masking alone, and with shadows.
-    #[must_use]
     pub fn specular_environment(
         &self,
         wo: DVec3,
@@ -255,7 +244,6 @@ impl<'a> Patch<'a> {
 
     /// How often facets of about this slope (within `radius` standard deviations) are seen from `wo` and lit from `wi`,
     /// by up to `rays` starts on them. `None` where no triangle has such a slope.
-    #[must_use]
     pub fn visibility_of_slope(
         &self,
         slope: DVec2,
@@ -308,7 +296,6 @@ impl<'a> Patch<'a> {
     /// of Gaussian slopes at the half vector, times how often such facets are seen (masking alone) and seen and lit
     /// (with shadows), per projected area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. The arguments of
     /// [`visibility_of_slope`](Self::visibility_of_slope).
-    #[must_use]
     pub fn specular_light(&self, wo: DVec3, wi: DVec3, radius: f64, rays: u32, seed: u64) -> Option<[f64; 2]> {
         let half = (wo + wi).normalize();
         let area = meso_area(wo, self.mean);

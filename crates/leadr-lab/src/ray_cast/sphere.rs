@@ -19,7 +19,6 @@ pub struct SpherePixel {
 impl SpherePixel {
     /// The centre of pixel `(x, y)` of `size`² pixels, row 0 on top, in which the sphere has the `radius` in halves of the
     /// picture; `None` beside it.
-    #[must_use]
     pub fn new(x: u32, y: u32, size: u32, radius: f64) -> Option<Self> {
         let at = |i: u32| ((2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0) / radius;
         let p = DVec2::new(at(x), -at(y));
@@ -64,7 +63,6 @@ pub struct SphereError {
 impl<const K: usize> SphereTruth<K> {
     /// Casts `rays`² rays per pixel (an even number): `value` is asked what a facet sends to the viewer, knowing the pixel it is in (its
     /// normals and directions are in the pixel's frame) and how lit it is by way of `patch`.
-    #[must_use]
     pub fn cast(
         patch: &Patch<'_>,
         size: u32,
@@ -87,14 +85,12 @@ impl<const K: usize> SphereTruth<K> {
     }
 
     /// The mean of both halves of picture `k` at a pixel.
-    #[must_use]
     pub fn at(&self, k: usize, x: u32, y: u32) -> Option<f64> {
         self.halves[(y * self.size + x) as usize].map(|h| 0.5 * (h[0][k] + h[1][k]))
     }
 
     /// Compares picture `k` with `model`, which gives the value of a pixel, or NaN for pixels to leave out. The halves are independent, so the mean product
     /// of the differences to both is the mean square of the true difference, without the noise.
-    #[must_use]
     pub fn compare(&self, k: usize, model: impl Fn(u32, u32, &SpherePixel) -> f64) -> SphereError {
         let mut sums = Sums::default();
         let mut rim = Sums::default();

@@ -44,7 +44,6 @@ impl Tile {
     /// # Panics
     /// On a size that is no power of two or below 16, or a correlation length that is not at least 2 and at most an
     /// eighth of the size (a ring needs wave numbers on the lattice of the tile, and a spectrum must be resolved).
-    #[must_use]
     pub fn new(spectrum: Spectrum, size: u32, correlation: f64, seed: u64) -> Self {
         assert!(size.is_power_of_two() && size >= 16, "a tile of {size} cells: use a power of two, at least 16");
         assert!(
@@ -77,7 +76,6 @@ impl Tile {
     ///
     /// # Panics
     /// On a size that is no power of two, or another number of heights than its square.
-    #[must_use]
     pub fn from_heights(size: u32, heights: Vec<f32>) -> Self {
         let n = size as usize;
         assert!(size.is_power_of_two() && heights.len() == n * n, "{} heights for {size}² cells", heights.len());
@@ -104,19 +102,16 @@ impl Tile {
     }
 
     /// Cells along a side.
-    #[must_use]
     pub fn size(&self) -> u32 {
         self.size
     }
 
     /// Heights of the lattice points, row by row, in units of the cell.
-    #[must_use]
     pub fn heights(&self) -> &[f32] {
         &self.heights
     }
 
     /// Covariance `(s_xx, s_yy, s_xy)` of the slopes of its triangles; their mean is 0.
-    #[must_use]
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }

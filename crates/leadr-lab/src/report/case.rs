@@ -34,7 +34,6 @@ pub struct Case {
 
 impl Case {
     /// The case of a verdict.
-    #[must_use]
     pub fn new(
         section: &str,
         subject: impl Into<String>,

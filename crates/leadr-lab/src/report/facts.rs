@@ -24,7 +24,6 @@ pub struct Facts {
 
 impl Facts {
     /// The facts of a run that begins now.
-    #[must_use]
     pub fn gather(gpu: &Gpu, quick: bool) -> Self {
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
         let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -38,7 +37,6 @@ impl Facts {
     }
 
     /// Names and values for the head of the page.
-    #[must_use]
     pub fn rows(&self) -> Vec<(String, String)> {
         let size = if self.quick { "quick: small pictures, few samples" } else { "full" };
         [

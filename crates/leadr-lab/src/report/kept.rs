@@ -44,7 +44,6 @@ pub struct Origin {
 
 impl Origin {
     /// The origin of this run.
-    #[must_use]
     pub fn of(facts: &Facts) -> Self {
         Self { program: build(), device: facts.device.clone(), driver: facts.driver.clone(), quick: facts.quick }
     }
@@ -87,7 +86,6 @@ pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError>
 }
 
 /// A section that an earlier run of the same origin kept whole.
-#[must_use]
 pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
     let file: File = serde_json::from_slice(&read_file(&place(folder, entry)).ok()?).ok()?;
     let pictures = file.pictures.into_iter().map(|picture| {

@@ -20,19 +20,16 @@ pub struct Look {
 
 impl Look {
     /// A technique with the default rule.
-    #[must_use]
     pub fn of(technique: Technique) -> Self {
         Self { name: technique.name().to_owned(), shading: technique.with(options()) }
     }
 
     /// LEADR with the paper's grid of `n × n` samples.
-    #[must_use]
     pub fn grid(n: u32) -> Self {
         Self::leadr(format!("leadr {n}×{n}"), Quadrature::Grid(n))
     }
 
     /// LEADR with the visible-slope rules and `probes` environment probes.
-    #[must_use]
     pub fn visible(probes: Probes) -> Self {
         Self::leadr(format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes))
     }
@@ -42,25 +39,21 @@ impl Look {
     }
 
     /// Whether it integrates on the paper's grid.
-    #[must_use]
     pub fn is_grid(&self) -> bool {
         matches!(self.shading.quadrature(), Some(Quadrature::Grid(_)))
     }
 
     /// LEADR with the rules that the program uses by default.
-    #[must_use]
     pub fn best() -> Self {
         Self { name: "leadr, default rules".to_owned(), shading: Technique::Leadr.with(options()) }
     }
 
     /// LEADR as the program draws it by default, for truths with all shadows.
-    #[must_use]
     pub fn default_of_the_program() -> Self {
         Self { name: "leadr, as by default".to_owned(), shading: Shading::default() }
     }
 
     /// Every technique but the references; LEADR with the paper's grid and with the rules.
-    #[must_use]
     pub fn techniques() -> Vec<Self> {
         let others = |t: &Technique| *t != Technique::Leadr && !t.is_reference();
         let mut looks: Vec<Self> = Technique::ALL.into_iter().filter(others).map(Self::of).collect();
@@ -77,14 +70,12 @@ impl Look {
     }
 
     /// Settings of a picture. What large shapes hide of the sky is no part of what techniques are compared by.
-    #[must_use]
     pub fn settings(&self, size: (u32, u32), samples: u32) -> RenderSettings {
         let shading = self.shading.adjusted(|options| ShadingOptions { sky_occlusion: false, ..options });
         RenderSettings { size, samples, shading, ..RenderSettings::default() }
     }
 
     /// The name as part of a file's name.
-    #[must_use]
     pub fn file(&self) -> String {
         self.name.replace(", ", "-").replace(' ', "-").replace('×', "x")
     }

@@ -41,7 +41,6 @@ pub struct Studio<'a> {
 
 impl<'a> Studio<'a> {
     /// An empty studio.
-    #[must_use]
     pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a dyn Progress) -> Self {
         Self {
             gpu,
@@ -75,7 +74,6 @@ impl<'a> Studio<'a> {
     }
 
     /// `quick` in a quick run, else `full`.
-    #[must_use]
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         if self.quick { quick } else { full }
     }

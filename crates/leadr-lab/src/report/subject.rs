@@ -86,7 +86,6 @@ impl Subject {
     }
 
     /// The stage's state as `camera` sees it.
-    #[must_use]
     pub fn seen_by(&self, camera: &Camera) -> FrameState {
         let mut state = self.stage.state(self.time, camera, &self.lights);
         state.poses.truncate(self.objects);
@@ -96,7 +95,6 @@ impl Subject {
 
 /// `camera` moved to `factor` times its distance from its target, with a narrower field of view: a picture with `factor` times
 /// fewer pixels each way then shows the same.
-#[must_use]
 pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
     let distance = camera.position.distance(camera.target);
     let fov_y = 2.0 * ((0.5 * camera.fov_y).tan() / factor).atan();

@@ -17,7 +17,6 @@ pub enum Truth {
 
 impl Truth {
     /// Name in files and data.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
@@ -27,7 +26,6 @@ impl Truth {
     }
 
     /// Name on the page.
-    #[must_use]
     pub fn title(self) -> &'static str {
         match self {
             Self::Displacement => "displacement-map truth",
@@ -37,13 +35,11 @@ impl Truth {
     }
 
     /// Settings of a picture of this truth for surfaces with a Beckmann base.
-    #[must_use]
     pub fn settings(self, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
         self.settings_for(Technique::Leadr, size, samples, seed)
     }
 
     /// Settings of a picture of this truth for what `technique` draws: with the same base material.
-    #[must_use]
     pub fn settings_for(self, technique: Technique, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
         let default = ShadingOptions::default();
         RenderSettings {

@@ -133,7 +133,6 @@ impl Shot {
     }
 
     /// Mean luminance (Rec. 709) over the pixels of a mask; 0 when it is empty.
-    #[must_use]
     pub fn luminance(&self, mask: &Mask) -> f64 {
         let pixels = self.image.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
         let sum: f64 = pixels.map(|(t, _)| luminance(Vec3::from(*t).as_dvec3())).sum();
@@ -229,7 +228,6 @@ fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask
 /// The error of a filter: that of the mean of pictures of several reliefs of a kind, less the share that single ones still have in it.
 /// A pixel sees few bumps, and which ones is an accident; so is the noise of the truth. Both are independent from relief to relief, so a
 /// mean of n has 1/n of their squares, which (n mean² − single²) / (n − 1) takes off. With one relief there is nothing to tell them by.
-#[must_use]
 pub fn without_grain(of_mean: f64, of_singles: &[f64]) -> f64 {
     let n = of_singles.len() as f64;
     if n < 2.0 {

@@ -109,7 +109,6 @@ impl Inputs {
     }
 
     /// Compares heights with normals, if there are both and neither is flat.
-    #[must_use]
     pub fn agreement(&self) -> Option<Agreement> {
         agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }

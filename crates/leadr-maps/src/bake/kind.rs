@@ -43,7 +43,6 @@ impl Kind {
     ];
 
     /// Its name on the command line and in files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Leadr => "leadr",
@@ -59,7 +58,6 @@ impl Kind {
     }
 
     /// Its channels, in their order. More may follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`, `blue`.
-    #[must_use]
     pub const fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Leadr => &["x", "y", "xx", "yy", "xy", "height"],
@@ -76,13 +74,11 @@ impl Kind {
 
     /// Whether its texels tell how much slopes differ under them. Roughness then has channels beside them; gloss has it within, and
     /// others have no use for it.
-    #[must_use]
     pub const fn tells_variance(self) -> bool {
         matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)
     }
 
     /// Whether colour stands beside its channels, if there is one. What engines keep as textures of one purpose is left alone.
-    #[must_use]
     pub const fn has_color(self) -> bool {
         !matches!(self, Self::Height | Self::Occlusion | Self::Cones)
     }
@@ -98,7 +94,6 @@ impl Kind {
     }
 
     /// Total variance of slope that a texel tells, not below zero; 0 for kinds that tell none.
-    #[must_use]
     pub fn variance(self, texel: &[f64]) -> f64 {
         if !self.tells_variance() {
             return 0.0;
@@ -159,7 +154,6 @@ pub enum Precision {
 
 impl Precision {
     /// Its name on the command line.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
@@ -169,7 +163,6 @@ impl Precision {
     }
 
     /// Bytes of a number of floats.
-    #[must_use]
     pub const fn bytes(self) -> usize {
         match self {
             Self::F32 => 4,

@@ -17,7 +17,6 @@ pub struct PngFile<'a> {
 
 impl<'a> PngFile<'a> {
     /// Whether a picture holds maps of this kind.
-    #[must_use]
     pub const fn holds(kind: Kind) -> bool {
         !kind.tells_variance()
     }

@@ -54,7 +54,6 @@ pub(super) const REMEDY: &str = "give a file that leadr bake wrote";
 
 impl BakedMap {
     /// The moments of a LEADR map: those of [`LeadrMap::new`], to the last bit if the file has 32 bits. `None` for other kinds.
-    #[must_use]
     pub fn moments(&self) -> Option<LeadrMap> {
         let leadr = self.kind == Kind::Leadr;
         leadr.then(|| LeadrMap { levels: self.levels.iter().map(BakedLevel::moments).collect() })
@@ -68,14 +67,12 @@ impl BakedMap {
     }
 
     /// The values of a channel on the finest level, if it has one of this name.
-    #[must_use]
     pub fn channel(&self, name: &str) -> Option<Vec<f32>> {
         let slot = self.channels.iter().position(|channel| channel == name)?;
         Some(self.levels[0].layers[slot / 4].iter().map(|texel| texel[slot % 4]).collect())
     }
 
     /// Whether it holds more than what follows from heights: slopes of normals, roughness, colour.
-    #[must_use]
     pub fn is_material(&self) -> bool {
         self.of_normals || self.channels.iter().any(|name| name == "alpha2" || name == "red")
     }

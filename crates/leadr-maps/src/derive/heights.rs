@@ -52,7 +52,6 @@ pub struct Integrated {
 
 impl Integrated {
     /// Share of the squared slopes about their mean that no heights have.
-    #[must_use]
     pub fn curl_share(&self) -> f64 {
         if self.slope_rms > 0.0 { (self.curl_rms / self.slope_rms).powi(2) } else { 0.0 }
     }

@@ -53,7 +53,6 @@ pub struct VisibilityMap {
 
 impl VisibilityMap {
     /// The vector of a texel. Panics outside the map.
-    #[must_use]
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         assert!(x < self.width, "column {x} of a map {} wide", self.width);
         let texel = y as usize * self.width as usize + x as usize;

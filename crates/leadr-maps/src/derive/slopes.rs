@@ -143,19 +143,16 @@ impl Slopes {
     }
 
     /// Texels across and down.
-    #[must_use]
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
     /// Row by row.
-    #[must_use]
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.texels
     }
 
     /// The mean slope.
-    #[must_use]
     pub fn mean(&self) -> [f64; 2] {
         let rows = self.texels.par_chunks(self.width as usize);
         let sums: Vec<[f64; 2]> = rows
@@ -169,7 +166,6 @@ impl Slopes {
     ///
     /// # Panics
     /// If sizes differ.
-    #[must_use]
     pub fn angle_to(&self, other: &Self) -> f64 {
         assert_eq!(self.size(), other.size(), "slopes of two sizes");
         let unit = |[x, y]: [f32; 2]| {
@@ -199,7 +195,6 @@ fn check(width: u32, height: u32, len: usize) -> Result<(), MapFault> {
 
 /// The slopes of heights that `scale` turns into widths of the texture. At the edges of a map that does not repeat, differences are those to the
 /// one neighbour there is.
-#[must_use]
 pub fn slopes_of_heights(heights: &HeightMap, scale: f32, wrap: Wrap, difference: Difference) -> Slopes {
     let (width, height) = (heights.width, heights.height);
     let per_texel = f64::from(scale) * f64::from(width);

@@ -62,7 +62,6 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const MOST_ENTRIES: usize = 10_000;
 
 /// The role that a file's name tells, if any: the last word of it that is one of a role's.
-#[must_use]
 pub fn role_of(file: &Path) -> Option<Role> {
     let stem = file.file_stem()?.to_str()?.to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
@@ -158,7 +157,6 @@ impl MaterialFolder {
     }
 
     /// The picture of a role.
-    #[must_use]
     pub fn picture(&self, role: Role) -> Option<&Path> {
         self.pictures.iter().find(|(other, _)| *other == role).map(|(_, file)| file.as_path())
     }

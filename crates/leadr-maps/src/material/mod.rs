@@ -31,7 +31,6 @@ pub struct Input<T> {
 
 impl<T> Input<T> {
     /// The same everywhere.
-    #[must_use]
     pub const fn constant(value: T) -> Self {
         Self { factor: value, texture: None, channel: 0 }
     }
@@ -39,7 +38,6 @@ impl<T> Input<T> {
 
 impl Input<f32> {
     /// A channel of a texture.
-    #[must_use]
     pub const fn texture(texture: Texture, channel: usize) -> Self {
         Self { factor: 1.0, texture: Some(texture), channel }
     }
@@ -47,20 +45,17 @@ impl Input<f32> {
 
 impl Input<[f32; 3]> {
     /// The colours of a texture.
-    #[must_use]
     pub const fn colors(texture: Texture) -> Self {
         Self { factor: [1.0; 3], texture: Some(texture), channel: 0 }
     }
 }
 
 /// The code, 0 to 255, of a roughness `α` in 0..1 where colour maps store it: of its root, so that smooth surfaces have codes enough.
-#[must_use]
 pub fn alpha_code(alpha: f32) -> u8 {
     (alpha.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
 }
 
 /// The roughness `α` of a code.
-#[must_use]
 pub fn alpha_of(code: u8) -> f32 {
     (f32::from(code) / 255.0).powi(2)
 }
@@ -79,7 +74,6 @@ pub enum RoughnessMeaning {
 
 impl RoughnessMeaning {
     /// `α` of a number in 0..1.
-    #[must_use]
     pub fn alpha(self, value: f32) -> f32 {
         match self {
             Self::Perceptual => value * value,
@@ -224,7 +218,6 @@ pub const DIELECTRIC_F0: f32 = 0.04;
 
 impl Material {
     /// A grey, half rough dielectric.
-    #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -251,7 +244,6 @@ impl Material {
     }
 
     /// How many sets of texture coordinates its textures follow: one more than the largest number of a set, 0 without textures.
-    #[must_use]
     pub fn coordinate_sets(&self) -> u32 {
         let colors = [&self.base_color, &self.f0, &self.emission].map(|input| input.texture.as_ref());
         let numbers =

@@ -16,7 +16,6 @@ fn second(raster: &Raster) -> usize {
 
 impl NormalMap {
     /// Rise over run at a texel along `s` and `t` (down), at most [`STEEPEST`]. Panics outside the image.
-    #[must_use]
     pub fn slope(&self, x: u32, y: u32) -> [f64; 2] {
         let raster = &self.texture.raster;
         if self.texture.encoding == Encoding::Slopes {
@@ -33,7 +32,6 @@ impl NormalMap {
 
     /// The vector at a texel as it is stored, y along `t` (down), without scale or limits; `None` where slopes are stored, or x and y alone.
     /// Panics outside the image.
-    #[must_use]
     pub fn vector(&self, x: u32, y: u32) -> Option<[f32; 3]> {
         let raster = &self.texture.raster;
         if self.texture.encoding == Encoding::Slopes || raster.channels() < 3 {
@@ -70,7 +68,6 @@ impl std::fmt::Display for Agreement {
 
 /// Compares heights with normals of the same surface, whose texels are looked up where those of the heights are; `None` if one of them is
 /// flat.
-#[must_use]
 pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option<Agreement> {
     let raster = &normals.texture.raster;
     let at = |x: u32, y: u32, dx: i64, dy: i64| {
@@ -100,7 +97,6 @@ pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option
 
 /// As the slopes fit together best. Those of heights have no curl: `dh/ds` changes along `t` as `dh/dt` does along `s`. Of the two ways
 /// to read green, the one that leaves less curl is right; up, where both leave as much.
-#[must_use]
 pub fn green_axis(raster: &Raster) -> GreenAxis {
     let (width, height, green) = (raster.width(), raster.height(), second(raster));
     let signed = |x: u32, y: u32, channel: usize| f64::from(2.0 * raster.value(x % width, y % height, channel) - 1.0);

@@ -66,32 +66,27 @@ impl Raster {
     }
 
     /// Texels across.
-    #[must_use]
     pub const fn width(&self) -> u32 {
         self.width
     }
 
     /// Texels down.
-    #[must_use]
     pub const fn height(&self) -> u32 {
         self.height
     }
 
     /// Channels of a texel, 1 to 4: grey, grey and alpha, RGB, RGBA.
-    #[must_use]
     pub const fn channels(&self) -> usize {
         self.channels
     }
 
     /// The samples.
-    #[must_use]
     pub const fn samples(&self) -> &Samples {
         &self.samples
     }
 
     /// The value of a channel at a texel: codes as 0..1, floats as stored. Colours of grey images are their grey, and images
     /// without alpha are opaque. Panics outside the image.
-    #[must_use]
     pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {
         assert!(x < self.width && y < self.height && channel < 4, "({x}, {y}), channel {channel} of {self:?}");
         let color = self.channels - usize::from(self.channels.is_multiple_of(2));
@@ -109,7 +104,6 @@ impl Raster {
     }
 
     /// The colour at a texel, linear: codes are decoded as `encoding` says, floats are linear always.
-    #[must_use]
     pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
         match (encoding, &self.samples) {
@@ -145,7 +139,6 @@ pub enum TextureWrap {
 
 impl TextureWrap {
     /// The texel that index `i` of `length` reads.
-    #[must_use]
     pub fn texel(self, i: i64, length: u32) -> u32 {
         let length = i64::from(length);
         (match self {
@@ -178,7 +171,6 @@ pub struct Texture {
 
 impl Texture {
     /// An image that covers the first texture coordinates and repeats.
-    #[must_use]
     pub fn new(raster: Raster, name: impl Into<String>, encoding: Encoding) -> Self {
         Self {
             raster: Arc::new(raster),

@@ -111,21 +111,18 @@ pub enum Step {
 
 impl Fit {
     /// The thesis' material with Gaussian slopes of the same second moments.
-    #[must_use]
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
         let distribution = Beckmann::new(self.extracted.slopes.mean_slope(), covariance_from_roughness(self.beckmann));
         Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
     }
 
     /// The best material with the slopes of another curve; `None` for a curve without any.
-    #[must_use]
     pub fn with_curve(&self, curve: &ParametricCurve) -> Option<FittedBrdf> {
         let facets = Microfacet { distribution: Tabulated::Radial(curve.table()?), ..self.fitted.facets.clone() };
         Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
     }
 
     /// The thesis' material with GGX slopes of the same mean sizes.
-    #[must_use]
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
         let distribution = Ggx::new(self.extracted.slopes.mean_slope(), self.ggx);
         Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
@@ -135,7 +132,6 @@ impl Fit {
 /// Fits a material. `watch` is told when a step begins.
 ///
 /// `None` if it scatters nothing back.
-#[must_use]
 pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut dyn FnMut(Step)) -> Option<Fit> {
     watch(Step::Slopes);
     let angles = options.angles.max(3);

@@ -16,7 +16,6 @@ use crate::materials::microfacet::microfacet_eval;
 const LEAST: f64 = 1e-4;
 
 /// The mean quotient of a material and of ideal mirrors with these slopes, over the half vectors, at `count` difference angles from 0 to 90°, held within 0..1.
-#[must_use]
 pub fn mean_ratio_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FresnelTable {
     let count = count.max(2);
     let azimuths = if matches!(slopes, Tabulated::Radial(_)) { 1 } else { 8 };

@@ -17,7 +17,6 @@ const ITERATIONS: u32 = 300;
 /// Lobes about a slope of zero, the smoothest first. Those of an isotropic table are round.
 ///
 /// `count` is held within 1 to [`MOST_LOBES`]. Lobes that the distribution does not need come out without a share and are left out.
-#[must_use]
 pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
     let count = count.clamp(1, MOST_LOBES);
     let points = points(slopes);

@@ -49,7 +49,6 @@ impl ParametricCurve {
     }
 
     /// `ln D` at an angle from the macrosurface's normal, up to a constant.
-    #[must_use]
     pub fn ln_density(&self, theta: f64) -> f64 {
         match *self {
             Self::ShiftedGamma { alpha, p } => {
@@ -63,7 +62,6 @@ impl ParametricCurve {
     }
 
     /// Its slopes as a table.
-    #[must_use]
     pub fn table(&self) -> Option<RadialTable> {
         RadialTable::new(
             &(0..NODES).map(|i| self.ln_density(angle_at(i as f64 / NODES as f64)).exp()).collect::<Vec<_>>(),
@@ -72,7 +70,6 @@ impl ParametricCurve {
 }
 
 /// The curve of a family under which the slopes of a table are most likely.
-#[must_use]
 pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     let rule: Vec<(f64, f64)> =
         angle_rule(slopes.nodes()).into_iter().map(|(theta, w)| (theta, TAU * w * theta.sin() * theta.cos())).collect();

@@ -32,7 +32,6 @@ pub enum Backscattering {
 
 impl Backscattering {
     /// `cos² θ / G`, for the visible area `area` of facets seen from where they are lit.
-    #[must_use]
     fn unhidden(self, cosine: f64, area: f64) -> f64 {
         match self {
             Self::Smith => cosine * area,
@@ -43,7 +42,6 @@ impl Backscattering {
     }
 
     /// Whether it asks for the visible area, so that it takes iterations.
-    #[must_use]
     pub const fn iterates(self) -> bool {
         matches!(self, Self::Smith | Self::SmithRendered)
     }
@@ -77,7 +75,6 @@ impl<T> Extracted<T> {
 }
 
 /// `∫₀^{2π} max(0, cos θ_o cos θ + sin θ_o sin θ cos φ) dφ` (the inner integral of thesis eq. 4.14).
-#[must_use]
 pub fn ring_area(theta_o: f64, theta: f64) -> f64 {
     let (a, b) = (theta_o.cos() * theta.cos(), theta_o.sin() * theta.sin());
     ring_harmonics(a, b, 1)[0]
@@ -87,7 +84,6 @@ pub fn ring_area(theta_o: f64, theta: f64) -> f64 {
 /// those that are no numbers count as 0.
 ///
 /// `None` for fewer than 3 values, or where nothing is reflected.
-#[must_use]
 pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Extracted<RadialTable>> {
     let n = backscatter.len();
     let values: Vec<f64> = backscatter.iter().map(|&f| if f.is_finite() { f.max(0.0) } else { 0.0 }).collect();
@@ -127,7 +123,6 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
 /// The distribution of a material whose `f_r(o, o)` is `backscatter[k][i]` at the azimuth `2π k / azimuths` and the angle [`angle_at`]`(i / n)`.
 ///
 /// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or where nothing is reflected.
-#[must_use]
 pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option<Extracted<PolarTable>> {
     let (azimuths, n) = (backscatter.len(), backscatter.first()?.len());
     let valid = |f: f64| if f.is_finite() { f.max(0.0) } else { 0.0 };

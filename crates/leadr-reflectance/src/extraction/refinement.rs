@@ -27,7 +27,6 @@ const ANGLES: usize = 45;
 const DARK: f64 = 0.02;
 
 /// Starts from a fit and returns a better one; the same slopes' nodes.
-#[must_use]
 pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
     let mut grid = Grid::of(&start.facets.distribution);
     let mut fresnel: Vec<DVec3> =

@@ -13,13 +13,11 @@ const STEPS: [usize; 3] = [72, 24, 8];
 const AZIMUTHS: usize = 24;
 
 /// The direction at this angle from z, and this azimuth.
-#[must_use]
 pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
 /// Viewer, light and half vector of these half and difference angles.
-#[must_use]
 pub fn pair(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3, DVec3) {
     let wh = direction(theta_h, phi_h);
     let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd: direction(theta_d, phi_d) });
@@ -42,7 +40,6 @@ pub struct Sample {
 }
 
 /// Pairs all over both hemispheres.
-#[must_use]
 pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
     let azimuths = if isotropic { 1 } else { AZIMUTHS };
     let mut all = Vec::new();
@@ -82,7 +79,6 @@ pub struct Misfit {
 }
 
 /// Compares `fit` with all samples.
-#[must_use]
 pub fn misfit(samples: &[Sample], fit: &dyn Brdf) -> Misfit {
     let (mut square, mut all, mut roots, mut all_roots, mut divergence, mut sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for s in samples {

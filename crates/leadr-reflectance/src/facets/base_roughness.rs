@@ -26,7 +26,6 @@ use glam::{DVec2, DVec3};
 /// by `1 + 1.5 g²/(g + 1)`, `g` the deviation of the slopes along `wo` over the projected area; and, for relief of nearly
 /// one slope, what a facet of that slope (up to 2) adds. All are continuous, and positive definite for any argument; at
 /// `α = 0` it is `s`, and without relief or tilt `s + α²/2`.
-#[must_use]
 pub fn add_facet_roughness(s: DVec3, alpha: f64, wo: DVec3, m: DVec2) -> DVec3 {
     let variance = 0.5 * alpha * alpha;
     let relief = 0.5 * (s.x + s.y);

@@ -13,7 +13,6 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// `P22(slope)`: density of slopes. Variances are held at [`MIN_VARIANCE`] or above.
-#[must_use]
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
     let deviation = |variance: f64| variance.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
     let sigma = DVec2::new(deviation(s.x), deviation(s.y));
@@ -27,7 +26,6 @@ pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
 
 /// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle (LEADR eq. 10); 0
 /// for `wh.z ≤ 0`.
-#[must_use]
 pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -37,7 +35,6 @@ pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
 }
 
 /// Density of visible normals, `max(0, wo·wn) D(wn) / A(wo)`, per solid angle; at most 1e37.
-#[must_use]
 pub fn beckmann_vndf(wo: DVec3, wn: DVec3, m: DVec2, s: DVec3) -> f64 {
     visible_density(wo, wn, beckmann_ndf(wn, m, s), visible_area(wo, m, s))
 }
@@ -53,7 +50,6 @@ impl Beckmann {
     /// From the mean slope and the covariance `(s_xx, s_yy, s_xy)`, clamped to the usable range: variances of
     /// [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
     /// [`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
-    #[must_use]
     pub fn new(mean: DVec2, covariance: DVec3) -> Self {
         let floor =
             DVec3::new(at_least(covariance.x, MIN_VARIANCE), at_least(covariance.y, MIN_VARIANCE), covariance.z);
@@ -61,37 +57,31 @@ impl Beckmann {
     }
 
     /// Isotropic, of roughness `α` (`α² = 2σ²`).
-    #[must_use]
     pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
         Self::new(mean, DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0))
     }
 
     /// From roughness radii and angle.
-    #[must_use]
     pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
         Self::new(mean, covariance_from_roughness(roughness_from_ellipse(ellipse)))
     }
 
     /// From roughness scales and correlation.
-    #[must_use]
     pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
         Self::new(mean, covariance_from_roughness(roughness_from_bivariate(bivariate)))
     }
 
     /// From the moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of the slopes.
-    #[must_use]
     pub fn from_moments(first: DVec2, second: DVec3) -> Self {
         Self::new(first, covariance_from_moments(first, second))
     }
 
     /// The moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of the slopes.
-    #[must_use]
     pub fn moments(&self) -> (DVec2, DVec3) {
         moments_from_covariance(self.mean, self.covariance)
     }
 
     /// Slope covariance `(s_xx, s_yy, s_xy)`.
-    #[must_use]
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }

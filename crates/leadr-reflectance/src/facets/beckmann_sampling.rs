@@ -28,7 +28,6 @@ const STEPS: u32 = 60;
 /// works on the logarithm of `F` (concave, so it converges from every start), for the upper half on the root of `g − F`
 /// (linear where `F` touches `g`). Everything is in units of `φ(min(ν, 0))` and sums terms of one sign, so that the
 /// tail at `ν = −10` is as exact as the rest.
-#[must_use]
 pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let (positive, negative) = (nu.clamp(0.0, 1e15), nu.clamp(-1e15, 0.0));
@@ -105,7 +104,6 @@ fn turn_back(t: DVec2, x: f64, across: f64) -> DVec2 {
 ///
 /// Distributed as `max(0, wo·wn) D(wn) / A(wo)` for the [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same
 /// statistics. A viewer exactly behind the displacement direction sees nothing; the result is then some finite normal.
-#[must_use]
 pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3 {
     let c = slope_cholesky(DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);

@@ -13,7 +13,6 @@ impl Curve {
     ///
     /// # Panics
     /// With fewer than two values.
-    #[must_use]
     pub fn new(values: Vec<f64>) -> Self {
         assert!(values.len() > 1, "a curve needs two values");
         let last = values.len() - 1;
@@ -44,7 +43,6 @@ impl Curve {
     }
 
     /// The values that it goes through.
-    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -55,7 +53,6 @@ impl Curve {
     }
 
     /// At `x`, held within its ends.
-    #[must_use]
     pub fn at(&self, x: f64) -> f64 {
         let last = self.values.len() - 1;
         let x = if x > 0.0 { x.min(last as f64) } else { 0.0 };
@@ -65,7 +62,6 @@ impl Curve {
 }
 
 /// The cubic from `a` with slope `slope_a` to `b` with slope `slope_b`, at `t` in 0..1.
-#[must_use]
 pub fn hermite(a: f64, slope_a: f64, b: f64, slope_b: f64, t: f64) -> f64 {
     let s = 1.0 - t;
     (1.0 + 2.0 * t) * s * s * a + t * s * s * slope_a + t * t * (3.0 - 2.0 * t) * b - t * t * s * slope_b

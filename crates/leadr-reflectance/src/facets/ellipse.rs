@@ -34,14 +34,12 @@ pub struct Bivariate {
 
 impl Bivariate {
     /// From scales and a correlation in −1..1.
-    #[must_use]
     pub fn new(alpha: DVec2, rho: f64) -> Self {
         Self { alpha, rho, independence: ((1.0 - rho) * (1.0 + rho)).max(0.0).sqrt() }
     }
 }
 
 /// Thesis eq. 2.29–2.31, without differences of squares: a minor radius of 1e-12 of the major one survives.
-#[must_use]
 pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     let (sin, cos) = e.angle.sin_cos();
     let alpha = DVec2::new((e.radii.x * cos).hypot(e.radii.y * sin), (e.radii.x * sin).hypot(e.radii.y * cos));
@@ -59,7 +57,6 @@ pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
 }
 
 /// Thesis eq. 2.32–2.34, with `α₂ = αx αy √(1 − ρ²) / α₁` instead of a difference.
-#[must_use]
 pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     let product = b.alpha.x * b.alpha.y;
     let difference = (b.alpha.x - b.alpha.y) * (b.alpha.x + b.alpha.y);
@@ -77,7 +74,6 @@ fn angle_of(y: f64, x: f64) -> f64 {
 }
 
 /// `A` of an ellipse.
-#[must_use]
 pub fn roughness_from_ellipse(e: &Ellipse) -> DVec3 {
     let (sin, cos) = e.angle.sin_cos();
     let (x, y) = (e.radii.x * e.radii.x, e.radii.y * e.radii.y);
@@ -89,7 +85,6 @@ pub fn roughness_from_ellipse(e: &Ellipse) -> DVec3 {
 }
 
 /// `A = (αx², αy², ρ αx αy)`.
-#[must_use]
 pub fn roughness_from_bivariate(b: &Bivariate) -> DVec3 {
     DVec3::new(b.alpha.x * b.alpha.x, b.alpha.y * b.alpha.y, b.rho * b.alpha.x * b.alpha.y)
 }
@@ -97,7 +92,6 @@ pub fn roughness_from_bivariate(b: &Bivariate) -> DVec3 {
 /// Scales and correlation of `A`; a matrix that rounding has made indefinite is treated as fully correlated.
 ///
 /// The determinant of a matrix is a difference: minor radii below 1e-8 of the major one are lost in rounding.
-#[must_use]
 pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
     let alpha = DVec2::new(a.x.max(0.0).sqrt(), a.y.max(0.0).sqrt());
     let product = alpha.x * alpha.y;
@@ -113,19 +107,16 @@ pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
 }
 
 /// Radii and angle of `A`.
-#[must_use]
 pub fn ellipse_from_roughness(a: DVec3) -> Ellipse {
     ellipse_from_bivariate(&bivariate_from_roughness(a))
 }
 
 /// Slope covariance of a Beckmann surface with the roughness matrix `A`: `S = A / 2` (`α² = 2σ²`).
-#[must_use]
 pub fn covariance_from_roughness(a: DVec3) -> DVec3 {
     0.5 * a
 }
 
 /// Roughness matrix of a Beckmann surface with the slope covariance `S`: `A = 2 S`.
-#[must_use]
 pub fn roughness_from_covariance(s: DVec3) -> DVec3 {
     2.0 * s
 }
@@ -133,7 +124,6 @@ pub fn roughness_from_covariance(s: DVec3) -> DVec3 {
 /// Moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of slopes with mean `m` and covariance `s` (LEADR eq. 9); the
 /// inverse of [`covariance_from_moments`](crate::slopes::statistics::covariance_from_moments), up to the
 /// rounding of `m²`.
-#[must_use]
 pub fn moments_from_covariance(m: DVec2, s: DVec3) -> (DVec2, DVec3) {
     (m, DVec3::new(m.x.mul_add(m.x, s.x), m.y.mul_add(m.y, s.y), m.x.mul_add(m.y, s.z)))
 }

@@ -47,7 +47,6 @@ impl NormalTexel {
 ///
 /// Averages of this are what a footprint holds; [`texel_of_sum`] reads them. Normals below the horizon are held at [`MIN_NORMAL_Z`], a normal without a direction is straight
 /// up, a roughness that is no number the largest.
-#[must_use]
 pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
     let (normal, length) = (texel.direction(), shortening.length(texel.alpha()));
     match shortening.area {
@@ -57,7 +56,6 @@ pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
 }
 
 /// Normal and roughness of a sum or mean of [`normal_sum`]s. Without area or direction it is straight up and as rough as can be.
-#[must_use]
 pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     let mean = sum.truncate() / sum.w;
     let length = mean.length();
@@ -69,7 +67,6 @@ pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
 }
 
 /// The texel that stands for several, each of equal size: a box filter (Chan's Algorithm 3).
-#[must_use]
 pub fn mean_texel(texels: &[NormalTexel], shortening: Shortening) -> NormalTexel {
     texel_of_sum(texels.iter().map(|t| normal_sum(t, shortening)).sum(), shortening)
 }
@@ -79,7 +76,6 @@ pub fn mean_texel(texels: &[NormalTexel], shortening: Shortening) -> NormalTexel
 ///
 /// `around`: the texel and its eight neighbours, rows along `t`, the texel in the middle. Bilinear normals at length 1 and bilinear roughness, by 4 × 4 Gauss–Legendre
 /// points in each quarter: where neighbours differ by 120°, `1 − L` is right to 3e-5. Under magnification a pixel sees less than a texel, and this is too wide.
-#[must_use]
 pub fn continuous_normal_sum(around: &[[NormalTexel; 3]; 3], shortening: Shortening) -> DVec4 {
     let normals = around.map(|row| row.map(|t| t.direction()));
     let alphas = around.map(|row| row.map(|t| t.alpha()));

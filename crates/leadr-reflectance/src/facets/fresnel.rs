@@ -5,13 +5,11 @@ use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// Schlick's approximation. `f0`: reflectance at normal incidence, linear RGB; `cosine`: `wi·wh`, clamped to 0..1.
-#[must_use]
 pub fn fresnel_schlick(f0: DVec3, cosine: f64) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine)
 }
 
 /// Weight of the grazing reflectance in Schlick's approximation, `(1 − cos)⁵`.
-#[must_use]
 pub fn schlick_weight(cosine: f64) -> f64 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
@@ -19,7 +17,6 @@ pub fn schlick_weight(cosine: f64) -> f64 {
 /// Reflectance at grazing incidence: 1 for every real surface. No material has an `f0` below 2 %, so smaller values
 /// mean that only part of the surface reflects (Lagarde & de Rousiers 2014); 0 means that nothing does: bare diffuse
 /// facets.
-#[must_use]
 pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
     DVec3::splat((50.0 * f0.max_element()).min(1.0))
 }
@@ -27,13 +24,11 @@ pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
 /// Schlick's form less the dip of a conductor. Most metals' reflectance falls before it rises towards grazing incidence:
 /// `F = schlick − dip · cos (1 − cos)⁶` (Lazányi and Szirmay-Kalos 2005, with the exponent of Hoffman 2019). `dip`:
 /// [`Metal::dip`](super::metals::Metal::dip), 0 for Schlick's form itself.
-#[must_use]
 pub fn fresnel_dipped(f0: DVec3, dip: DVec3, cosine: f64) -> DVec3 {
     fresnel_schlick(f0, cosine) - dip * dip_weight(cosine)
 }
 
 /// Weight of a conductor's dip, `cos (1 − cos)⁶`: at most 0.057, at a cosine of 1/7.
-#[must_use]
 pub fn dip_weight(cosine: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     c * (1.0 - c).powi(6)
@@ -41,7 +36,6 @@ pub fn dip_weight(cosine: f64) -> f64 {
 
 /// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: refractive index on the far side
 /// divided by that on the near side, > 0. Gives 1 at total reflection.
-#[must_use]
 pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     let c = cosine.abs().min(1.0);
     let g2 = eta * eta - 1.0 + c * c;
@@ -63,7 +57,6 @@ const MAX_INDEX: f64 = 1e4;
 /// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas become quotients of sums of squares,
 /// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)` for
 /// `c = cos θ`, `s = sin θ`. Nothing cancels, and `0/0` is replaced by its limit, 1.
-#[must_use]
 pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let c = cosine.abs().min(1.0);
     let s2 = (1.0 - c) * (1.0 + c);
@@ -121,7 +114,6 @@ impl FresnelTable {
     }
 
     /// Reflectance at the cosine of a difference angle; the cosine is clamped to 0..1.
-    #[must_use]
     pub fn at(&self, cosine: f64) -> DVec3 {
         let last = self.0.len() - 1;
         // NaN is treated as grazing.
@@ -155,7 +147,6 @@ pub enum Fresnel {
 
 impl Fresnel {
     /// Reflectance, linear RGB within 0..1, at `cosine = wo·wh`.
-    #[must_use]
     pub fn at(&self, cosine: f64) -> DVec3 {
         match self {
             Self::Ideal => DVec3::ONE,

@@ -28,7 +28,6 @@ pub struct GaussianMixture {
 
 impl GaussianMixture {
     /// Lobes about a mean slope; shares are scaled to sum to one.
-    #[must_use]
     pub fn new(mean: DVec2, lobes: &[Lobe]) -> Self {
         let all = lobes.iter().map(|lobe| lobe.share).sum::<f64>().max(f64::MIN_POSITIVE);
         let covariance = lobes.iter().map(|lobe| lobe.share / all * lobe.covariance).sum();
@@ -37,7 +36,6 @@ impl GaussianMixture {
     }
 
     /// The lobes' shares and distributions.
-    #[must_use]
     pub fn lobes(&self) -> &[(f64, Beckmann)] {
         &self.lobes
     }

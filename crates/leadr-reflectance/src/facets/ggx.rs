@@ -25,7 +25,6 @@ fn scales(a: DVec3) -> (DVec2, f64, f64) {
 }
 
 /// `P22(slope)`: density of slopes (thesis eq. 3.2). Diagonal elements are held at [`MIN_VARIANCE`] or above.
-#[must_use]
 pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
     let (alpha, r, q) = scales(a);
     let u = (slope - m) / alpha;
@@ -38,7 +37,6 @@ pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
 ///
 /// Written without the division by `wh.z`: `1 / (π √|A| (z² + d²)²)`, where `d` is the whitened `-wh.xy − wh.z m`. It
 /// does not vanish towards the horizon.
-#[must_use]
 pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -52,34 +50,29 @@ pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
 
 /// `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`: the area that is visible only because of the roughness; `a Λ` for
 /// `a > 0`.
-#[must_use]
 pub fn ggx_rough_area(a: f64, b: f64) -> f64 {
     0.5 * b * (b / (a.abs() + a.hypot(b)).max(1e-18))
 }
 
 /// `A(w) = (a + √(a² + b²)) / 2`, the visible projected area per unit of macrosurface, computed without cancellation.
-#[must_use]
 pub fn ggx_visible_area(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + ggx_rough_area(meso, slope_spread(w, a))
 }
 
 /// `Λ(w) = (√(1 + b²/a²) − 1) / 2` (thesis Table 2.III). A large finite value where it is `+∞` (`a ≤ 0`).
-#[must_use]
 pub fn ggx_lambda(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     let meso = meso_area(w, m);
     ggx_rough_area(meso, slope_spread(w, a)) / meso.max(MIN_AREA)
 }
 
 /// `1 / A(wo)`: masking alone, with the projected area of LEADR eq. 16.
-#[must_use]
 pub fn ggx_masking(wo: DVec3, m: DVec2, a: DVec3) -> f64 {
     1.0 / ggx_visible_area(wo, m, a).max(MIN_AREA)
 }
 
 /// `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX: height-correlated masking and shadowing. 0 when the
 /// light is below the mesosurface. Without `shadowing`, the same as [`ggx_masking`].
-#[must_use]
 pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
         return ggx_masking(wo, m, a);
@@ -91,7 +84,6 @@ pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing
 }
 
 /// Density of visible normals, `max(0, wo·wn) D(wn) / A(wo)`, per solid angle; at most 1e37.
-#[must_use]
 pub fn ggx_vndf(wo: DVec3, wn: DVec3, m: DVec2, a: DVec3) -> f64 {
     visible_density(wo, wn, ggx_ndf(wn, m, a), ggx_visible_area(wo, m, a))
 }
@@ -107,32 +99,27 @@ impl Ggx {
     /// From the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms, clamped to the usable
     /// range: diagonal of [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
     /// [`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
-    #[must_use]
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
         let floor = DVec3::new(at_least(roughness.x, MIN_VARIANCE), at_least(roughness.y, MIN_VARIANCE), roughness.z);
         Self { mean, roughness: clamp_covariance(floor) }
     }
 
     /// Isotropic, with roughness `α`.
-    #[must_use]
     pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
         Self::new(mean, DVec3::new(alpha * alpha, alpha * alpha, 0.0))
     }
 
     /// From roughness radii and angle.
-    #[must_use]
     pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
         Self::new(mean, roughness_from_ellipse(ellipse))
     }
 
     /// From roughness scales and correlation.
-    #[must_use]
     pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
         Self::new(mean, roughness_from_bivariate(bivariate))
     }
 
     /// Roughness matrix `(a_xx, a_yy, a_xy)`.
-    #[must_use]
     pub fn roughness(&self) -> DVec3 {
         self.roughness
     }

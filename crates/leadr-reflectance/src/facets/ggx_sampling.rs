@@ -24,7 +24,6 @@ use std::f64::consts::PI;
 /// (`u.x → 1, u.y → ½`); it is formed without cancellation from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and
 /// `1 + cos φ = 2 cos²(φ/2)`. A viewer exactly behind the displacement direction sees nothing; the result is then some
 /// finite normal.
-#[must_use]
 pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let u = DVec2::new(u.x.clamp(0.0, 1.0 - 1.0 / 16_777_216.0), u.y);
     let c = slope_cholesky(DVec3::new(at_least(a.x, MIN_VARIANCE), at_least(a.y, MIN_VARIANCE), a.z));

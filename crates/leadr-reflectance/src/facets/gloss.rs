@@ -33,14 +33,12 @@ fn unit(x: f64) -> f64 {
 }
 
 /// `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss outside 0..1 is held there; a NaN is 0.
-#[must_use]
 pub fn gloss_alpha(gloss: f64, curve: DVec3) -> f64 {
     let power = (curve.y * unit(gloss) + curve.z).clamp(-60.0, 60.0).exp2();
     usable_alpha((2.0 / (curve.x + power).max(1e-9)).sqrt())
 }
 
 /// The inverse of [`gloss_alpha`], 0 to 1: roughness that the curve does not reach has the gloss of the nearer end.
-#[must_use]
 pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     if alpha.is_nan() {
         return 0.0;
@@ -51,13 +49,11 @@ pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
 }
 
 /// `α = (1 − g)²`, at least 1e-4 (Burley 2012, as roughness). Gloss outside 0..1 is held there; a NaN is 0.
-#[must_use]
 pub fn perceptual_gloss_alpha(gloss: f64) -> f64 {
     usable_alpha((1.0 - unit(gloss)).powi(2))
 }
 
 /// The inverse of [`perceptual_gloss_alpha`], 0 to 1; 0 from `α = 1` on and for a NaN.
-#[must_use]
 pub fn perceptual_alpha_gloss(alpha: f64) -> f64 {
     if alpha.is_nan() { 0.0 } else { unit(1.0 - usable_alpha(alpha).sqrt()) }
 }
@@ -95,7 +91,6 @@ impl Gloss {
     }
 
     /// GGX roughness `α` of a gloss, 1e-4 to 100. Gloss outside 0..1 is held there; a NaN is 0.
-    #[must_use]
     pub fn alpha(self, gloss: f64) -> f64 {
         match self.curve() {
             Some(curve) => gloss_alpha(gloss, curve),
@@ -105,7 +100,6 @@ impl Gloss {
     }
 
     /// Gloss of a GGX roughness `α`, 0 to 1: the nearest where none is exact; 0 for a NaN.
-    #[must_use]
     pub fn gloss(self, alpha: f64) -> f64 {
         match self.curve() {
             Some(curve) => alpha_gloss(alpha, curve),

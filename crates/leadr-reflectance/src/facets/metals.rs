@@ -37,26 +37,22 @@ pub const METALS: [Metal; 8] = [
 
 impl Metal {
     /// The metal of this name.
-    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         METALS.iter().find(|metal| metal.name == name)
     }
 
     /// Reflectance at this cosine of incidence, linear RGB (the conductor's Fresnel equations).
-    #[must_use]
     pub fn reflectance(&self, cosine: f64) -> DVec3 {
         fresnel_conductor(cosine, self.eta, self.k)
     }
 
     /// Reflectance at normal incidence.
-    #[must_use]
     pub fn f0(&self) -> DVec3 {
         self.reflectance(1.0)
     }
 
     /// How far the reflectance dips below Schlick's form: the factor of [`fresnel_dipped`](super::fresnel::fresnel_dipped) that is exact
     /// at a cosine of 1/7, where it counts most; 0 to 4, and 0 where it would be below.
-    #[must_use]
     pub fn dip(&self) -> DVec3 {
         let cosine = 1.0 / 7.0;
         let below = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
@@ -65,7 +61,6 @@ impl Metal {
 
     /// What a form, given a cosine, errs by: the largest error in any channel at any angle, and that of the mean over the cosine-weighted
     /// hemisphere.
-    #[must_use]
     pub fn error_of(&self, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
         let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
         let steps = 4000;

@@ -24,7 +24,6 @@ pub struct MixedRoughness {
 }
 
 /// From the filtered share of the rougher class and the parts of the mean `α²` that lie in the rougher and in the smoother one.
-#[must_use]
 pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
     let share = means.x.clamp(0.0, 1.0);
     let (rough, smooth) = (means.y.clamp(0.0, share), means.z.clamp(0.0, 1.0 - share));
@@ -41,7 +40,6 @@ pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
 
 impl MixedRoughness {
     /// `α` of one lobe that stands for both (LEADR section 4.1).
-    #[must_use]
     pub fn joint_alpha(&self) -> f64 {
         let square = |alpha: f64| alpha * alpha;
         (square(self.smooth_alpha) + self.share * (square(self.rough_alpha) - square(self.smooth_alpha))).sqrt()
@@ -51,7 +49,6 @@ impl MixedRoughness {
 /// The roughness `α` from which a surface counts as rough, if it is worth two classes: the threshold that leaves least variance of
 /// `ln α` inside both. `weights`: how much of the surface has each of the ascending positive `alphas`. `None` where the classes' `α²`
 /// differ by less than a factor of two.
-#[must_use]
 pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
     // Weight, and its sums with ln α and α².
     let part = |i: usize| weights[i] * DVec3::new(1.0, alphas[i].ln(), alphas[i] * alphas[i]);

@@ -3,21 +3,18 @@
 use std::f64::consts::{PI, SQRT_2};
 
 /// `φ(x)`, the density.
-#[must_use]
 pub fn normal_pdf(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * PI).sqrt()
 }
 
 /// `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`: the contribution of the tail above `x ≥ 0` to a clamped
 /// mean. Negative arguments are treated as 0.
-#[must_use]
 pub fn normal_tail_mean(x: f64) -> f64 {
     let x = x.max(0.0);
     if x > 40.0 { 0.0 } else { normal_pdf(x) * tail_mean_ratio(x) }
 }
 
 /// `1 − x (1 − Φ(x)) / φ(x)` for `x ≥ 0`: [`normal_tail_mean`] divided by the density; does not underflow.
-#[must_use]
 pub fn tail_mean_ratio(x: f64) -> f64 {
     if x < SERIES_END {
         1.0 - x * mills_ratio(x)
@@ -29,7 +26,6 @@ pub fn tail_mean_ratio(x: f64) -> f64 {
 }
 
 /// `Φ(x)`, the cumulative distribution.
-#[must_use]
 pub fn normal_cdf(x: f64) -> f64 {
     let t = x.abs();
     let tail = if t > 40.0 { 0.0 } else { normal_pdf(t) * mills_ratio(t) };
@@ -48,7 +44,6 @@ pub struct NormalRamp {
 }
 
 /// [`normal_pdf`], [`normal_cdf`] and the ramp together, which takes one exponential on the device.
-#[must_use]
 pub fn normal_ramp(x: f64) -> NormalRamp {
     NormalRamp { pdf: normal_pdf(x), cdf: normal_cdf(x), ramp: x.max(0.0) + normal_tail_mean(x.abs()) }
 }
@@ -56,7 +51,6 @@ pub fn normal_ramp(x: f64) -> NormalRamp {
 /// `Φ(x) / (x Φ(x) + φ(x))`: the mean of `u ~ N(0, 1)` when each `u` is weighted by its visible area `max(0, x + u)`.
 /// Tends to `1/x` at the upper end and to `−x` at the lower end. Arguments below −13, where the whole visible area is
 /// 1e-40, are treated as −13.
-#[must_use]
 pub fn clamped_lean(x: f64) -> f64 {
     if x >= 0.0 {
         let cdf = normal_cdf(x);
@@ -69,7 +63,6 @@ pub fn clamped_lean(x: f64) -> f64 {
 ///
 /// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), then two Halley steps to reach
 /// full precision.
-#[must_use]
 pub fn normal_quantile(u: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let w = -(4.0 * u * (1.0 - u)).ln();
@@ -117,7 +110,6 @@ const TAIL: [f64; 9] = [
 const SERIES_END: f64 = 2.0;
 
 /// Mills' ratio `(1 − Φ(x)) / φ(x)` for `x ≥ 0`.
-#[must_use]
 pub fn mills_ratio(x: f64) -> f64 {
     if x >= SERIES_END {
         return 1.0 / (x + mills_tail(x));

@@ -33,7 +33,6 @@ fn held_kappa(kappa: f64) -> f64 {
 }
 
 /// `1 − L` of a von Mises–Fisher lobe, `L = coth κ − 1/κ`, without cancellation. `κ` is held within 1e-9..1e9; a NaN is 0.
-#[must_use]
 pub fn vmf_lack(kappa: f64) -> f64 {
     let odds = vmf_odds(held_kappa(kappa));
     odds / (1.0 + odds)
@@ -41,7 +40,6 @@ pub fn vmf_lack(kappa: f64) -> f64 {
 
 /// `κ` of the von Mises–Fisher lobe whose mean lacks this much of the length 1, 1e-9 to 1e9: the inverse of [`vmf_lack`]. Lacks outside 0..1 are held
 /// there; a NaN is 1.
-#[must_use]
 pub fn vmf_kappa(lack: f64) -> f64 {
     let wanted = odds_of_lack(held_lack(lack)).ln();
     let end = MAX_KAPPA.ln();
@@ -50,7 +48,6 @@ pub fn vmf_kappa(lack: f64) -> f64 {
 
 /// The usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` (Banerjee et al. 2005), for `L = 1 − lack`: up to 5 % too large, where `L = .8`,
 /// and right at both ends.
-#[must_use]
 pub fn vmf_kappa_estimate(lack: f64) -> f64 {
     let lack = held_lack(lack);
     let length = 1.0 - lack;
@@ -58,13 +55,11 @@ pub fn vmf_kappa_estimate(lack: f64) -> f64 {
 }
 
 /// `α² + c/κ` for a base `α` and normals whose mean lacks this much of the length 1, as `α`. `c` is 2 for relief of small Gaussian slopes.
-#[must_use]
 pub fn vmf_alpha(alpha: f64, lack: f64, c: f64) -> f64 {
     usable_alpha((alpha * alpha + c / vmf_kappa(lack)).sqrt())
 }
 
 /// Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − lack` (Toksvig 2005): 0 to 1.
-#[must_use]
 pub fn toksvig_factor(lack: f64, exponent: f64) -> f64 {
     let lack = held_lack(lack);
     let length = 1.0 - lack;
@@ -72,7 +67,6 @@ pub fn toksvig_factor(lack: f64, exponent: f64) -> f64 {
 }
 
 /// Toksvig's variance of normals per axis, `(1 − L)/L` for `L = 1 − lack` (Toksvig 2005), at most 1e6.
-#[must_use]
 pub fn toksvig_normal_variance(lack: f64) -> f64 {
     let lack = held_lack(lack);
     lack / (1.0 - lack).max(1e-6)

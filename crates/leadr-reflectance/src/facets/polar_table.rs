@@ -46,13 +46,11 @@ pub struct Rows(Vec<Curve>);
 
 impl Rows {
     /// `rows[k]`: values along the curve at the azimuth `k/n` of a turn; at least one.
-    #[must_use]
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
         Self(rows.into_iter().map(Curve::new).collect())
     }
 
     /// Between the four curves around an azimuth, by a cubic.
-    #[must_use]
     pub fn at(&self, x: f64, phi: f64) -> f64 {
         let n = self.0.len();
         let place = (phi / TAU).rem_euclid(1.0) * n as f64;
@@ -69,7 +67,6 @@ impl Rows {
 }
 
 /// `∫ max(0, a + b cos φ) cos k φ dφ` over a turn for all `k` below `count`; `b` ≥ 0.
-#[must_use]
 pub fn ring_harmonics(a: f64, b: f64, count: usize) -> Vec<f64> {
     let end = if a >= b {
         PI
@@ -99,20 +96,17 @@ pub struct Harmonics {
 
 impl Harmonics {
     /// Of `steps` values.
-    #[must_use]
     pub fn new(steps: usize) -> Self {
         let turn = (0..steps).map(|k| (TAU * k as f64 / steps as f64).sin_cos()).map(|(s, c)| (c, s)).collect();
         Self { turn }
     }
 
     /// How many there are.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.turn.len() / 2 + 1
     }
 
     /// Coefficient `k` of the values.
-    #[must_use]
     pub fn of(&self, values: &[f64], k: usize) -> DVec2 {
         let n = self.turn.len();
         let sum = values.iter().enumerate().fold(DVec2::ZERO, |sum, (i, v)| {
@@ -123,7 +117,6 @@ impl Harmonics {
     }
 
     /// The values of coefficients at the steps.
-    #[must_use]
     pub fn values(&self, coefficients: &[DVec2]) -> Vec<f64> {
         let n = self.turn.len();
         let at = |i: usize| {
@@ -145,7 +138,6 @@ pub struct AreaKernel {
 
 impl AreaKernel {
     /// For viewers at the angles `of`, densities at those of `rule`, and `azimuths` of both.
-    #[must_use]
     pub fn new(of: &[f64], rule: &[(f64, f64)], azimuths: usize) -> Self {
         let harmonics = Harmonics::new(azimuths);
         let count = harmonics.count();
@@ -160,7 +152,6 @@ impl AreaKernel {
     }
 
     /// `[o][azimuth]`, from `densities[j][azimuth]`.
-    #[must_use]
     pub fn areas(&self, densities: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let count = self.harmonics.count();
         let of_rule: Vec<DVec2> =
@@ -177,7 +168,6 @@ impl AreaKernel {
 }
 
 /// As [`logarithms`], rows for azimuths, which agree on what is upright.
-#[must_use]
 pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let largest = rows.iter().flatten().copied().filter(|d| d.is_finite()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let upright = rows.iter().map(|row| row[0]).filter(|d| d.is_finite()).sum::<f64>() / rows.len() as f64;
@@ -190,7 +180,6 @@ impl PolarTable {
     /// that are no numbers count as none.
     ///
     /// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if no value is above 0.
-    #[must_use]
     pub fn new(rows: &[Vec<f64>]) -> Option<Self> {
         let n = rows.first()?.len();
         let any = rows.iter().flatten().any(|d| d.is_finite() && *d > 0.0);
@@ -251,38 +240,32 @@ impl PolarTable {
     }
 
     /// `D` of a normal at this angle and azimuth.
-    #[must_use]
     pub fn density(&self, theta: f64, phi: f64) -> f64 {
         self.ln_d.at(place_of(theta) * self.ln_d.last(), phi).exp()
     }
 
     /// `D` at its nodes: what [`Self::new`] makes it from.
-    #[must_use]
     pub fn densities(&self) -> Vec<Vec<f64>> {
         let (angles, _) = self.nodes();
         self.ln_d.0.iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()
     }
 
     /// `ln D` over `u`, in steps of one node, for each azimuth.
-    #[must_use]
     pub fn ln_d(&self) -> &[Curve] {
         &self.ln_d.0
     }
 
     /// Angles and azimuths that it was made from.
-    #[must_use]
     pub fn nodes(&self) -> (usize, usize) {
         (self.ln_d.0[0].values().len() - 1, self.ln_d.0.len())
     }
 
     /// Covariance of the slopes that the table has. It is finite where that of the surface is not.
-    #[must_use]
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
 
     /// `∫ f(slope) P22` over the table.
-    #[must_use]
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         // Finer than the table, for functions with a kink.
         let (n, m) = self.nodes();

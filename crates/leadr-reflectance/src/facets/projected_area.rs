@@ -9,25 +9,21 @@ use crate::limits::{at_least, within};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
-#[must_use]
 pub fn meso_area(w: DVec3, m: DVec2) -> f64 {
     w.z - w.x * m.x - w.y * m.y
 }
 
 /// `b(w)`: standard deviation of the slope seen along `w`, times sin θ (LEADR eq. 15).
-#[must_use]
 pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
     at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
 }
 
 /// `A − max(a, 0) = b h(|a|/b)`: the area that is visible only because of the roughness; `a Λ` for `a > 0`.
-#[must_use]
 pub fn rough_area(a: f64, b: f64) -> f64 {
     b * normal_tail_mean(a.abs() / b.max(1e-18))
 }
 
 /// `A(w) = a Φ(a/b) + b φ(a/b)`, the visible projected area per unit of macrosurface. Tends to `max(a, 0)` as `b → 0`.
-#[must_use]
 pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     let a = meso_area(w, m);
     a.max(0.0) + rough_area(a, slope_spread(w, s))
@@ -39,7 +35,6 @@ pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
 /// Does not change a mesosurface that faces the viewer. Replaces the artificial micronormal of the supplement (3.7):
 /// the tilt is continuous and along `S wo`, the direction of the visible slopes. A viewer exactly behind the
 /// displacement direction (`wo = −z`) sees no facet of a height field; nothing is tilted then.
-#[must_use]
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
     let b2 = at_least(across.dot(wo.xy()), 0.0);
@@ -61,7 +56,6 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
 /// filtered mean is wrong by about as much as it is turned too far. The renderer moves the mean slope by this tilt `d`
 /// and adds `d dᵀ` to the covariance. With the mean slope alone, such pixels are black specks along silhouettes and on
 /// the far sides of bumps. Also finite for a viewer behind the displacement direction, where no tilt is enough.
-#[must_use]
 pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
     wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
 }

@@ -55,19 +55,16 @@ struct Marginal {
 }
 
 /// The angle at `u`.
-#[must_use]
 pub fn angle_at(u: f64) -> f64 {
     u * u * FRAC_PI_2
 }
 
 /// `u` of an angle.
-#[must_use]
 pub fn place_of(theta: f64) -> f64 {
     (theta.max(0.0) / FRAC_PI_2).sqrt()
 }
 
 /// `(θ, weight)` of a rule for `∫ f(θ) dθ` over a quarter turn, exact between nodes where `f` is smooth there.
-#[must_use]
 pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
     let rule = gauss_legendre(ORDER);
     let half = 0.5 / nodes as f64;
@@ -79,7 +76,6 @@ pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
 
 /// Logarithms of at least two densities as shares of `largest`, and where they go on to at 90°: not up, since the last angle that is measured
 /// is the noisiest. What is no number counts as none.
-#[must_use]
 pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
     let least = LEAST_SHARE.ln();
     let ln = |&d: &f64| if d.is_finite() { (d / largest).max(LEAST_SHARE).ln() } else { least };
@@ -94,7 +90,6 @@ impl RadialTable {
     /// values and those that are no numbers count as none.
     ///
     /// `None` if there are fewer than 3 values or none of them is above 0.
-    #[must_use]
     pub fn new(densities: &[f64]) -> Option<Self> {
         let n = densities.len();
         let largest = densities.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
@@ -118,37 +113,31 @@ impl RadialTable {
     }
 
     /// Number of values that it was made from.
-    #[must_use]
     pub fn nodes(&self) -> usize {
         self.ln_d.values().len() - 1
     }
 
     /// `D` at its nodes: what [`Self::new`] makes it from.
-    #[must_use]
     pub fn densities(&self) -> Vec<f64> {
         self.ln_d.values()[..self.nodes()].iter().map(|ln| ln.exp()).collect()
     }
 
     /// `ln D` over `u`, in steps of one node.
-    #[must_use]
     pub fn ln_d(&self) -> &Curve {
         &self.ln_d
     }
 
     /// `D` where the normal is this far from the macrosurface's.
-    #[must_use]
     pub fn density(&self, theta: f64) -> f64 {
         density(&self.ln_d, theta)
     }
 
     /// Variance of the slopes per axis: `∫ x² P22`, over the slopes that the table has. It is finite where that of the surface is not.
-    #[must_use]
     pub fn variance(&self) -> f64 {
         self.variance
     }
 
     /// `∫ f(slope) P22` over the slopes that the table has.
-    #[must_use]
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         let step = TAU / f64::from(AZIMUTHS);
         let ring = |(theta, w): (f64, f64)| {

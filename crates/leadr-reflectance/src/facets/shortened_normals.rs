@@ -61,13 +61,11 @@ fn atanh_ratio(square: f64) -> f64 {
 }
 
 /// `(1 − L)/L` of GGX facets by microsurface area, where `square` is `α²`: `α² T` (Chan eq. 24).
-#[must_use]
 pub fn ggx_normal_odds_micro(square: f64) -> f64 {
     square * atanh_ratio(square)
 }
 
 /// `(1 − L)/L` of GGX facets by macrosurface area, where `square` is `α²` (Chan eq. 26).
-#[must_use]
 pub fn ggx_normal_odds_macro(square: f64) -> f64 {
     let e = 1.0 - square;
     if e.abs() < SERIES_END {
@@ -79,14 +77,12 @@ pub fn ggx_normal_odds_macro(square: f64) -> f64 {
 }
 
 /// `(1 − L)/L` of Beckmann facets by macrosurface area, where `square` is `α²`.
-#[must_use]
 pub fn beckmann_normal_odds_macro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     tail_mean_ratio(t) / (t * mills_ratio(t))
 }
 
 /// `(1 − L)/L` of Beckmann facets by microsurface area, where `square` is `α²`: `α²/2` times the length by macrosurface area.
-#[must_use]
 pub fn beckmann_normal_odds_micro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     0.5 * square * (t * mills_ratio(t))
@@ -141,7 +137,6 @@ impl Shortening {
     ];
 
     /// `(1 − L)/L` for `α`, which is held within 1e-4..100.
-    #[must_use]
     pub fn odds(self, alpha: f64) -> f64 {
         self.odds_of_square(usable_alpha(alpha).powi(2))
     }
@@ -156,20 +151,17 @@ impl Shortening {
     }
 
     /// `1 − L`, how much a normal is shortened, without cancellation.
-    #[must_use]
     pub fn lack(self, alpha: f64) -> f64 {
         let odds = self.odds(alpha);
         odds / (1.0 + odds)
     }
 
     /// `L`, the length of the mean normal, 0 to 1.
-    #[must_use]
     pub fn length(self, alpha: f64) -> f64 {
         1.0 / (1.0 + self.odds(alpha))
     }
 
     /// `α` of facets whose mean normal lacks this much of the length 1: the inverse of [`Self::lack`], 1e-4 to 100.
-    #[must_use]
     pub fn alpha_of_lack(self, lack: f64) -> f64 {
         let wanted = odds_of_lack(held_lack(lack)).ln();
         let (low, high) = (MIN_VARIANCE.ln(), 2.0 * MAX_SLOPE.ln());
@@ -179,7 +171,6 @@ impl Shortening {
 
     /// `α` of facets whose mean normal has this length: the inverse of [`Self::length`], 1e-4 to 100. For normals near 1 it is no better than the
     /// digits of `1 − length`.
-    #[must_use]
     pub fn alpha_of_length(self, length: f64) -> f64 {
         self.alpha_of_lack(1.0 - length)
     }
@@ -187,14 +178,12 @@ impl Shortening {
     /// `α` of facets that stand on facets of the other roughness: lengths multiply (Chan eq. 34).
     ///
     /// Exact where the finer normals turn with the coarser ones and either is isotropic: the mean over the finer ones lies along the coarser normal.
-    #[must_use]
     pub fn combine(self, alpha: f64, other: f64) -> f64 {
         let [a, b] = [alpha, other].map(|alpha| self.lack(if alpha.is_nan() { MAX_SLOPE } else { alpha }));
         self.alpha_of_lack(a + b - a * b)
     }
 
     /// The gloss of facets of gloss `detail` that stand on facets of gloss `base`, as [`Self::combine`].
-    #[must_use]
     pub fn combine_gloss(self, base: f64, detail: f64, gloss: Gloss) -> f64 {
         gloss.gloss(self.combine(gloss.alpha(base), gloss.alpha(detail)))
     }
@@ -202,7 +191,6 @@ impl Shortening {
 
 /// `α` of GGX facets by macrosurface area from the lack of their mean normal, for shaders: off by 1e-4 of itself for `α` from .0027 to 1, gloss 1 to 0
 /// of [`Gloss::Wwii`]. Other lacks are held at 4.08e-5 or 1/3; a NaN is the former.
-#[must_use]
 pub fn ggx_alpha_of_lack_fit(lack: f64) -> f64 {
     let lack = held(lack, 4.08e-5, 1.0 / 3.0);
     let x = lack.sqrt().sqrt();

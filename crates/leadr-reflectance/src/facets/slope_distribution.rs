@@ -46,7 +46,6 @@ pub trait SlopeDistribution {
 /// `max(0, wo·wn) d / area`, finite: at most 1e37, with `area` held at 1e-26 or above. (The BRDF's bound
 /// [`MIN_AREA`](crate::limits::MIN_AREA) would break the normalisation where only the far tail is
 /// visible.)
-#[must_use]
 pub fn visible_density(wo: DVec3, wn: DVec3, d: f64, area: f64) -> f64 {
     let ratio = wo.dot(wn).max(0.0) / at_least(area, 1e-26);
     ratio * d.min(1e37 / ratio.max(1.0))

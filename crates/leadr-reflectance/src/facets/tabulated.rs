@@ -17,7 +17,6 @@ pub enum Tabulated {
 
 impl Tabulated {
     /// `∫ f(slope) P22` over the slopes that the table has.
-    #[must_use]
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         match self {
             Self::Radial(table) => table.mean_of(f),

@@ -24,7 +24,6 @@ pub struct NormalMoments {
 }
 
 /// Moments of the visible normals on an `n`×`n` grid. All zero if no node is visible.
-#[must_use]
 pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> NormalMoments {
     let mut sum = NormalMoments { mean: DVec3::ZERO, diag: DVec3::ZERO, off: DVec3::ZERO };
     let mut norm = 0.0;
@@ -48,7 +47,6 @@ pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64
 /// Radiance under an environment, with masking only (as in Algorithm 2). `c`: radiance coefficients in the world; `f`:
 /// the tangent frame in the world; `rest`: irradiance beyond order 2 for these normals
 /// ([`sh_rest_damping`](super::sh::sh_rest_damping)), or 0. Not below 0.
-#[must_use]
 pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
     let r = DMat3::from_cols(f.x, f.y, f.z);
     let t = DMat3::from_cols(
@@ -65,7 +63,6 @@ pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9, rest: DV
 /// Radiance under one light from `wi` (tangent frame) of unit irradiance on a plane facing it, from the light's order-2
 /// harmonics (Algorithm 2), times the light's masking and shadowing (eq. 20). Up to 9 % off according to the paper; not
 /// below 0.
-#[must_use]
 pub fn leadr_diffuse_light_sh(v: &NormalMoments, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     let second = (wi * wi).dot(v.diag) + 2.0 * (wi.yzx() * wi.zxy()).dot(v.off);
     let e = 0.09375 * v.diag.element_sum() + 0.5 * wi.dot(v.mean) + 0.46875 * second;
@@ -73,7 +70,6 @@ pub fn leadr_diffuse_light_sh(v: &NormalMoments, wo: DVec3, wi: DVec3, m: DVec2,
 }
 
 /// The same light with its clamped cosine integrated over the grid instead of harmonics: use this for a sun.
-#[must_use]
 pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut norm) = (0.0, 0.0);
     let cholesky = slope_cholesky(s);

@@ -50,7 +50,6 @@ fn free_turns(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2] {
 
 /// Albedo of mirrors towards `wo`, of a white environment; with a `cone`, of one that is white inside it and black
 /// outside. `distribution`: central (mean slope 0), isotropic or not. 0 for a viewer below the horizon.
-#[must_use]
 pub fn directional_albedo(
     distribution: &impl SlopeDistribution,
     masking: Masking,
@@ -182,7 +181,6 @@ fn along_azimuth(
 
 /// Mean of a directional albedo over the cosine-weighted hemisphere, `2 ∫ E(c) c dc`: the albedo under even light.
 /// Nodes are denser towards grazing, where smooth surfaces change.
-#[must_use]
 pub fn average_albedo(albedo: impl Fn(f64) -> f64, order: usize) -> f64 {
     // c = t²: dc = 2 t dt.
     gauss_legendre(order)

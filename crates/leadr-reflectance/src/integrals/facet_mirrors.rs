@@ -67,7 +67,6 @@ pub struct FacetMirrors {
 
 /// `wo`, `wi`: unit, tangent frame; `alpha`: Beckmann roughness of the base, 0 to 1; `variance`: of the light's directions, radians²
 /// along each of two axes across `wi`.
-#[must_use]
 pub fn facet_mirrors(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetMirrors {
     let h = wo + wi;
     let wh = h / h.length_squared().max(1e-20).sqrt();
@@ -88,7 +87,6 @@ pub fn facet_mirrors(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetMi
 /// Share of the mirrors on a facet that viewer and light see, by the shadowing model of the relief; it ends smoothly at 0 where they see
 /// the facet from behind. `co`, `ci`: cosines with the facet's normal; `between`: of `wo` and `wi`; `deviation`: of the base's slopes.
 /// On a normal map the base alone hides facets, and the viewer sees all that face it in full; the edge-on ones fade out.
-#[must_use]
 pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, deviation: f64) -> f64 {
     let mapped = shadowing == Shadowing::NormalMap;
     let shadowing = if mapped { Shadowing::Correlated } else { shadowing };
@@ -138,7 +136,6 @@ fn mirroring_facets(f: &FacetMirrors, about: DVec2, m: DVec2, cholesky: DVec3) -
 
 /// The module's `D`, per area of the macrosurface, in place of that of one Gaussian for all mirrors. `m`: the relief's mean slope;
 /// `cholesky`: lower Cholesky factor of its covariance ([`slope_cholesky`](crate::slopes::grid::slope_cholesky)).
-#[must_use]
 pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowing: Shadowing) -> f64 {
     let m = m.clamp(DVec2::splat(-MAX_SLOPE), DVec2::splat(MAX_SLOPE));
     let halfway = (-m).extend(1.0).normalize() + f.wh;
@@ -171,7 +168,6 @@ pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowi
 
 /// Radiance towards the viewer under the light, linear RGB per unit of its irradiance on a plane that faces it. `o`, `i`: areas of the
 /// relief that viewer and light see ([`direction_area`](crate::masking::correlated::direction_area)).
-#[must_use]
 pub fn facet_mirrors_light(
     shadowing: Shadowing,
     o: &DirectionArea,

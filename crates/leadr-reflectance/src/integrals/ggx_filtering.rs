@@ -42,20 +42,17 @@ fn component(e: f64, a: DVec3, s: DVec3) -> DVec3 {
 }
 
 /// Density of the slopes of a GGX base of matrix `a` under Gaussian displacement of mean `m` and covariance `s`.
-#[must_use]
 pub fn convolved_p22(slope: DVec2, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, w)| w * beckmann_p22(slope, m, component(e, a, s))).sum()
 }
 
 /// Visible projected area of the same surface. Within 1e-3 at grazing angles, where the cut-off tail matters most.
-#[must_use]
 pub fn convolved_visible_area(w: DVec3, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, weight)| weight * visible_area(w, m, component(e, a, s))).sum()
 }
 
 /// Roughness matrix of the single GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`: `A + 2S`.
 /// The mean slope stays that of the map.
-#[must_use]
 pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
     a + 2.0 * s
 }
@@ -64,7 +61,6 @@ pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
 ///
 /// Computed as `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because the difference of two determinants would lose
 /// small displacements.
-#[must_use]
 pub fn base_share(a: DVec3, s: DVec3) -> f64 {
     let det = |v: DVec3| (v.x * v.y - v.z * v.z).max(0.0);
     let mixed = (a.y * s.x + a.x * s.y - 2.0 * a.z * s.z).max(0.0);
@@ -88,7 +84,6 @@ const FAVOUR: f64 = 0.15;
 
 /// The two lobes for a GGX base of matrix `a` under displacement of covariance `s`. Both are a little wider than
 /// `A + 2S`, because the convolution moves some of the density out of the peak.
-#[must_use]
 pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
     let t = base_share(a, s);
     let hump = t.sqrt() * (1.0 - t);
@@ -99,14 +94,12 @@ pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
 }
 
 /// Density of slopes.
-#[must_use]
 pub fn displaced_ggx_p22(slope: DVec2, m: DVec2, d: &DisplacedGgx) -> f64 {
     let gaussian = beckmann_p22(slope, m, 0.5 * d.roughness);
     gaussian + d.weight * (ggx_p22(slope, m, d.roughness) - gaussian)
 }
 
 /// `D(wh)`, per unit of macrosurface and solid angle; 0 for `wh.z ≤ 0`.
-#[must_use]
 pub fn displaced_ggx_ndf(wh: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
     let gaussian = beckmann_ndf(wh, m, 0.5 * d.roughness);
     gaussian + d.weight * (ggx_ndf(wh, m, d.roughness) - gaussian)
@@ -121,7 +114,6 @@ fn displaced_rough_area(w: DVec3, meso: f64, d: &DisplacedGgx) -> f64 {
 
 /// Visible projected area of the mixture. It is linear in the distribution, so it is the weighted mean of both lobes'
 /// areas.
-#[must_use]
 pub fn displaced_ggx_visible_area(w: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + displaced_rough_area(w, meso, d)
@@ -129,7 +121,6 @@ pub fn displaced_ggx_visible_area(w: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
 
 /// `1 / (a_o (1 + Λo + Λi))`, height-correlated masking and shadowing (LEADR eq. 13) of the mixture; 0 when the light
 /// is below the mesosurface. Without `shadowing`, one divided by the visible area.
-#[must_use]
 pub fn displaced_ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, d: &DisplacedGgx, shadowing: bool) -> f64 {
     let visible = displaced_ggx_visible_area(wo, m, d).max(MIN_AREA);
     if !shadowing {

@@ -32,7 +32,6 @@ const MIXTURE: [(f64, f64); 3] = [(0.3424, 2.069), (0.4764, 0.5126), (0.1812, 0.
 ///
 /// # Panics
 /// If `k` is not below [`GGX_LOBES`].
-#[must_use]
 pub fn ggx_lobe(d: &DisplacedGgx, k: usize) -> GaussianLobe {
     if k == 0 {
         return GaussianLobe { weight: 1.0 - d.weight, s: 0.5 * d.roughness };
@@ -42,7 +41,6 @@ pub fn ggx_lobe(d: &DisplacedGgx, k: usize) -> GaussianLobe {
 }
 
 /// How the surface looks along `w`. `cholesky`: factor of `roughness / 2`.
-#[must_use]
 pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3) -> DirectionArea {
     let whitened = whitened_direction(w, cholesky);
     let visible = displaced_ggx_visible_area(w, m, d);
@@ -51,7 +49,6 @@ pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3)
 
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it. `o`:
 /// [`displaced_ggx_area`] of `wo`.
-#[must_use]
 pub fn displaced_ggx_light(
     shadowing: Shadowing,
     o: &DirectionArea,

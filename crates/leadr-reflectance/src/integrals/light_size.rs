@@ -21,7 +21,6 @@ const LEAST_HALF_Z: f64 = 16.0;
 
 /// Covariance `(s_xx, s_yy, s_xy)` of the slopes at which facets mirror a light to `wo`; add it to that of the surface's slopes.
 /// `variance`: of the light's directions, radians² along each of two axes across `wi`.
-#[must_use]
 pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
     let h = wo + wi;
     let per = 1.0 / h.z.max(LEAST_HALF_Z * variance.sqrt()).max(1e-3);
@@ -33,7 +32,6 @@ pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
 
 /// Variance of half vectors per axis, the mean of both: along the plane of incidence they turn half as far as the light, and across
 /// it by `1/(2 cosine)`. `cosine`: between `wo` and the half vector.
-#[must_use]
 pub fn light_normal_variance(cosine: f64, variance: f64) -> f64 {
     0.125 * variance * (1.0 + 1.0 / (cosine * cosine).max(1e-3))
 }

@@ -32,13 +32,11 @@ fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
 
 /// `∫ g(slope) ⟨wn,wo⟩/(wn·wg) P22 dslope / A(wo)`: the mean of `g` over the visible slopes, with `panels`² panels of
 /// 8×8 points. The covariance must be positive semidefinite. 0 if nothing is visible.
-#[must_use]
 pub fn visible_mean(wo: DVec3, m: DVec2, s: DVec3, panels: usize, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     visible_mean_panels(wo, m, s, [panels; 2], g)
 }
 
 /// [`visible_mean`] with separate numbers of panels along the view azimuth and across it.
-#[must_use]
 pub fn visible_mean_panels(wo: DVec3, m: DVec2, s: DVec3, panels: [usize; 2], g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     let (a, b) = (meso_area(wo, m), slope_spread(wo, s));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
@@ -58,14 +56,12 @@ pub fn visible_mean_panels(wo: DVec3, m: DVec2, s: DVec3, panels: [usize; 2], g:
 }
 
 /// Standard deviations of the slopes along the first and the second axis of [`visible_mean_panels`].
-#[must_use]
 pub fn visible_extents(wo: DVec3, s: DVec3) -> [f64; 2] {
     let factor = view_factor(wo, s);
     [factor.x_axis.length(), factor.y_axis.length()]
 }
 
 /// LEADR eq. 19 with `F = 1`: radiance under an environment, `radiance` a function of direction in the tangent frame.
-#[must_use]
 pub fn specular_environment(
     wo: DVec3,
     m: DVec2,
@@ -83,7 +79,6 @@ pub fn specular_environment(
 
 /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1, with its exact clamped cosine: the
 /// domain is also cut to the half-plane of slopes that face the light. `panels` per axis between cuts.
-#[must_use]
 pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let (a, b, ai) = (meso_area(wo, m), slope_spread(wo, s), meso_area(wi, m));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };

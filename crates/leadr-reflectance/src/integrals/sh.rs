@@ -8,7 +8,6 @@ use glam::DVec3;
 pub type Sh9 = [DVec3; 9];
 
 /// The nine basis functions at the unit direction `d`.
-#[must_use]
 pub fn sh_basis(d: DVec3) -> [f64; 9] {
     use std::f64::consts::PI;
     let k1 = (0.75 / PI).sqrt();
@@ -28,7 +27,6 @@ pub fn sh_basis(d: DVec3) -> [f64; 9] {
 
 /// Radiance from the direction `d`. Shorter vectors, the mean of several directions, have smaller terms of order 1 and
 /// 2.
-#[must_use]
 pub fn sh_radiance(c: &Sh9, d: DVec3) -> DVec3 {
     let mut basis = sh_basis(d);
     // The same polynomial where |d| = 1, and none of order 2 where d = 0.
@@ -46,7 +44,6 @@ pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {
 
 /// Irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`, by
 /// the cosine convolution `A_l = π, 2π/3, π/4`. Linear in the moments; the trace of `diag` is 1.
-#[must_use]
 pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec3 {
     use std::f64::consts::PI;
     let a0 = PI * (0.25 / PI).sqrt();
@@ -61,26 +58,22 @@ pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec
 }
 
 /// Irradiance on a plane of unit normal `n`. May be slightly negative opposite a strong light, because order 2 rings.
-#[must_use]
 pub fn sh_irradiance(c: &Sh9, n: DVec3) -> DVec3 {
     sh_irradiance_moments(c, n, n * n, DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y))
 }
 
 /// Irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
-#[must_use]
 pub fn sh_irradiance_light(cosine: f64) -> f64 {
     0.09375 + cosine * (0.5 + 0.46875 * cosine)
 }
 
 /// What order 2 leaves out of it: the clamped cosine less [`sh_irradiance_light`]. Its harmonics begin at band 4.
-#[must_use]
 pub fn sh_irradiance_rest(cosine: f64) -> f64 {
     cosine.max(0.0) - sh_irradiance_light(cosine)
 }
 
 /// What is left of irradiance beyond order 2 over normals of mean `n` (not longer than 1). A spread of variance `v` per axis shortens
 /// the mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`: `|n|¹⁰` for band 4, the lowest and strongest that order 2 lacks.
-#[must_use]
 pub fn sh_rest_damping(n: DVec3) -> f64 {
     n.length_squared().min(1.0).powi(5)
 }

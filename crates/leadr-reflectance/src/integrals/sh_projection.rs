@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 
 /// Coefficients of `radiance`, a function of unit direction. Uses Gauss–Legendre quadrature in z (`rings` nodes) times
 /// `2 rings` equal steps of azimuth, exact for band-limited functions below degree `2 rings`.
-#[must_use]
 pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 {
     let steps = 2 * rings;
     let mut c = [DVec3::ZERO; 9];
@@ -30,7 +29,6 @@ pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 
 ///
 /// # Panics
 /// If `face` is not below 6.
-#[must_use]
 pub fn cube_direction(face: usize, sc: f64, tc: f64) -> DVec3 {
     match face {
         0 => DVec3::new(1.0, -tc, -sc),
@@ -44,7 +42,6 @@ pub fn cube_direction(face: usize, sc: f64, tc: f64) -> DVec3 {
 }
 
 /// Exact solid angle of texel `(x, y)` of a cube face of `size` texels per edge, steradians.
-#[must_use]
 pub fn texel_solid_angle(size: u32, x: u32, y: u32) -> f64 {
     let at = |i: u32| 2.0 * f64::from(i) / f64::from(size) - 1.0;
     // Solid angle of the rectangle from the face's centre to (u, v).
@@ -56,7 +53,6 @@ pub fn texel_solid_angle(size: u32, x: u32, y: u32) -> f64 {
 /// Coefficients of a cube map of `size` texels per edge; `texel(face, x, y)` is linear RGB radiance, row 0 at the top.
 ///
 /// Each texel is weighted by its exact solid angle, with the basis evaluated at its centre.
-#[must_use]
 pub fn project_cube(size: u32, texel: impl Fn(usize, u32, u32) -> [f64; 3]) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
     let centre = |i: u32| (2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0;

@@ -11,7 +11,6 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
 /// `f0`: linear RGB reflectance at normal incidence.
-#[must_use]
 pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, shadowing: bool) -> DVec3 {
     let h = wo + wi;
     let wh = h / h.length_squared().max(1e-20).sqrt();
@@ -21,7 +20,6 @@ pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: 
 
 /// The same with any [`Shadowing`] model, from the surface's areas in the two directions
 /// ([`crate::masking::correlated::direction_area`]); all lights share `o`, computed once per pixel.
-#[must_use]
 pub fn leadr_specular_light(
     shadowing: Shadowing,
     o: &DirectionArea,
@@ -50,14 +48,12 @@ pub struct EnvironmentSample {
 }
 
 /// The environment sample at a slope.
-#[must_use]
 pub fn environment_sample_at(wo: DVec3, slope: DVec2) -> EnvironmentSample {
     let wn = normal_of_slope(slope);
     EnvironmentSample { wi: 2.0 * wn.dot(wo) * wn - wo, wn, area: facet_area(wo, slope) }
 }
 
 /// The environment sample at standard normal coordinates `p`.
-#[must_use]
 pub fn environment_sample(wo: DVec3, p: DVec2, m: DVec2, s: DVec3) -> EnvironmentSample {
     environment_sample_at(wo, slope_sample(p, m, s))
 }
@@ -77,20 +73,17 @@ pub const LOD_ALGORITHM_1: f64 = -1.8257;
 /// The part of [`env_lod`] that is the same for all samples of a pixel. `size`: texels per edge of the cube map;
 /// `spacing`: distance between samples in standard deviations. As in the paper, the larger deviation is used for both
 /// axes.
-#[must_use]
 pub fn env_lod_base(s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     0.5 * (s.x.max(s.y) * spacing * spacing).max(1e-12).log2() + size.log2() + constant
 }
 
 /// Level of detail of one sample: its solid angle is `J (spacing σ)²` with `J = 4 |wn·wo| wn.z³` (LEADR 5.2). May be
 /// negative; finite for `J = 0` and `σ = 0`.
-#[must_use]
 pub fn env_lod_at(base: f64, wo: DVec3, wn: DVec3) -> f64 {
     base + 0.5 * (4.0 * wn.dot(wo).abs() * wn.z.powi(3)).max(1e-12).log2()
 }
 
 /// [`env_lod_base`] and [`env_lod_at`] together.
-#[must_use]
 pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
@@ -150,7 +143,6 @@ impl Mirrors {
 ///
 /// Divided by the sum of visible areas, which is the masking term (supplement, eq. 10): with `f0 = 1` and without
 /// shadowing, a constant environment is returned exactly. `radiance` receives each sample in the tangent frame.
-#[must_use]
 pub fn leadr_specular_environment(
     shadowing: Shadowing,
     wo: DVec3,

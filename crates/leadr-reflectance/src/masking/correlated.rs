@@ -45,13 +45,11 @@ pub struct DirectionArea {
 
 /// `p = Cᵀ w.xy` from the lower Cholesky factor `(c_xx, c_yx, c_yy)` of the slopes' covariance
 /// ([`crate::slopes::grid::slope_cholesky`]).
-#[must_use]
 pub fn whitened_direction(w: DVec3, cholesky: DVec3) -> DVec2 {
     DVec2::new(cholesky.x * w.x + cholesky.y * w.y, cholesky.z * w.y)
 }
 
 /// The areas of a Gaussian surface of mean slope `m`, seen in the direction `w`.
-#[must_use]
 pub fn direction_area(w: DVec3, m: DVec2, cholesky: DVec3) -> DirectionArea {
     let whitened = whitened_direction(w, cholesky);
     let (spread, meso) = (whitened.length(), meso_area(w, m));
@@ -60,7 +58,6 @@ pub fn direction_area(w: DVec3, m: DVec2, cholesky: DVec3) -> DirectionArea {
 
 /// The module's `f`, from 0 for equal azimuths to 1. `less`, `more`: `a_o a_i` times the smaller and the larger `Λ`;
 /// `both`: `a_o a_i`. Only their ratios matter. `simple` needs none of them.
-#[must_use]
 pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simple: bool) -> f64 {
     // sin φ and cos φ from products of the whitened directions; q = tan(φ/2) = sine / along.
     let scale = 1.0 / (po.length_squared() * pi.length_squared()).sqrt().max(1e-18);
@@ -80,7 +77,6 @@ pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simp
 /// shadowing, 0 for a light on or below the mesosurface. For [`Shadowing::NormalMap`] 1: its facets count by their area on the
 /// macrosurface, and the factor of each is its own
 /// ([`mapped_specular_light`](crate::visible::mapped::mapped_specular_light)).
-#[must_use]
 pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
     if shadowing == Shadowing::NormalMap {
         return 1.0;
@@ -90,7 +86,6 @@ pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &Dir
 
 /// `G A_o / a_o = G / G₁(o)`, 0..1: the lit fraction of what the viewer sees. It weights a light, or a sample of an
 /// environment, in a sum that is already normalised for masking.
-#[must_use]
 pub fn lit_fraction(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
     if matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
         return 1.0;

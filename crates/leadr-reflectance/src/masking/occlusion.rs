@@ -36,7 +36,6 @@ impl Hidden {
 /// what is hidden looks as `hidden` says (Chan 2018, eq. 45–49). Arguments are held within 0..1, and so is the result.
 ///
 /// Radiance is `albedo / π` times the irradiance of the open sky times this.
-#[must_use]
 pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DVec3 {
     let (a, rho) = (unit(visibility), DVec3::from_array(albedo.to_array().map(unit)));
     match hidden {
@@ -50,7 +49,6 @@ pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DV
 
 /// `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). At `ρ = 1` it is 1 wherever anything is visible; where
 /// nothing is, it is 0 for every albedo, the limit for all below 1. The printed form is 0/0 there.
-#[must_use]
 pub fn interreflected_visibility(visibility: f64, albedo: DVec3) -> DVec3 {
     let a = unit(visibility);
     // Held above zero: a part in 1e12 of light is none. Where A is 0, so is the quotient.
@@ -77,7 +75,6 @@ impl Cone {
     /// it is `u sin²θ`: its direction is the axis and its length the visibility about that axis, eq. 54 about another axis than the normal.
     ///
     /// Without a direction, one about z that nothing passes.
-    #[must_use]
     pub fn of_vector(b: DVec3) -> Self {
         let length = b.length();
         if (1e-12..1e30).contains(&length) {
@@ -88,20 +85,17 @@ impl Cone {
     }
 
     /// The cone about a unit normal with this visibility (eq. 56).
-    #[must_use]
     pub fn about_normal(normal: DVec3, visibility: f64) -> Self {
         Self { axis: normal, cosine: cone_cosine(visibility) }
     }
 }
 
 /// Cosine of the half angle of the cone about the normal that has this visibility: `√(1 − V)` (Chan 2018, eq. 56).
-#[must_use]
 pub fn cone_cosine(visibility: f64) -> f64 {
     (1.0 - unit(visibility)).sqrt()
 }
 
 /// Visibility of a cone about the normal: `1 − cos²` (eq. 55), the inverse of [`cone_cosine`].
-#[must_use]
 pub fn cone_visibility(cosine: f64) -> f64 {
     let c = unit(cosine);
     (1.0 - c) * (1.0 + c)
@@ -111,7 +105,6 @@ pub fn cone_visibility(cosine: f64) -> f64 {
 ///
 /// Above the horizon it is `sin² cos θ_a`, `cos θ_a = axis.z`: a disc's projection. Otherwise it is the form factor of a
 /// sphere that the horizon cuts (Snyder 1996).
-#[must_use]
 pub fn bent_cone_visibility(cone: &Cone) -> f64 {
     let (cosine, z) = (unit(cone.cosine), cone.axis.z.clamp(-1.0, 1.0));
     let (sine, tilt) = (root(cosine), root(z));
@@ -131,7 +124,6 @@ pub fn bent_cone_visibility(cone: &Cone) -> f64 {
 /// Cosine of the half angle of the cone about `axis` that has this visibility, the inverse of [`bent_cone_visibility`]:
 /// `√(1 − V / cos θ_a)` above the horizon, and beyond it a cubic, within 1.3° for axes up to 75° from the normal. A hemisphere about the axis where no cone
 /// is wide enough; nothing about an axis on or below the horizon.
-#[must_use]
 pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     let (v, z) = (unit(visibility), axis.z.clamp(-1.0, 1.0));
     if z <= 1e-6 {
@@ -157,20 +149,17 @@ fn root(x: f64) -> f64 {
 }
 
 /// The cone of a visibility about a bent normal.
-#[must_use]
 pub fn bent_cone(visibility: f64, axis: DVec3) -> Cone {
     Cone { axis, cosine: bent_cone_cosine(visibility, axis) }
 }
 
 /// Whether the cone leaves a light from `wi` free, as 0 or 1 (Chan 2018, eq. 57, about any axis). Edges are hard.
-#[must_use]
 pub fn cone_light(cone: &Cone, wi: DVec3) -> f64 {
     f64::from(u8::from(cone.axis.dot(wi) > cone.cosine))
 }
 
 /// What the cone leaves of a light from `wi`, falling off outside it: `clamp(axis·wi / cos, 0, 1)²` (Chan 2018, eq. 58
 /// and listing 4, about any axis). 1 in a cone of a hemisphere, whose edge is the horizon itself.
-#[must_use]
 pub fn cone_light_smooth(cone: &Cone, wi: DVec3) -> f64 {
     let along = cone.axis.dot(wi);
     let ratio = if along >= cone.cosine { 1.0 } else { unit(along / at_least(cone.cosine, 1e-12)) };
@@ -183,7 +172,6 @@ pub fn cone_light_smooth(cone: &Cone, wi: DVec3) -> f64 {
 /// The paper's eq. 59 has `(1 − (n·v)⁴)` where the listing has `(1 − n·v)⁴`, and the listing's `gloss8` is
 /// `gloss4 · gloss2`. The listing is what was shipped: the exponent of gloss is 6 in it and 8 in the text.
 /// `exponent`: 6 or 8.
-#[must_use]
 pub fn adjusted_cone_cosine(cosine: f64, gloss: f64, n_v: f64, biased: bool, exponent: u32) -> f64 {
     let gloss = unit(if biased { 1.5 * gloss } else { gloss });
     let grazing = (1.0 - unit(n_v)).powi(4);

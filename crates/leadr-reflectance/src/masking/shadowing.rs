@@ -25,13 +25,11 @@ impl Shadowing {
     pub const MAIN: [Self; 3] = [Self::None, Self::Smith, Self::Correlated];
 
     /// Its `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
-    #[must_use]
     pub const fn code(self) -> i32 {
         self as i32
     }
 
     /// The model's name on the command line and in JSON; "masking" for no shadowing, since masking remains.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "masking",
@@ -43,7 +41,6 @@ impl Shadowing {
     }
 
     /// What the model does, in one line.
-    #[must_use]
     pub const fn help(self) -> &'static str {
         match self {
             Self::None => "None: every facet that the viewer sees is lit, as in the LEADR paper",

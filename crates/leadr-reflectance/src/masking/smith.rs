@@ -10,21 +10,18 @@ use glam::{DVec2, DVec3};
 
 /// `Λ(w)` of LEADR 4.3, exact instead of the printed rational fit. A large finite value where the paper has `+∞`
 /// (`a ≤ 0`).
-#[must_use]
 pub fn smith_lambda(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     let a = meso_area(w, m);
     rough_area(a, slope_spread(w, s)) / a.max(MIN_AREA)
 }
 
 /// `1 / A(wo) = (wm·wg / wm·wo) / (1 + Λo)`: masking alone, with the projected area of eq. 16.
-#[must_use]
 pub fn masking(wo: DVec3, m: DVec2, s: DVec3) -> f64 {
     1.0 / at_least(visible_area(wo, m, s), MIN_AREA)
 }
 
 /// `1 / (a_o (1 + Λo + Λi))`: height-correlated masking and shadowing with the projected area of eq. 16. 0 when the
 /// light is below the mesosurface. Without `shadowing`, the same as [`masking`].
-#[must_use]
 pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
         return masking(wo, m, s);
@@ -37,7 +34,6 @@ pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bo
 
 /// [`shadowing_given_masking`] with the terms that depend only on the viewer computed outside a loop:
 /// `ao = meso_area(wo, m)`, `area_o = visible_area(wo, m, s)`.
-#[must_use]
 pub fn shadowing_from_areas(ao: f64, area_o: f64, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     let ai = meso_area(wi, m).max(0.0);
     let lit = ai * at_least(area_o, MIN_AREA);
@@ -46,7 +42,6 @@ pub fn shadowing_from_areas(ao: f64, area_o: f64, wi: DVec3, m: DVec2, s: DVec3)
 
 /// `(1 + Λo) / (1 + Λo + Λi)`, 0..1: the lit fraction of what the viewer sees. It weights a sample (eq. 22) or a light
 /// (eq. 20) in a sum that is already normalised for masking. 1 without `shadowing`.
-#[must_use]
 pub fn shadowing_given_masking(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     if shadowing { shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, s), wi, m, s) } else { 1.0 }
 }

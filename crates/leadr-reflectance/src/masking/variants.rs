@@ -103,7 +103,6 @@ impl Masking {
 /// `wi`.
 ///
 /// `wo·wh` is computed as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
-#[must_use]
 pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     0.5 * (wo + wi).length() / wh.z.max(1e-12)
 }
@@ -114,7 +113,6 @@ pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
 /// take the correlation of `wo` and `wi`.
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
-#[must_use]
 pub fn masking_factor(
     masking: Masking,
     wo: DVec3,
@@ -156,7 +154,6 @@ pub fn masking_factor(
 }
 
 /// [`masking_factor`] of a distribution, for the half vector `wh` of `wo` and `wi`.
-#[must_use]
 pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     let (area_o, area_i) = (distribution.visible_area(wo), distribution.visible_area(wi));
     masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i, distribution.shape())
@@ -164,7 +161,6 @@ pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: 
 
 /// The thesis' `G` in `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a
 /// central distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
-#[must_use]
 pub fn geometric_attenuation(
     masking: Masking,
     distribution: &impl SlopeDistribution,
@@ -177,7 +173,6 @@ pub fn geometric_attenuation(
 
 /// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Not
 /// clamped: exceeds 1 where a shear hides most of the macrosurface's projection.
-#[must_use]
 pub fn smith_g1(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     if w.z <= 0.0 || distribution.meso_area(w) <= 0.0 {
         return 0.0;

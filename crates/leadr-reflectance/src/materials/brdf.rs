@@ -46,7 +46,6 @@ pub trait Brdf {
 
 /// A direction with the density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the
 /// hemisphere).
-#[must_use]
 pub fn cosine_sample(u: DVec2) -> DVec3 {
     let p = 2.0 * u - DVec2::ONE;
     let (r, phi) = if p.x.abs() > p.y.abs() {

@@ -28,19 +28,16 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// Exponent of the Blinn-Phong lobe equivalent to a Beckmann roughness, 0 to 1e6.
-#[must_use]
 pub fn blinn_phong_exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha).max(MIN_AREA) - 2.0).clamp(0.0, 1e6)
 }
 
 /// Variance of slopes per axis at the peak of a lobe.
-#[must_use]
 pub fn blinn_phong_variance(exponent: f64) -> f64 {
     1.0 / (exponent + 2.0)
 }
 
 /// Density of normals per solid angle where the cosine to the lobe's axis is `cosine`.
-#[must_use]
 pub fn blinn_phong_ndf(cosine: f64, exponent: f64) -> f64 {
     if cosine <= 0.0 { 0.0 } else { (exponent + 2.0) / (2.0 * PI) * cosine.powf(exponent) }
 }
@@ -48,7 +45,6 @@ pub fn blinn_phong_ndf(cosine: f64, exponent: f64) -> f64 {
 /// Variance of unit normals around the normal of the mean slope `m`, per axis of its tangent plane, to first order in
 /// the covariance `s` of slopes: half the trace of `S G`, where `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` is the metric
 /// of normals over slopes.
-#[must_use]
 pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
     let per = 1.0 / (1.0 + m.length_squared());
     let along = s.x * m.x * m.x + s.y * m.y * m.y + 2.0 * s.z * m.x * m.y;
@@ -56,14 +52,12 @@ pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
 }
 
 /// `(1 − |n̄|) / |n̄|` for normals of this variance.
-#[must_use]
 pub fn toksvig_variance(variance: f64) -> f64 {
     let lack = tail_mean_ratio(1.0 / variance.max(1e-12).sqrt());
     lack / (1.0 - lack).max(1e-6)
 }
 
 /// Exponent of the filtered lobe.
-#[must_use]
 pub fn toksvig_exponent(exponent: f64, variance: f64) -> f64 {
     exponent / (1.0 + exponent * variance)
 }
@@ -71,7 +65,6 @@ pub fn toksvig_exponent(exponent: f64, variance: f64) -> f64 {
 /// Level of detail of a lobe's single environment lookup, for this variance of normals per axis and a cube map of
 /// `size` texels per edge. Reflected directions rotate twice as far as normals, and a bilinear lookup in a box-filtered
 /// level with texels of width `h` has the variance `h²/4`.
-#[must_use]
 pub fn lobe_lod(variance: f64, size: f64) -> f64 {
     0.5 * (4.0 * variance).max(1e-12).log2() + size.log2() + 0.467
 }

@@ -25,19 +25,16 @@ pub struct SplitAlbedo {
 
 impl SplitAlbedo {
     /// Factor of `F0`.
-    #[must_use]
     pub fn scale(&self) -> f64 {
         self.ideal - self.grazing
     }
 
     /// What is added to it, per reflectance at grazing incidence.
-    #[must_use]
     pub fn bias(&self) -> f64 {
         self.grazing
     }
 
     /// Albedo for [`fresnel_schlick`](crate::facets::fresnel::fresnel_schlick) with this `f0`.
-    #[must_use]
     pub fn of(&self, f0: DVec3) -> DVec3 {
         f0 * self.scale() + grazing_reflectance(f0) * self.grazing
     }
@@ -65,13 +62,11 @@ impl EnergyTable {
     pub const TEXELS: usize = ENERGY_ROW * ENERGY_ALPHAS;
 
     /// Of GGX facets under height-correlated masking.
-    #[must_use]
     pub fn ggx() -> Self {
         Self::stored(0)
     }
 
     /// Of Beckmann facets under height-correlated masking.
-    #[must_use]
     pub fn beckmann() -> Self {
         Self::stored(1)
     }
@@ -83,7 +78,6 @@ impl EnergyTable {
     }
 
     /// From `(1 − ideal, grazing)` at node `x + 32 y`.
-    #[must_use]
     pub fn from_nodes(node: impl Fn(usize) -> [f32; 2]) -> Self {
         let rows = (0..ENERGY_ALPHAS).flat_map(|y| {
             let row: Vec<[f32; 2]> = (0..ENERGY_COSINES).map(|x| node(x + ENERGY_COSINES * y)).collect();
@@ -94,13 +88,11 @@ impl EnergyTable {
     }
 
     /// The texels, row by row, as shaders want them (`leadr/materials/energy.glsl`).
-    #[must_use]
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.0
     }
 
     /// Albedo towards a viewer. Arguments are held within 0..1.
-    #[must_use]
     pub fn albedo(&self, alpha: f64, cosine: f64) -> SplitAlbedo {
         let x = unit(cosine).sqrt() * (ENERGY_COSINES - 1) as f64;
         let at = (x as usize).min(ENERGY_COSINES - 2);
@@ -113,7 +105,6 @@ impl EnergyTable {
     }
 
     /// Mean over the cosine-weighted hemisphere.
-    #[must_use]
     pub fn average(&self, alpha: f64) -> SplitAlbedo {
         self.between_rows(alpha, |y, k| f64::from(self.0[y * ENERGY_ROW + ENERGY_COSINES][k]))
     }
@@ -129,7 +120,6 @@ impl EnergyTable {
 
 /// Weight of the next node, `t` of the way from node `column` in `√cos`: near grazing incidence albedos are linear in the
 /// cosine itself.
-#[must_use]
 pub fn energy_weight(column: usize, t: f64) -> f64 {
     if column == 0 { t * t } else { t }
 }
@@ -155,14 +145,12 @@ fn unit(x: f64) -> f64 {
 }
 
 /// Mean of Schlick's Fresnel term over the cosine-weighted hemisphere, `F0 + (F90 − F0) / 21`.
-#[must_use]
 pub fn average_fresnel(f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) / 21.0
 }
 
 /// Share of the lost light that comes out after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is
 /// [`average_fresnel`] and `E` the average albedo of ideal mirrors. 1 for `F0 = 1`.
-#[must_use]
 pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
     let f = average_fresnel(f0);
     f * f * average_ideal / (DVec3::ONE - f * (1.0 - average_ideal)).max(DVec3::splat(1e-6))
@@ -170,28 +158,24 @@ pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
 
 /// `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`: BRDF of the light that ideal mirrors reflect more than once, per steradian. Times
 /// [`compensation_color`]. Reciprocal; its albedo towards the viewer is `1 − E_o`.
-#[must_use]
 pub fn compensation_lobe(ideal_o: f64, ideal_i: f64, average_ideal: f64) -> f64 {
     (1.0 - ideal_o) * (1.0 - ideal_i) / (PI * at_least(1.0 - average_ideal, 1e-6))
 }
 
 /// `1 + F0 (1/E_o − 1)`: factor of the single-scattering lobe that gives the same albedo as all bounces for `F0 = 1`
 /// (Turquin 2019). No second lobe, but not reciprocal, and all of the light stays in the lobe.
-#[must_use]
 pub fn compensation_scale(f0: DVec3, ideal_o: f64) -> DVec3 {
     let e = at_least(ideal_o, 1e-3);
     DVec3::ONE + f0 * ((1.0 - e) / e)
 }
 
 /// All that mirrors reflect towards the viewer: [`SplitAlbedo::of`] and the compensation.
-#[must_use]
 pub fn mirrored(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     albedo.of(f0) + (1.0 - albedo.ideal) * compensation_color(f0, average_ideal)
 }
 
 /// What is left for the body below the mirrors, `1 − ` [`mirrored`]; not below 0. It is linear in the table, so the mean over
 /// the hemisphere is that of [`EnergyTable::average`].
-#[must_use]
 pub fn entered(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     (DVec3::ONE - mirrored(f0, albedo, average_ideal)).max(DVec3::ZERO)
 }

@@ -33,13 +33,11 @@ pub struct FittedTable {
 }
 
 /// The lesser half-axis of a lobe as a Beckmann roughness: how rough it is across what brushed it.
-#[must_use]
 pub fn lobe_alpha(lobe: &Lobe) -> f64 {
     ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, MOST_ALPHA)
 }
 
 /// The direction along which slopes vary most, from the x axis; half a turn further is the same.
-#[must_use]
 pub fn widest_direction(covariance: DVec3) -> f64 {
     0.5 * (2.0 * covariance.z).atan2(covariance.x - covariance.y)
 }
@@ -47,7 +45,6 @@ pub fn widest_direction(covariance: DVec3) -> f64 {
 impl FittedTable {
     /// A fit with its lobes, of which [`MOST_LOBES`] are kept. `alpha`: the roughness that stands for it; where a surface has another, slopes
     /// are scaled by the quotient.
-    #[must_use]
     pub fn new(brdf: &FittedBrdf, lobes: &[Lobe], alpha: f32) -> Self {
         let facets = &brdf.facets;
         let lobes = &lobes[..lobes.len().min(MOST_LOBES)];
@@ -98,19 +95,16 @@ impl FittedTable {
     }
 
     /// The numbers.
-    #[must_use]
     pub fn words(&self) -> &[f32] {
         &self.words
     }
 
     /// How many lobes it has.
-    #[must_use]
     pub const fn lobes(&self) -> u32 {
         self.lobes
     }
 
     /// The roughness that stands for it.
-    #[must_use]
     pub const fn alpha(&self) -> f32 {
         self.alpha
     }

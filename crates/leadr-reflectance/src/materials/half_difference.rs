@@ -22,7 +22,6 @@ fn angles(w: DVec3) -> (f64, f64, f64) {
 ///
 /// Opposite directions have no half vector. The highest direction orthogonal to `wi` is taken instead, the limit in the
 /// plane of incidence; from it [`half_difference_to_directions`] recovers the pair.
-#[must_use]
 pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     let sum = wi + wo;
     let length2 = sum.length_squared();
@@ -42,7 +41,6 @@ pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
 }
 
 /// `(wo, wi)` from half and difference, unit vectors (thesis eq. 1.8).
-#[must_use]
 pub fn half_difference_to_directions(p: &HalfDifference) -> (DVec3, DVec3) {
     let (sin, cos_phi, sin_phi) = angles(p.wh);
     let x = p.wh.z * p.wd.x + sin * p.wd.z;

@@ -23,20 +23,17 @@ pub struct Microfacet<D> {
 }
 
 /// Half vector of two unit directions; zero for opposite directions.
-#[must_use]
 pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
     let h = wo + wi;
     h / h.length_squared().max(1e-20).sqrt()
 }
 
 /// `D (G / a_o) / 4`, finite: the density of normals, which is very large for a mirror, is held below 1e30.
-#[must_use]
 pub fn microfacet_product(d: f64, factor: f64) -> f64 {
     0.25 * d.min(1e30) * factor
 }
 
 /// `D (G / a_o) / 4`: `f_r cos θ_i` for ideal mirrors. 0 where the half vector is not above the horizon.
-#[must_use]
 pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
     let wh = half_vector(wo, wi);
     if wh.z <= 0.0 {
@@ -46,7 +43,6 @@ pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, 
 }
 
 /// [`microfacet_eval`] for Gaussian slopes of mean `m` and covariance `s`, as in the GLSL library.
-#[must_use]
 pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     let wh = half_vector(wo, wi);
     if wh.z <= 0.0 {
@@ -57,7 +53,6 @@ pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2
 }
 
 /// [`microfacet_eval`] for GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as in the GLSL library.
-#[must_use]
 pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
     let wh = half_vector(wo, wi);
     if wh.z <= 0.0 {

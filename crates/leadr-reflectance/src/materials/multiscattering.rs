@@ -27,7 +27,6 @@ pub const FACET_DIFFUSE: f64 = 21.0 / (20.0 * PI);
 
 /// The BRDF of a white diffuse facet below a coat (Chan 2018, eq. 62; Shirley et al. 1997), from the cosines of its two
 /// directions.
-#[must_use]
 pub fn facet_diffuse(f0: f64, cosine_o: f64, cosine_i: f64) -> f64 {
     FACET_DIFFUSE * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i))
 }
@@ -36,7 +35,6 @@ pub fn facet_diffuse(f0: f64, cosine_o: f64, cosine_i: f64) -> f64 {
 /// normal, light, viewer and half vector, held within 0..1; `gloss`: 0..1 (eq. 2).
 ///
 /// Reciprocal, since `l_h = v_h`. Its albedo exceeds 1: see docs/measurements/energy.md.
-#[must_use]
 pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
     let [n_l, n_v, n_h, l_h, g] = [n_l, n_v, n_h, l_h, gloss].map(unit);
     let rough = l_h + schlick_weight(l_h);
@@ -47,7 +45,6 @@ pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
 }
 
 /// The rational fit of Chan 2018, eq. 63, of the BRDF itself at gloss 0. `x = n·h`, `y = l·h`, held within 0..1.
-#[must_use]
 pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
     let [x, y] = [x, y].map(unit);
     let top = 0.568 - 0.692 * x - 0.938 * y + 1.326 * x * x + 0.301 * y * y + 1.96 * x * y - 0.98 * x.powi(3)
@@ -108,7 +105,6 @@ pub const BOUNCES_LOSSY: BounceFit = BounceFit {
 
 impl BounceFit {
     /// At a roughness, held within 0..1.
-    #[must_use]
     pub fn at(&self, alpha: f64) -> FacetBounces {
         let a = unit(alpha);
         let value = |k: [f64; 3]| k[0] * a * a / at_least(a * a + k[1] * a + k[2], 1e-9);
@@ -122,7 +118,6 @@ impl BounceFit {
 }
 
 /// `2 (1 − c ln(1 + 1/c))`: albedo of `1 / (c_o + c_i)` over `1/π`; 2 at grazing incidence.
-#[must_use]
 pub fn grazing_albedo(cosine: f64) -> f64 {
     let c = at_least(unit(cosine), 1e-12);
     2.0 * (1.0 - c * ((1.0 + c) / c).ln())
@@ -135,7 +130,6 @@ pub const GRAZING_AVERAGE: f64 = 8.0 / 3.0 * (1.0 - LN_2);
 /// is not above the horizon. `f0`: of the coat, and `albedo`: of the facets, linear RGB, 0..1. `entered_o`, `entered_i`,
 /// `entered_average`: what enters along the viewer's direction, along the light's, and on average
 /// ([`entered`](super::energy::entered)).
-#[must_use]
 pub fn multiscattering_diffuse(
     wo: DVec3,
     wi: DVec3,
@@ -173,7 +167,6 @@ fn first_albedo(bounces: FacetBounces, albedo: DVec3) -> DVec3 {
 }
 
 /// Directional albedo of [`multiscattering_diffuse`], from what enters along that direction.
-#[must_use]
 pub fn multiscattering_albedo(bounces: FacetBounces, albedo: DVec3, entered: DVec3) -> DVec3 {
     albedo * first_albedo(bounces, albedo) * entered
 }

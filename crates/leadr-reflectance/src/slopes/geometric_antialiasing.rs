@@ -33,7 +33,6 @@ pub const KERNEL_BOUND: f64 = 0.18;
 /// The kernel is bounded on the sphere, where the bound is an angle, and only then transformed to slopes, which grow
 /// without limit towards the horizon. With `wh'` the component of a difference orthogonal to `wh`, the slope moves by
 /// `(p wh'.z − wh'.xy) / wh.z`: eq. 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
-#[must_use]
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let across = |d: DVec3| {
         let d = d.map(|x| within(x, 1e3));
@@ -53,7 +52,6 @@ pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
 /// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels
 /// for which this ratio exceeds a half are shortened, so that no spread of slopes exceeds half the slope itself and
 /// crosses the pole.
-#[must_use]
 pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
     let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
@@ -74,7 +72,6 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
 ///
 /// which is `K` over smooth slopes and tends to `K/3` over rough ones. Slopes and kernel together keep a variance of at least .235
 /// squared pixels in every direction.
-#[must_use]
 pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     let t = KERNEL_COVER * s;
     let (of_kernel, of_slopes) = (determinant(kernel), determinant(t));
@@ -84,13 +81,11 @@ pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
 
 /// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal to both
 /// variances.
-#[must_use]
 pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
     DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
 }
 
 /// The narrowest isotropic kernel at least as wide as `kernel` in every direction: its larger principal variance.
-#[must_use]
 pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
     let variance = principal_variances(kernel).x;
     DVec3::new(variance, variance, 0.0)
@@ -100,7 +95,6 @@ pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
 /// rounding loses in sums of elongated matrices, for which `|A + K| ≥ |A|` holds in exact arithmetic (Minkowski).
 /// Unlike the supplement's clamp inside `D`, the result belongs to a distribution that integrates to one, and it works
 /// for every distribution.
-#[must_use]
 pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
     let c = at_least(a.x * a.y - tau, 0.0).sqrt();
     DVec3::new(a.x, a.y, within(a.z, c))
@@ -113,14 +107,12 @@ fn determinant(a: DVec3) -> f64 {
 
 /// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant no less than that
 /// of `S`.
-#[must_use]
 pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(s + kernel, determinant(s))
 }
 
 /// Roughness matrix of GGX under the kernel: `A + 2K`, with a determinant no less than that of `A` (IGSA:
 /// `τ = αx² αy²`).
-#[must_use]
 pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(a + 2.0 * kernel, determinant(a))
 }
@@ -128,7 +120,6 @@ pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
 /// `D(wh)` of GGX with the determinant clamp of the supplement, section 1, and a mean slope:
 /// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. `|A|` is at least `tau` > 0, both there and in the
 /// inverse. 0 for `wh.z ≤ 0`.
-#[must_use]
 pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;

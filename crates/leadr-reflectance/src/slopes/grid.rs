@@ -7,7 +7,6 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 /// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. At
 /// `n = 5` it is 1.8, the paper's value (supplement 3.4). From `n = 32` on, every doubling adds 0.8 while the spacing
 /// still shrinks, so that denser grids converge to the integral.
-#[must_use]
 pub fn grid_lambda(n: u32) -> f64 {
     if n <= 1 {
         return 0.0;
@@ -20,14 +19,12 @@ pub fn grid_lambda(n: u32) -> f64 {
 /// variance.
 ///
 /// (LEADR 5.2 divides by N, its supplement by N − 1. The latter gives the distance.)
-#[must_use]
 pub fn grid_spacing(n: u32, lambda: f64) -> f64 {
     if n <= 1 { 12f64.sqrt() } else { 2.0 * lambda / f64::from(n - 1) }
 }
 
 /// `(p_j, p_k, weight)` of the node `j, k` in `0..n`. The weights are not normalised: the estimators divide by their
 /// sum.
-#[must_use]
 pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     if n <= 1 {
         return DVec3::new(0.0, 0.0, 1.0);
@@ -38,7 +35,6 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
 }
 
 /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the covariance.
-#[must_use]
 pub fn slope_cholesky(s: DVec3) -> DVec3 {
     let deviation = |variance: f64| variance.clamp(0.0, MAX_SLOPE * MAX_SLOPE).sqrt();
     let sigma = DVec2::new(deviation(s.x), deviation(s.y));
@@ -47,25 +43,21 @@ pub fn slope_cholesky(s: DVec3) -> DVec3 {
 }
 
 /// Slope at standard normal coordinates `p` (LEADR 5.1).
-#[must_use]
 pub fn slope_at(p: DVec2, m: DVec2, cholesky: DVec3) -> DVec2 {
     m + DVec2::new(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y)
 }
 
 /// [`slope_at`] from the covariance instead of its factor.
-#[must_use]
 pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
     slope_at(p, m, slope_cholesky(s))
 }
 
 /// Unit normal of a slope (LEADR eq. 11).
-#[must_use]
 pub fn normal_of_slope(slope: DVec2) -> DVec3 {
     DVec3::new(-slope.x, -slope.y, 1.0) / (slope.length_squared() + 1.0).sqrt()
 }
 
 /// `⟨wn, wo⟩ / (wn·wg)`: projected area of the facet of this slope per unit of macrosurface; 0 when it faces away.
-#[must_use]
 pub fn facet_area(wo: DVec3, slope: DVec2) -> f64 {
     at_least(wo.z - wo.xy().dot(slope), 0.0)
 }

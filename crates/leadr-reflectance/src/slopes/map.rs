@@ -28,7 +28,6 @@ pub struct SlopeMap {
 /// Where the surface is edge-on to `z`, the magnitude of the determinant is held at 1e-4 of the squared tangent lengths
 /// with its sign kept (it is negative on mirrored charts). Slopes there grow to a large finite value instead of
 /// infinity. Zero tangents give zero.
-#[must_use]
 pub fn slope_map(ts: DVec3, tt: DVec3, x: DVec3, y: DVec3, z: DVec3) -> SlopeMap {
     let s = DVec3::new(ts.dot(x), ts.dot(y), ts.dot(z));
     let t = DVec3::new(tt.dot(x), tt.dot(y), tt.dot(z));
@@ -40,7 +39,6 @@ pub fn slope_map(ts: DVec3, tt: DVec3, x: DVec3, y: DVec3, z: DVec3) -> SlopeMap
 }
 
 /// Mean slope in the frame from `gradient = (E[h_s], E[h_t])`, shortened to [`MAX_SLOPE`].
-#[must_use]
 pub fn map_mean_slope(map: &SlopeMap, gradient: DVec2) -> DVec2 {
     let bound = DVec2::splat(1e12);
     let slope = (map.linear * gradient + map.offset).clamp(-bound, bound);
@@ -48,7 +46,6 @@ pub fn map_mean_slope(map: &SlopeMap, gradient: DVec2) -> DVec2 {
 }
 
 /// Covariance in the frame, `linear S linearᵀ` (LEADR eq. 12), clamped to the usable range.
-#[must_use]
 pub fn map_covariance(map: &SlopeMap, s: DVec3) -> DVec3 {
     clamp_covariance(map_second_moments(map.linear, s))
 }

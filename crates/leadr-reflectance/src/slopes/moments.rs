@@ -23,14 +23,12 @@ pub struct SlopeMoments {
 }
 
 /// Moments of one slope sample: its first and second powers.
-#[must_use]
 pub fn moments_of_slope(slope: DVec2) -> SlopeMoments {
     SlopeMoments { first: slope, second: DVec3::new(slope.x * slope.x, slope.y * slope.y, slope.x * slope.y) }
 }
 
 /// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, shortened to [`MAX_SLOPE`]. Normals below the horizon
 /// are treated as lying on it.
-#[must_use]
 pub fn slope_of_normal(n: DVec3) -> DVec2 {
     let n = n / n.length_squared().max(1e-30).sqrt();
     let slope = -n.truncate() / n.z.max(MIN_NORMAL_Z);
@@ -38,7 +36,6 @@ pub fn slope_of_normal(n: DVec3) -> DVec2 {
 }
 
 /// Moments of one sample of a normal map (thesis, listing 3.7; [`roughen_moments`] adds its base roughness).
-#[must_use]
 pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
     moments_of_slope(slope_of_normal(n))
 }
@@ -47,7 +44,6 @@ pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
 /// It misses what lies between the texels: maps take [`moments_of_corner`].
 /// `spacing`: distance between neighbouring texels, > 0; for slopes per unit texture coordinate, one over the texel
 /// count.
-#[must_use]
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
     DVec2::new(heights.y - heights.x, heights.w - heights.z) / (2.0 * spacing).max(DVec2::splat(1e-12))
 }
@@ -62,7 +58,6 @@ pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
 /// half to that of `(b, c)`; divided the other way, all of it belongs to that of `(a, c)`. The mean of both ways is
 /// `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`, `E[xy] = ½ac + ¼ad + ¼bc`. Over the four quarters of a cell, `E[x²]` is the mean
 /// square of its differences, whichever way it is divided. Differences are bounded to 1e18, whose squares 32 bits hold.
-#[must_use]
 pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     let (x, y) = (spacing.x, spacing.y);
     let bound = DVec2::splat(1e18);
@@ -75,14 +70,12 @@ pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
 
 /// Moments of a Gaussian of mean slope `m` and covariance `s`: the inverse of [`covariance_from_moments`]; thesis eq.
 /// 3.5–3.9 with `s = α²/2`.
-#[must_use]
 pub fn moments_of_distribution(m: DVec2, s: DVec3) -> SlopeMoments {
     shear_moments(SlopeMoments { first: DVec2::ZERO, second: s }, m)
 }
 
 /// Moments of a surface that is `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere, as every texture
 /// filter computes.
-#[must_use]
 pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
     SlopeMoments { first: a.first.lerp(b.first, t), second: a.second.lerp(b.second, t) }
 }
@@ -92,7 +85,6 @@ pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
 ///
 /// Both operands are read before anything is written. The `+=` of the thesis's listing 5.1 adds the second moments
 /// using means that it has already summed (erratum).
-#[must_use]
 pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
     let (p, q) = (a.first, b.first);
     let mixed = DVec3::new(2.0 * p.x * q.x, 2.0 * p.y * q.y, p.x * q.y + p.y * q.x);
@@ -102,20 +94,17 @@ pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
 /// Moments of slopes that a mask multiplies: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`, where the mask is independent of
 /// them. `mask`: `E[m]` and `E[m²]`, so below its own resolution a mask leaves more variance than its mean would. That slopes are
 /// masked, and not heights, leaves out `h ∇m`.
-#[must_use]
 pub fn mask_moments(a: SlopeMoments, mask: DVec2) -> SlopeMoments {
     SlopeMoments { first: a.first * mask.x, second: a.second * mask.y }
 }
 
 /// Moments after heights are multiplied by `eta` (LEADR 4.2, Height Scaling).
-#[must_use]
 pub fn scale_moments(a: SlopeMoments, eta: f64) -> SlopeMoments {
     SlopeMoments { first: a.first * eta, second: a.second * (eta * eta) }
 }
 
 /// Moments after a plane of slope `shear` is added to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The
 /// mixed terms are easy to forget. The covariance does not change.
-#[must_use]
 pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
     add_moments(a, moments_of_slope(shear))
 }
@@ -123,20 +112,17 @@ pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
 /// Moments in another frame, in which slopes are `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and
 /// Shearing". `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from
 /// tangents.
-#[must_use]
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
 /// Moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing
 /// 3.7).
-#[must_use]
 pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }
 
 /// Covariance of the slopes, in any unit (LEADR eq. 9; [`covariance_from_moments`]).
-#[must_use]
 pub fn moments_covariance(a: SlopeMoments) -> DVec3 {
     covariance_from_moments(a.first, a.second)
 }

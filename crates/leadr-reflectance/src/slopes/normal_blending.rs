@@ -25,7 +25,6 @@ fn unit(n: DVec3) -> DVec3 {
 
 /// Reoriented normal mapping: the shortest rotation that takes z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012).
 /// Any unit vectors, except a base that points straight down: then `detail` upside down.
-#[must_use]
 pub fn blend_reoriented(base: DVec3, detail: DVec3) -> DVec3 {
     let t = base + DVec3::Z;
     let u = detail * DVec3::new(-1.0, -1.0, 1.0);
@@ -34,20 +33,17 @@ pub fn blend_reoriented(base: DVec3, detail: DVec3) -> DVec3 {
 }
 
 /// Whiteout blending: offsets add, heights multiply. Normals below the horizon are on it.
-#[must_use]
 pub fn blend_whiteout(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0) * detail.z.max(0.0)))
 }
 
 /// UDN blending: the detail's offsets on the base's. Normals below the horizon are on it.
-#[must_use]
 pub fn blend_udn(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0)))
 }
 
 /// BlendXY: offsets add, and z follows from length 1 (Chan 2018, Algorithm 4). Offsets longer than 1, which no unit normal has, are shortened to it; Chan's
 /// `max(…, 0)` leaves such normals longer than 1.
-#[must_use]
 pub fn blend_xy(base: DVec3, detail: DVec3) -> DVec3 {
     let xy = base.truncate() + detail.truncate();
     let square = xy.length_squared();
@@ -55,14 +51,12 @@ pub fn blend_xy(base: DVec3, detail: DVec3) -> DVec3 {
 }
 
 /// Adds slopes, as relief upon relief does. Normals below the horizon are on it.
-#[must_use]
 pub fn blend_partial_derivatives(base: DVec3, detail: DVec3) -> DVec3 {
     let (b, d) = (base.z.max(0.0), detail.z.max(0.0));
     unit((base.truncate() * d + detail.truncate() * b).extend(b * d))
 }
 
 /// The mean of both normals, which is half as steep as either alone. Opposite normals give straight up.
-#[must_use]
 pub fn blend_linear(base: DVec3, detail: DVec3) -> DVec3 {
     unit(base + detail)
 }

@@ -20,7 +20,6 @@ use glam::{DVec2, DVec3};
 
 /// Variances of `s` along its principal axes: the larger and the smaller, ≥ 0 (half the squared radii of the ellipse of
 /// thesis 2.3).
-#[must_use]
 pub fn principal_variances(s: DVec3) -> DVec2 {
     let (mean, half) = (0.5 * (s.x + s.y), 0.5 * (s.x - s.y));
     let major = mean + (half * half + s.z * s.z).sqrt();
@@ -38,13 +37,11 @@ fn major_variance(a: SlopeMoments) -> f64 {
 }
 
 /// The two textures of a LEADR map, in floating point: `(E[x], E[y], E[x²], E[y²])` and `(E[xy], height)`.
-#[must_use]
 pub fn pack_leadr(a: SlopeMoments, height: f64) -> ([f64; 4], [f64; 2]) {
     ([a.first.x, a.first.y, a.second.x, a.second.y], [a.second.z, height])
 }
 
 /// The moments and the height of [`pack_leadr`].
-#[must_use]
 pub fn unpack_leadr(a: [f64; 4], b: [f64; 2]) -> (SlopeMoments, f64) {
     (SlopeMoments { first: DVec2::new(a[0], a[1]), second: DVec3::new(a[2], a[3], b[0]) }, b[1])
 }
@@ -53,14 +50,12 @@ pub fn unpack_leadr(a: [f64; 4], b: [f64; 2]) -> (SlopeMoments, f64) {
 /// slopes are in units of `limit` > 0, the steepest slope that can be stored.
 ///
 /// Steeper slopes must be shortened before their moments are taken; a texel that breaks this rule is clamped.
-#[must_use]
 pub fn pack_lean(a: SlopeMoments, limit: f64) -> [f64; 5] {
     let (first, second) = (a.first / limit, a.second / (limit * limit));
     [0.5 + 0.5 * first.x, 0.5 + 0.5 * first.y, second.x, second.y, 0.5 + 0.5 * second.z].map(|v| v.clamp(0.0, 1.0))
 }
 
 /// The moments of [`pack_lean`].
-#[must_use]
 pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
     let square = limit * limit;
     SlopeMoments {
@@ -74,27 +69,23 @@ pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
 ///
 /// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one by
 /// `q·limit²`), and the product of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
-#[must_use]
 pub fn lean_error(limit: f64, levels: f64) -> f64 {
     let q = 1.0 / levels;
     (3.0 + q) * q * limit * limit
 }
 
 /// Baker's CLEAN map: mean slope and `E[x² + y²]`; linear in the samples.
-#[must_use]
 pub fn pack_clean(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.second.x + a.second.y)
 }
 
 /// The thesis's untested proposal: the third number is chosen so that [`clean_covariance`] gives the larger principal
 /// variance. Computed per mip level from all five moments. Not conservative between texels: see the module.
-#[must_use]
 pub fn pack_clean_major(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + 2.0 * major_variance(a))
 }
 
 /// Covariance of [`pack_clean`] or [`pack_clean_major`], isotropic: thesis eq. 3.18 with `σ² = α²/2`.
-#[must_use]
 pub fn clean_covariance(p: DVec3) -> DVec3 {
     let variance = (0.5 * (p.z - p.x * p.x - p.y * p.y)).max(0.0);
     DVec3::new(variance, variance, 0.0)
@@ -102,13 +93,11 @@ pub fn clean_covariance(p: DVec3) -> DVec3 {
 
 /// The conservative CLEAN map of this project: mean slope and `|m|² + λ`. Computed per mip level from all five moments;
 /// any linear filter may follow.
-#[must_use]
 pub fn pack_clean_conservative(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + major_variance(a))
 }
 
 /// Covariance of [`pack_clean_conservative`], isotropic: at least the variance of the packed slopes in every direction.
-#[must_use]
 pub fn clean_conservative_covariance(p: DVec3) -> DVec3 {
     let variance = (p.z - p.x * p.x - p.y * p.y).max(0.0);
     DVec3::new(variance, variance, 0.0)

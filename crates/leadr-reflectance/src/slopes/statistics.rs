@@ -5,13 +5,11 @@ use glam::{DMat2, DVec2, DVec3};
 
 /// The nearest usable covariance of slopes, rise over run: variances in `[0, MAX_SLOPE²]`,
 /// `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
-#[must_use]
 pub fn clamp_covariance(s: DVec3) -> DVec3 {
     bounded_covariance(s, MAX_SLOPE * MAX_SLOPE)
 }
 
 /// The nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
-#[must_use]
 pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
     let (x, y) = (s.x.clamp(0.0, largest), s.y.clamp(0.0, largest));
     let c = MAX_CORRELATION * (x * y).sqrt();
@@ -19,7 +17,6 @@ pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
 }
 
 /// Correlation coefficient, `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.
-#[must_use]
 pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
     (sxy / (sigma.x * sigma.y).max(1e-18)).clamp(-MAX_CORRELATION, MAX_CORRELATION)
 }
@@ -31,7 +28,6 @@ pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
 ///
 /// Moments may be in any unit, per texture coordinate for instance, where even flat relief has steep numbers: only what
 /// follows ([`scale_height`], [`map_covariance`](super::map::map_covariance)) brings them to slopes, and bounds those.
-#[must_use]
 pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
     let covariance = DVec3::new(
         (-first.x).mul_add(first.x, second.x),
@@ -42,7 +38,6 @@ pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
 }
 
 /// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that `linear` transforms (LEADR eq. 12).
-#[must_use]
 pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
     let (u, v) = (linear.row(0), linear.row(1));
     let by = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
@@ -50,7 +45,6 @@ pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
 }
 
 /// Covariance after heights are scaled by `eta`; the mean slope scales by `eta` itself (LEADR 4.2, Height Scaling).
-#[must_use]
 pub fn scale_height(s: DVec3, eta: f64) -> DVec3 {
     s * (eta * eta)
 }
@@ -59,7 +53,6 @@ pub fn scale_height(s: DVec3, eta: f64) -> DVec3 {
 ///
 /// When layers are independent, their means and their covariances add. In terms of moments,
 /// `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`.
-#[must_use]
 pub fn add_roughness(s: DVec3, alpha: f64) -> DVec3 {
     s + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0)
 }
@@ -70,7 +63,6 @@ pub fn add_roughness(s: DVec3, alpha: f64) -> DVec3 {
 /// This is a Gaussian pixel filter of variance 0.25 transformed to slope space (Tokuyoshi & Kaplanyan 2019). Their
 /// bound `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. It keeps creases and
 /// silhouettes, where differences are meaningless, from turning matt.
-#[must_use]
 pub fn add_macro_curvature(s: DVec3, dx: DVec2, dy: DVec2) -> DVec3 {
     let bound = DVec2::splat(1e3);
     let (dx, dy) = (dx.clamp(-bound, bound), dy.clamp(-bound, bound));

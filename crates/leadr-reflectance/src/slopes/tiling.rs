@@ -39,7 +39,6 @@ pub struct Look {
 }
 
 /// The looks at a place in descending order of their weights. `cells`: edges of the lattice along one repeat of the map.
-#[must_use]
 pub fn tiling_looks(texcoord: DVec2, cells: f64) -> [Look; 3] {
     // To coordinates in which the triangles are halves of unit squares.
     let skew = DMat2::from_cols_array(&[1.0, 0.0, -0.577_350_269_189_625_8, 1.154_700_538_379_251_5]) * cells;
@@ -85,7 +84,6 @@ fn corner_hash(corner: IVec2) -> [u32; 2] {
 }
 
 /// By how much of a repeat a corner's look at the map is moved.
-#[must_use]
 pub fn look_offset(corner: IVec2) -> DVec2 {
     let [x, y] = corner_hash(corner).map(|bits| f64::from(bits >> 20));
     DVec2::new(x, y) / STEPS
@@ -93,7 +91,6 @@ pub fn look_offset(corner: IVec2) -> DVec2 {
 
 /// Part of what differs from the mean that is left of looks as coarse as `lod` texels, as a power of two, of a map of `size` texels along a
 /// repeat: footprints as wide as the lattice average over looks, and then nothing is left.
-#[must_use]
 pub fn tiling_fade(lod: f64, size: f64, cells: f64) -> f64 {
     let t = ((size / cells).max(1.0).log2() + 1.0 - lod).clamp(0.0, 2.0) / 2.0;
     t * t * (3.0 - 2.0 * t)
@@ -101,7 +98,6 @@ pub fn tiling_fade(lod: f64, size: f64, cells: f64) -> f64 {
 
 /// Where a texel of `lod` is so coarse that no eye tells a seam from the texels, the foremost look takes the place of the others: squares
 /// still sum to one, and most footprints need one look.
-#[must_use]
 pub fn merged_looks(looks: [Look; 3], lod: f64) -> [Look; 3] {
     let left = 1.0 - ((lod - 3.0) / 1.5).clamp(0.0, 1.0);
     let [mut a, b, c] = looks.map(|look| Look { weight: look.weight * left, slope: look.slope * left, ..look });
@@ -111,7 +107,6 @@ pub fn merged_looks(looks: [Look; 3], lod: f64) -> [Look; 3] {
 
 /// Adds a look of such moments to the mean slope and the covariance of a blend. `part`: [`tiling_fade`]; what it takes from the mean
 /// slopes is in the covariance.
-#[must_use]
 pub fn add_look(blend: SlopeMoments, look: SlopeMoments, weight: f64, part: f64) -> SlopeMoments {
     let mean = look.first * part;
     let covariance = look.second - map_second_moments(DMat2::IDENTITY, square(mean));

@@ -23,7 +23,6 @@ pub struct SlopePart {
 /// Transforms the mean and covariance of a part whose own plane has unit area into the frame that `turn` leads to (its
 /// columns are the old frame's axes in the new one). Accurate to first order about the mean normal. Normals less than a
 /// tenth above the new horizon are held there.
-#[must_use]
 pub fn turn_slopes(turn: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
     let n = turn * DVec3::new(-mean.x, -mean.y, 1.0);
     let z = n.z.max(0.1 * n.length());
@@ -34,7 +33,6 @@ pub fn turn_slopes(turn: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
 }
 
 /// The union of two parts over the same plane.
-#[must_use]
 pub fn join_slopes(a: SlopePart, b: SlopePart) -> SlopePart {
     let area = a.area + b.area;
     let t = if area > 0.0 { b.area / area } else { 0.0 };

@@ -19,7 +19,6 @@ use std::f64::consts::FRAC_PI_2;
 /// Half vectors turn by half as much as directions. Slopes of GGX facets are the stereographic projection of a sphere
 /// that is evenly covered, and a disc among slopes is a cap of it: the cap from `tan((apart − half)/2) / α` to
 /// `tan((apart + half)/2) / α` has the share `sin²` of a quarter of its angle.
-#[must_use]
 pub fn lobe_in_cone(alpha: f64, apart: f64, half: f64) -> f64 {
     let end = |angle: f64| {
         let (sin, cos) = (0.5 * angle).sin_cos();
@@ -34,7 +33,6 @@ pub fn lobe_in_cone(alpha: f64, apart: f64, half: f64) -> f64 {
 ///
 /// The lobe is [`lobe_in_cone`] about the direction that a rough surface reflects to, over what of it is above the
 /// horizon. The roughest surfaces see the cone as a diffuse one does ([`bent_cone_visibility`]).
-#[must_use]
 pub fn cone_specular(alpha: f64, wo: DVec3, cone: &Cone) -> f64 {
     let (c, a) = (wo.z.clamp(0.0, 1.0), alpha.clamp(1e-4, 1.0));
     let mirror = lobe_axis(a, wo);
@@ -68,7 +66,6 @@ fn lobe_axis(alpha: f64, wo: DVec3) -> DVec3 {
 }
 
 /// Where a [`ConeTable`] in a 3D texture is looked up, for a sampler that is linear and clamps (listing 5).
-#[must_use]
 pub fn cone_table_place(n_v: f64, gloss: f64, cosine: f64) -> DVec3 {
     let size = DVec3::from_array(CONE_TABLE.map(|n| n as f64));
     (DVec3::new(n_v, gloss, cosine).clamp(DVec3::ZERO, DVec3::ONE) * (size - DVec3::ONE) + 0.5) / size
@@ -84,7 +81,6 @@ pub const CONE_TABLE: [usize; 3] = [32, 32, 8];
 
 impl ConeTable {
     /// By quadrature; a second or two. `alpha`: roughness of a gloss.
-    #[must_use]
     pub fn new(alpha: impl Fn(f64) -> f64 + Sync) -> Self {
         let [nx, ny, nz] = CONE_TABLE;
         let rule = AlbedoRule { azimuths: 4, slopes: 4, order: 5 };
@@ -101,13 +97,11 @@ impl ConeTable {
     }
 
     /// `(scale, bias)` of `F0`, x fastest: what a 3D texture holds.
-    #[must_use]
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.0
     }
 
     /// Between texels linearly, as a sampler does. Arguments are held within 0..1.
-    #[must_use]
     pub fn albedo(&self, n_v: f64, gloss: f64, cosine: f64) -> SplitAlbedo {
         let place = |v: f64, n: usize| {
             let x = if v > 0.0 { v.min(1.0) } else { 0.0 } * (n - 1) as f64;

@@ -52,13 +52,11 @@ const THREE: [Term; 3] = [
 ];
 
 /// The fitted terms; `terms` is 2 or 3.
-#[must_use]
 pub fn visible_diffuse_terms(terms: u32) -> &'static [Term] {
     if terms == 2 { &TWO } else { &THREE }
 }
 
 /// Mean of `|N|²`, and its standard deviation divided by its mean, for slopes of mean `m` and covariance `s`.
-#[must_use]
 pub fn squared_normal_spread(m: DVec2, s: DVec3) -> DVec2 {
     let mean = 1.0 + m.dot(m) + s.x + s.y;
     let variance = 4.0 * (s.x * m.x * m.x + s.y * m.y * m.y + 2.0 * s.z * m.x * m.y)
@@ -78,7 +76,6 @@ pub struct SlopeGaussian {
 }
 
 /// `exp(−t |N|²) P22(m, S)`, `t ≥ 0`: the Gaussian of covariance `(S⁻¹ + 2 t)⁻¹`, exactly.
-#[must_use]
 pub fn damped_gaussian(m: DVec2, s: DVec3, t: f64) -> SlopeGaussian {
     let tt = 2.0 * t;
     let det = (s.x * s.y - s.z * s.z).max(0.0);
@@ -90,20 +87,17 @@ pub fn damped_gaussian(m: DVec2, s: DVec3, t: f64) -> SlopeGaussian {
 
 /// `E[max(0, x)]` of a normal variable with mean `a` and standard deviation `b`: the visible area `A(w)` from `a(w)`
 /// and `b(w)`.
-#[must_use]
 pub fn clamped_mean(a: f64, b: f64) -> f64 {
     a.max(0.0) + rough_area(a, b)
 }
 
 /// Moments of the normals visible from `wo`, replacing the grid of `visible_normal_moments`. `terms`: 2 (rms error of
 /// 1.2e-3 of the mean radiance) or 3 (2e-4).
-#[must_use]
 pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     moments_by_terms(wo, m, s, visible_diffuse_terms(terms))
 }
 
 /// [`visible_diffuse_moments`] with any terms.
-#[must_use]
 pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> NormalMoments {
     let s = clamp_covariance(s);
     let ao = tilted_area(wo, m, slope_spread(wo, s));
@@ -144,7 +138,6 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
 /// positive, and the second is their joint density at 0. With `X`, `Y` the means of the clamped variables, all in
 /// standard deviations, `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r − t) φ₂(x, y; t) dt`. A two-point Gauss–Jacobi rule evaluates
 /// the integral.
-#[must_use]
 pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     const AT: [f64; 2] = [0.155_051_03, 0.644_948_97];
     const WEIGHT: [f64; 2] = [0.050_617_86, 0.028_959_61]; // over 2π
@@ -170,7 +163,6 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
 
 /// Radiance under one light from `wi` of unit irradiance on a plane facing it, with its clamped cosine integrated over
 /// the visible facets (LEADR eq. 21 without harmonics), per unit of albedo. `terms`: 2 or 3.
-#[must_use]
 pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, terms: u32) -> f64 {
     let s = clamp_covariance(s);
     let ao = tilted_area(wo, m, slope_spread(wo, s));

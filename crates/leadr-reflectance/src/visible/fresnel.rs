@@ -25,7 +25,6 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 /// Mean of Schlick's term ([`crate::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`:
 /// linear RGB reflectance at normal incidence; `s`: covariance of the slopes, already clamped
 /// ([`crate::slopes::statistics::clamp_covariance`]).
-#[must_use]
 pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
     let b2 = at_least(across.dot(wo.xy()), 0.0);
@@ -43,7 +42,6 @@ pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
 
 /// Mean of Schlick's weight over slopes along `axis` about `slope`. `facet`: projected area of the facet of that slope; `b`: how much
 /// of it a standard deviation costs; `rest`: variance across the axis; `variance`: of the slopes, in squares of `axis`.
-#[must_use]
 pub fn mean_schlick_weight(facet: f64, b: f64, axis: DVec2, slope: DVec2, rest: f64, variance: f64) -> f64 {
     let (e, l) = (slope.dot(axis), axis.length_squared());
     let n = 1.0 + slope.length_squared() + rest;

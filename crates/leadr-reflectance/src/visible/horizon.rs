@@ -35,14 +35,12 @@ pub struct Horizon {
 
 /// `e(v)`: how far the horizon stands above the plane of the mean slope, as a difference of heights at the distance
 /// `|v|`. Not negative.
-#[must_use]
 pub fn horizon_excess(v: DVec2, h: &Horizon) -> f64 {
     let square = v.x * v.x * h.spread.x + v.y * v.y * h.spread.y + 2.0 * v.x * v.y * h.spread.z;
     (h.lean.dot(v) + square.max(0.0).sqrt()).max(0.0)
 }
 
 /// The same horizon, its excess times `factor`.
-#[must_use]
 pub fn raised_horizon(h: &Horizon, factor: f64) -> Horizon {
     Horizon { lean: h.lean * factor, spread: h.spread * (factor * factor) }
 }
@@ -53,7 +51,6 @@ pub const HORIZON_RAGGED: f64 = 0.13;
 /// Share of a lobe of light about `wi` that passes the horizon, among what is above the plane of the mean slope `m`:
 /// 0..1. `deviation`: of the lobe's directions from `wi` along one axis, radians. The lobe's height above the horizon is
 /// distributed by a parabola (Epanechnikov's kernel), whose integral is the cubic of `smoothstep`.
-#[must_use]
 pub fn horizon_visibility(wi: DVec3, m: DVec2, h: &Horizon, deviation: f64) -> f64 {
     let flat = wi.truncate();
     let plane = wi.z - flat.dot(m);
@@ -90,7 +87,6 @@ pub struct Hidden {
 /// w:  ½ (θ − T₀/(1+T₀²) + T₁/(1+T₁²)) along v,   ½ (1/(1+T₀²) − 1/(1+T₁²)) along z,   θ = atan T₁ − atan T₀
 /// dw: T₁/√(1+T₁²) − T₀/√(1+T₀²)
 /// ```
-#[must_use]
 pub fn horizon_hidden(m: DVec2, h: &Horizon) -> Hidden {
     let mut hidden = Hidden::default();
     for k in 0..2 * HORIZON_AXES {
@@ -111,7 +107,6 @@ pub fn horizon_hidden(m: DVec2, h: &Horizon) -> Hidden {
 /// its radiance there were that of their mean direction. `open`: share of the facets that see any of them, 0..1; `c`:
 /// radiance coefficients in the world; `f`: the tangent frame in the world. At least half of what an even environment
 /// would leave: order 2 swings, and a pit that sees some sky is never black.
-#[must_use]
 pub fn diffuse_past_horizon(whole: DVec3, open: f64, hidden: &Hidden, m: DVec2, f: &Frame, c: &Sh9) -> DVec3 {
     // The mean of directions lies inside the unit sphere.
     let mean = hidden.weight / hidden.angle.max(1e-6);

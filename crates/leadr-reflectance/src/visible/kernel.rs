@@ -27,20 +27,17 @@ const FINEST_LOOKUP: f64 = 0.25;
 pub const COARSEST_FACE: u32 = 4;
 
 /// Number of levels of a cube with faces of `size` texels, at least one.
-#[must_use]
 pub fn kernel_levels(size: u32) -> u32 {
     (size / COARSEST_FACE).max(1).ilog2() + 1
 }
 
 /// Variance of what level `level ≥ 1` of a cube with faces of `size` texels stores, without the lookup.
-#[must_use]
 pub fn kernel_variance(level: u32, size: u32) -> f64 {
     let texel = KERNEL_TEXELS * 2.0 / f64::from(size) * f64::from(level).exp2();
     texel * texel
 }
 
 /// Variance of a bilinear lookup of a level, or of one between levels with the fraction of the way as the weight.
-#[must_use]
 pub fn lookup_variance(lod: f64, size: f64) -> f64 {
     let of = |level: f64| if level < 0.5 { FINEST_LOOKUP } else { KERNEL_LOOKUP * (2.0 * level).exp2() };
     let level = lod.floor();
@@ -49,7 +46,6 @@ pub fn lookup_variance(lod: f64, size: f64) -> f64 {
 
 /// Level of detail whose trilinear lookup has this variance, per axis and in radians squared. `size`: texels per edge of
 /// the finest faces. At least 0; above the last level a sampler stays at that.
-#[must_use]
 pub fn kernel_lod(variance: f64, size: f64) -> f64 {
     let x = 0.25 * variance * size * size;
     let y = (x / KERNEL_LOOKUP).min(1e12);

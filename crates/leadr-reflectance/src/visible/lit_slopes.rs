@@ -45,7 +45,6 @@ pub struct LitSlopes {
 }
 
 /// The weighted slopes of what [`visible_slopes`](super::slopes::visible_slopes) found.
-#[must_use]
 pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let (m, s) = (v.m, v.s);
     let per = 1.0 / (1.0 + m.dot(m));
@@ -71,7 +70,6 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
 }
 
 /// Logarithm of 1/weight at `x` from the mean slope.
-#[must_use]
 pub fn lit_share(lit: &LitSlopes, x: DVec2) -> f64 {
     let d = lit.damp;
     lit.lean.dot(x) + 0.5 * (d.x * x.x * x.x + d.y * x.y * x.y) + d.z * x.x * x.y

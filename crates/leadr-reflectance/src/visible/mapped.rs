@@ -63,7 +63,6 @@ fn fourth_cumulant(nu: f64) -> f64 {
 }
 
 /// `wo`: unit; `m`, `relief`: mean and covariance of the map's slopes; `all`: with the base's added.
-#[must_use]
 pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSlopes {
     let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
     let base = clamp_covariance(s - r);
@@ -125,7 +124,6 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
 ///
 /// Schlick's weight is too curved for an expansion: among facets that barely face the viewer it reaches 1. It is taken at three slopes
 /// along the view azimuth instead, the mean and one on either side, weighted such that the first four cumulants are right.
-#[must_use]
 pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     let MappedSlopes { slopes, facing, fourth, .. } = v;
     let stretch = slopes.axis.length_squared();
@@ -147,7 +145,6 @@ pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
 }
 
 /// Moments of all normals, as [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments) has them of the visible ones. `terms`: 2 or 3.
-#[must_use]
 pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     let s = clamp_covariance(s);
     let spread = squared_normal_spread(m, s);
@@ -166,7 +163,6 @@ pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
 
 /// Radiance under one light from `wi` of unit irradiance on a plane facing it, per unit of albedo: the mean clamped cosine over all
 /// facets. `terms`: 2 or 3.
-#[must_use]
 pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
     let s = clamp_covariance(s);
     let spread = squared_normal_spread(m, s);
@@ -184,7 +180,6 @@ pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, of mirrors of mean slope `m`
 /// and covariance `s` by the normal map term of thesis Table 2.IV: `F D / (4 f)`,
 /// `f` the projected area of the mirroring facet ([`half_facet_area`]). The base counts as a part of the map.
-#[must_use]
 pub fn mapped_specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let h = wo + wi;
     let wh = h / h.length_squared().max(1e-20).sqrt();

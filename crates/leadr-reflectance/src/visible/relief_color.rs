@@ -52,14 +52,12 @@ pub struct ReliefColor {
 }
 
 /// `(L + 1) u^L` for the two that are filtered; `u`: rank of a height, 0 to 1.
-#[must_use]
 pub fn height_weights(u: f64) -> [f64; 2] {
     [2.0 * u, 5.0 * u.powi(4)]
 }
 
 /// `L/(L + 2)`, 0 to 1, of what is seen and lit. `lit`: share of the visible area that is lit
 /// ([`lit_fraction`](crate::masking::correlated::lit_fraction)).
-#[must_use]
 pub fn seen_height(o: &DirectionArea, lit: f64) -> f64 {
     let facing = o.meso.max(0.0) * lit.clamp(0.0, 1.0);
     ((o.visible - facing) / (o.visible + facing).max(1e-30)).clamp(0.0, 1.0)
@@ -80,7 +78,6 @@ fn outer_square(v: DVec2) -> DVec3 {
 }
 
 /// The score of slopes seen from `wo`.
-#[must_use]
 pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let b = slope_spread(wo, s);
@@ -93,7 +90,6 @@ pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
 }
 
 /// The same for slopes seen from `wo` and weighted by the cosine of light from `wi` on them.
-#[must_use]
 pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let (mut ao, mut ai) = (tilted_area(wo, m, slope_spread(wo, s)), tilted_area(wi, m, slope_spread(wi, s)));
@@ -131,7 +127,6 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
 /// The change of the mean colour. Regression goes on for ever; where one half of all slopes has one colour and the other half another, the
 /// change ends as that half ends: sooner where what is left of the slopes is narrow. This takes that for every profile. `s`: covariance of
 /// the slopes that the colours follow.
-#[must_use]
 pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     let s = clamp_covariance(s);
     let change = score.moved.x * r.x + score.moved.y * r.y;
@@ -150,7 +145,6 @@ pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
 }
 
 /// The colour, 0 to 1, whose mean over all facets is `mean`. `height`: [`seen_height`]; `by_slope`: [`slopes_change`].
-#[must_use]
 pub fn relief_color(mean: DVec3, r: &ReliefColor, height: f64, by_slope: DVec3) -> DVec3 {
     let t = height.min(MOST_SEEN_HEIGHT);
     let by_height = 9.0 * t * (2.0 / 3.0 - t) * r.low + 4.5 * t * (t - 1.0 / 3.0) * r.high;

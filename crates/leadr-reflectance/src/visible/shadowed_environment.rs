@@ -34,7 +34,6 @@ use std::f64::consts::PI;
 
 /// `Δ`: mean visible slope minus the mean slope. Exact. Held within ±1e3; larger values occur only where the surface is
 /// seen from behind.
-#[must_use]
 pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
     let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
     let along = o.whitened * (-tilt / o.spread.max(1e-12));
@@ -53,7 +52,6 @@ pub struct BentNormal {
 
 /// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ`, where `o` is the viewer's
 /// [`direction_area`](crate::masking::correlated::direction_area).
-#[must_use]
 pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     let iq = 1.0 / (1.0 + m.length_squared());
     let tau = 0.5 * iq * cholesky.length_squared();
@@ -72,7 +70,6 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
 /// `f`: the tangent frame in the world; `rest`: irradiance beyond order 2 at the bent normal, or 0. Not below 0.
 ///
 /// A bent normal stands for one clamped cosine (the module's first fact), so the rest counts whole however rough the surface is.
-#[must_use]
 pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
     (sh_irradiance(c, from_frame(f, v.normal)) + rest).max(DVec3::ZERO) * (v.open / PI)
 }

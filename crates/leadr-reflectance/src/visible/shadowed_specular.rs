@@ -52,7 +52,6 @@ pub struct LitProbe {
 
 /// The lit part of a probe. `o`: the viewer's areas ([`direction_area`]) of `probes.m` and `probes.cholesky`; `f0`: mean
 /// reflectance at normal incidence, which weighs the two directions' lookup; `horizon`: of bumps larger than the pixel.
-#[must_use]
 pub fn lit_probe(
     shadowing: Shadowing,
     probes: &VisibleProbes,
@@ -102,7 +101,6 @@ pub fn lit_probe(
 
 /// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets, from the probes
 /// of `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is called for each probe.
-#[must_use]
 pub fn visible_specular_environment(
     shadowing: Shadowing,
     wo: DVec3,

@@ -52,13 +52,11 @@ pub struct VisibleSlopes {
 
 /// Projected area of a mesosurface after tilting it back to the limit [`VISIBLE_TAIL`]; `m`: the mean slope before
 /// that.
-#[must_use]
 pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
     meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
 }
 
 /// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: anything finite.
-#[must_use]
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);

@@ -157,7 +157,6 @@ impl<'a> ProbeRule<'a> {
 }
 
 /// The rule of 5, 9 or 16 probes; any other number gives the next larger rule.
-#[must_use]
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
         0..=5 => FIVE,
@@ -175,7 +174,6 @@ pub const WIDE_HALF: f64 = 0.35;
 const LIT_SPREAD: f64 = 0.6;
 
 /// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Long lobes are as wide as they are across.
-#[must_use]
 pub fn wide_lobe(s: DVec3) -> f64 {
     let x = 4.0 / WIDE_HALF * (s.x * s.y - s.z * s.z).max(0.0) / (s.x + s.y).max(1e-15);
     x * x / (1.0 + x * x)
@@ -195,7 +193,6 @@ pub struct NodePlaces {
 }
 
 /// The slope of a node, and its `u`.
-#[must_use]
 pub fn node_slope(places: &NodePlaces, p: DVec2) -> (DVec2, f64) {
     let c = places.root;
     let d = DVec2::new(c.x * p.x + c.z * p.y, c.z * p.x + c.y * p.y);
@@ -253,7 +250,6 @@ pub struct VisibleProbes {
 
 /// The symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, that of a thin one does not turn
 /// abruptly as it passes an axis.
-#[must_use]
 pub fn root_of(s: DVec3) -> DVec3 {
     let det = (s.x * s.y - s.z * s.z).max(0.0).sqrt();
     let per = 1.0 / (s.x + s.y + 2.0 * det).max(1e-18).sqrt();
@@ -262,14 +258,12 @@ pub fn root_of(s: DVec3) -> DVec3 {
 
 /// The probes for everything visible from `wo`, or with `shadowing` for the part of it that is lit. `wo`: unit; `m`, `s`:
 /// mean slope and covariance, anything finite.
-#[must_use]
 pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
     visible_probes_of(shadowing, wo, visible_slopes(wo, m, s), kernel)
 }
 
 /// The probes of a normal map and its base ([`mapped_slopes`](super::mapped::mapped_slopes)): those of the facets that face the viewer. Away from the mean, kernels
 /// also grow with the projected area of the facet, which no longer cancels.
-#[must_use]
 pub fn mapped_probes(wo: DVec3, v: &MappedSlopes, kernel: ProbeKernel) -> VisibleProbes {
     let facet = v.slopes.facet.max(1e-9);
     VisibleProbes {
@@ -365,7 +359,6 @@ pub struct VisibleProbe {
 /// Mean direction, unit, reflected by Gaussian slopes of covariance `c` about `slope`: to second order,
 /// `E[f N/|N|²]` by the moments of `f N` and of `|N|²`, where `f` is the projected area of a facet, and here of the one at
 /// `slope`.
-#[must_use]
 pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     let by = |v: DVec2| DVec2::new(c.x * v.x + c.z * v.y, c.z * v.x + c.y * v.y);
     let (o, s) = (by(wo.xy()), by(slope));
@@ -377,7 +370,6 @@ pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
 }
 
 /// The probe of a node.
-#[must_use]
 pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
     let (slope, u) = node_slope(&probes.places, node.place);
     let t = probes.along.x + u + probes.along.y * u * u;

@@ -74,7 +74,6 @@ impl Renderer {
 
     /// The places at which the last frame knew what large shapes hide of the surroundings; none where nothing throws shadows or that is
     /// not shaded.
-    #[must_use]
     pub fn sky_probes(&self) -> Vec<SkyProbe> {
         let shaded = self
             .last

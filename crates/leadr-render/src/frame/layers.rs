@@ -98,19 +98,16 @@ impl Layer {
     }
 
     /// The name on the command line.
-    #[must_use]
     pub fn name(self) -> &'static str {
         self.row().name
     }
 
     /// A line of help.
-    #[must_use]
     pub fn help(self) -> &'static str {
         self.row().help
     }
 
     /// Names of its channels in an EXR file, in their order.
-    #[must_use]
     pub fn channels(self) -> &'static [&'static str] {
         self.row().channels
     }

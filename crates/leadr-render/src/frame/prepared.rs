@@ -93,20 +93,17 @@ impl Light {
 impl PreparedFrame<'_> {
     /// Whether a sample is one submission, so that the processor can prepare the next frame while the device draws this one.
     #[doc(hidden)]
-    #[must_use]
     pub fn overlaps(&self) -> bool {
         self.plan.edges.is_none() && matches!(self.plan.light, Light::Mapped { .. })
     }
 
     /// The image that holds the mean of the samples.
     #[doc(hidden)]
-    #[must_use]
     pub fn image(&self) -> &Image {
         &self.plan.targets.mean
     }
 
     /// Samples in its mean so far.
-    #[must_use]
     pub fn samples(&self) -> u32 {
         self.plan.drawn
     }
@@ -120,27 +117,23 @@ impl PreparedFrame<'_> {
 
 impl PausedFrame {
     /// The state that it shows, to be prepared with other settings.
-    #[must_use]
     pub fn state(&self) -> &FrameState {
         &self.0.state
     }
 
     /// Samples in its mean so far.
-    #[must_use]
     pub fn samples(&self) -> u32 {
         self.0.drawn
     }
 
     /// The image that holds the mean of the samples.
     #[doc(hidden)]
-    #[must_use]
     pub fn image(&self) -> &Image {
         &self.0.targets.mean
     }
 
     /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
     #[doc(hidden)]
-    #[must_use]
     pub fn counts(&self) -> (u64, u32) {
         self.0.counts()
     }

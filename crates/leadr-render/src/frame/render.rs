@@ -28,7 +28,6 @@ pub struct FrameOutput {
 
 impl FrameOutput {
     /// The radiance without the coverage.
-    #[must_use]
     pub fn image(&self) -> RgbImage {
         let texels = self.color.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         RgbImage { width: self.size.0, height: self.size.1, texels }

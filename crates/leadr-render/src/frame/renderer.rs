@@ -147,13 +147,11 @@ impl Renderer {
 
     /// Whether anything moves by itself as time goes on, whatever its poses: a sea does.
     #[doc(hidden)]
-    #[must_use]
     pub fn moves(&self) -> bool {
         self.surfaces.iter().any(|surface| surface.moves())
     }
 
     /// The device.
-    #[must_use]
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
@@ -173,7 +171,6 @@ impl Renderer {
     }
 
     /// The light from all around.
-    #[must_use]
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
@@ -201,7 +198,6 @@ impl Renderer {
 
     /// The image that holds the mean of the last frame's samples, for a window to show.
     #[doc(hidden)]
-    #[must_use]
     pub fn image(&self) -> Option<&Image> {
         self.targets.as_ref().map(|targets| &targets.mean)
     }

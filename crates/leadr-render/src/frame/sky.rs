@@ -46,7 +46,6 @@ impl SkyPast {
     }
 
     /// The nodes of the last volume.
-    #[must_use]
     pub fn probes(&self) -> Vec<SkyProbe> {
         self.last.iter().flat_map(|(_, sky)| sky.volume.probes()).collect()
     }

@@ -30,7 +30,6 @@ const EMPTY: Span = [f32::INFINITY, f32::NEG_INFINITY];
 impl Columns {
     /// Columns through the solids that these triangles bound, which run counter-clockwise seen from outside. What is open is as thick as
     /// a column is wide. `None` without triangles.
-    #[must_use]
     pub fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
         let (low, high) = triangles
             .clone()
@@ -88,7 +87,6 @@ impl Columns {
     }
 
     /// Whether a place is inside matter.
-    #[must_use]
     pub fn is_solid(&self, place: Vec3) -> bool {
         self.spans_at(place.truncate()).any(|[low, high]| low <= place.z && place.z <= high)
     }

@@ -116,13 +116,11 @@ impl CubeLobes {
     }
 
     /// The cube map, for `samplerCube`.
-    #[must_use]
     pub fn cube(&self) -> &ImageView {
         self.cube.whole()
     }
 
     /// The image behind it.
-    #[must_use]
     pub fn image(&self) -> &Image {
         &self.cube
     }

@@ -170,70 +170,60 @@ impl Environment {
 
     /// The directional lights that were taken out of its picture; the cube holds the rest. None under the analytic sky,
     /// whose sun never is in the cube.
-    #[must_use]
     pub fn lights(&self) -> &[EnvironmentLight] {
         &self.lights
     }
 
     /// The cube map as it looks behind all surfaces, its lights included; only the finest level is meant to be read.
     #[doc(hidden)]
-    #[must_use]
     pub fn background(&self) -> &ImageView {
         self.background.as_ref().unwrap_or(&self.cube).whole()
     }
 
     /// The cube map, for `samplerCube`.
     #[doc(hidden)]
-    #[must_use]
     pub fn cube(&self) -> &ImageView {
         self.cube.whole()
     }
 
     /// The same environment with levels blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)).
     #[doc(hidden)]
-    #[must_use]
     pub fn lobes(&self) -> &CubeLobes {
         &self.lobes
     }
 
     /// What order 2 leaves out of its irradiance.
     #[doc(hidden)]
-    #[must_use]
     pub fn irradiance_rest(&self) -> &IrradianceRest {
         &self.rest
     }
 
     /// The image behind it.
     #[doc(hidden)]
-    #[must_use]
     pub fn image(&self) -> &Image {
         &self.cube
     }
 
     /// The cube's sampler: trilinear and seamless.
     #[doc(hidden)]
-    #[must_use]
     pub fn sampler(&self) -> &Sampler {
         &self.sampler
     }
 
     /// One mip level as an array of six faces.
     #[doc(hidden)]
-    #[must_use]
     pub fn level(&self, mip: u32) -> &ImageView {
         &self.levels[(mip as usize).min(self.levels.len() - 1)]
     }
 
     /// Number of mip levels, down to 1².
     #[doc(hidden)]
-    #[must_use]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32
     }
 
     /// Edge of a face in texels.
     #[doc(hidden)]
-    #[must_use]
     pub fn face_size(&self) -> u32 {
         self.cube.desc().width
     }

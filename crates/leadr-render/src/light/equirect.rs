@@ -24,7 +24,6 @@ fn widest(face_size: u32) -> u32 {
 /// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to texels
 /// about square on the sphere. Every row keeps its power, whatever its texels hold (sums are 64-bit). `instead`: texels that are not
 /// as in the image, by rising index.
-#[must_use]
 pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
     let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
     let source_width = image.width as usize;

@@ -29,7 +29,6 @@ const LEVEL: [(f32, f32); 16] = [
 const ADAPTATION: f32 = 0.68;
 
 /// Factor on the radiance of a picture under `sky`: 1 from a mid-morning sun upwards, some hundreds at night.
-#[must_use]
 pub fn exposure(sky: &Sky) -> f32 {
     let elevation = sky.sun_direction.normalize_or(glam::Vec3::Z).z.clamp(-1.0, 1.0).asin().to_degrees();
     (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
@@ -37,7 +36,6 @@ pub fn exposure(sky: &Sky) -> f32 {
 
 /// Factor on the radiance of a picture under a panorama with which level ground looks as under the sky from mid-morning on; 1 under a
 /// panorama that does not light it.
-#[must_use]
 pub fn metered(panorama: &RgbImage) -> f32 {
     let sphere = Texels::new(panorama);
     let rows = panorama.texels.chunks_exact(panorama.width as usize).enumerate();

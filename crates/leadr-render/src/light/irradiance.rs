@@ -94,13 +94,11 @@ impl IrradiancePass {
     }
 
     /// The mip level that is projected.
-    #[must_use]
     pub fn level(&self, environment: &Environment) -> u32 {
         (environment.face_size() / FACE_SIZE).max(1).ilog2()
     }
 
     /// `vec4[9]`, device-local; behind them the measured materials, if there are any.
-    #[must_use]
     pub fn coefficients(&self) -> &Buffer {
         &self.coefficients
     }

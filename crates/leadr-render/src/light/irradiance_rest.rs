@@ -49,13 +49,11 @@ impl IrradianceRest {
     }
 
     /// The cube map of irradiance, to be added to that of order 2 at the same normal; for `samplerCube`.
-    #[must_use]
     pub fn cube(&self) -> &ImageView {
         self.cube.whole()
     }
 
     /// The image behind it.
-    #[must_use]
     pub fn image(&self) -> &Image {
         &self.cube
     }

@@ -32,19 +32,16 @@ pub struct EnvironmentLight {
 
 impl EnvironmentLight {
     /// Angular radius in radians of an even disk with the same variance.
-    #[must_use]
     pub fn radius(&self) -> f32 {
         2.0 * self.variance.max(0.0).sqrt()
     }
 
     /// The same in degrees.
-    #[must_use]
     pub fn radius_degrees(&self) -> f32 {
         self.radius().to_degrees()
     }
 
     /// A direction from which its light comes, by a point of the unit square: uniform on an even disk with its variance.
-    #[must_use]
     pub fn direction_within(&self, u: [f32; 2]) -> Vec3 {
         let radius = self.radius() * u[0].sqrt();
         let (sine, cosine) = (std::f32::consts::TAU * u[1]).sin_cos();
@@ -118,7 +115,6 @@ struct Candidate {
 /// have the power of the panorama, and the same panorama gives the same bytes.
 ///
 /// [`Environment::from_equirect`]: super::environment::Environment::from_equirect
-#[must_use]
 pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     let count = how.count.min(MAX_ENVIRONMENT_LIGHTS) as usize;
     let sphere = Texels::new(image);

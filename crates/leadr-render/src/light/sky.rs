@@ -49,7 +49,6 @@ impl Default for Sky {
 
 impl Sky {
     /// The default air and ground with the sun at `elevation` and `azimuth` (from +x towards +y), radians.
-    #[must_use]
     pub fn with_sun(elevation: f32, azimuth: f32) -> Self {
         let (se, ce) = elevation.sin_cos();
         let (sa, ca) = azimuth.sin_cos();
@@ -62,13 +61,11 @@ impl Sky {
     }
 
     /// RGB irradiance of the sun on a surface that faces it, at the ground; fades to 0 as the disk sets.
-    #[must_use]
     pub fn sun_irradiance(&self) -> [f32; 3] {
         (self.sunlight() * sun_transmittance(0.0, self.sun().z, self.haze())).to_array().map(|x| x as f32)
     }
 
     /// Integrates the tables, which takes some 30 ms on one core. The GPU pass does the same every time the sun moves.
-    #[must_use]
     pub fn tables(&self) -> SkyTables {
         SkyTables::new(self)
     }
@@ -145,7 +142,6 @@ impl SkyTables {
     }
 
     /// Radiance arriving from a unit world direction, RGB, without the sun's disk.
-    #[must_use]
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let sun = self.sky.sun();
         // below the horizon: the horizon's radiance at the same azimuth fades into the ground
@@ -166,7 +162,6 @@ impl SkyTables {
     }
 
     /// RGB irradiance of the sky, without the sun, on level ground.
-    #[must_use]
     pub fn ground_irradiance(&self) -> DVec3 {
         self.sky.sunlight() * (self.irradiance + PI * NIGHT)
     }

@@ -55,7 +55,6 @@ pub struct SkyProbe {
 
 impl SkyVisibility {
     /// The volume about some columns.
-    #[must_use]
     pub fn around(columns: &Columns) -> Self {
         let tall = (columns.height[1] - columns.height[0]).max(columns.cell);
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
@@ -110,7 +109,6 @@ impl SkyVisibility {
     }
 
     /// As `passes/shade/sky_visibility.glsl` reads it: the header, then the nodes in bytes.
-    #[must_use]
     pub fn words(&self) -> Vec<u32> {
         let mut header = vec![0.0; SKY_HEADER as usize];
         let numbers = [

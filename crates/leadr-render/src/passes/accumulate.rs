@@ -129,13 +129,11 @@ impl Accumulation {
     }
 
     /// Number of samples so far.
-    #[must_use]
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
     /// The mean of all samples so far.
-    #[must_use]
     pub fn mean(&self) -> Vec<[f32; 4]> {
         let scale = 1.0 / self.samples.max(1) as f64;
         self.sums.iter().map(|sum| sum.map(|v| (v * scale) as f32)).collect()

@@ -62,7 +62,6 @@ impl EnvironmentLights {
     ///
     /// # Panics
     /// When the number of texels is not `6 size²`.
-    #[must_use]
     pub fn new(size: u32, texels: Vec<Vec3>, receiving: impl Fn(Vec3) -> f64) -> Option<Self> {
         assert_eq!(texels.len(), 6 * (size * size) as usize, "texels of six faces");
         let centre = |i: u32| {
@@ -99,7 +98,6 @@ impl EnvironmentLights {
 
     /// The light at a point of the unit square: the first coordinate chooses the band, the second the texel in it, and the
     /// remainders of both choose the position within the texel.
-    #[must_use]
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
         let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
         let last = before(self.order.len());
@@ -128,7 +126,6 @@ impl EnvironmentLights {
 
     /// Radiance and density of draws at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face of
     /// side 2: by solid angle they are this times the cube of the distance at which the direction meets that face.
-    #[must_use]
     pub fn table(&self) -> Vec<[f32; 4]> {
         let area = 4.0 / f64::from(self.size * self.size);
         let last = self.cumulative.last().copied().unwrap_or(1.0);
@@ -142,7 +139,6 @@ impl EnvironmentLights {
     }
 
     /// Texels along a face.
-    #[must_use]
     pub fn size(&self) -> u32 {
         self.size
     }
@@ -174,7 +170,6 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
 ///
 /// It is independent of the offsets inside the pixel ([`jitter`](crate::sampling::jitter)), so a pixel's samples
 /// fill all four dimensions.
-#[must_use]
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
     let mut state = seed.wrapping_mul(0xd605_1ccb_05a6_2b0f) ^ 0x2545_f491_4f6c_dd1d;
     let mut turn = || {

@@ -39,7 +39,6 @@ pub enum FilterInto {
 
 impl FilterInto {
     /// Formats of the images that the pass writes.
-    #[must_use]
     pub fn formats(self) -> &'static [vk::Format] {
         match self {
             Self::GBuffer => &GBuffer::FORMATS,
@@ -66,7 +65,6 @@ impl FilterInto {
     }
 
     /// Structs that its fragment stage reads, but for those about the surface.
-    #[must_use]
     pub fn structs(self) -> &'static [StructLayout] {
         match self {
             Self::GBuffer => &[],
@@ -91,7 +89,6 @@ impl FilterInto {
     }
 
     /// Of two names, of shaders or of pipelines, the one for this.
-    #[must_use]
     pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
         match self {
             Self::GBuffer => gbuffer,

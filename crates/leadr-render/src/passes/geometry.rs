@@ -27,7 +27,6 @@ pub enum GeometryKind {
 
 impl GeometryKind {
     /// The kind for the samples of a view.
-    #[must_use]
     pub fn of(samples: Samples) -> Self {
         match samples {
             Samples::Pixels => Self::Pixels,
@@ -37,7 +36,6 @@ impl GeometryKind {
     }
 
     /// Samples of each texel of the targets.
-    #[must_use]
     pub fn samples(self) -> u32 {
         match self {
             Self::Multisampled(count) => count,
@@ -46,7 +44,6 @@ impl GeometryKind {
     }
 
     /// The constant of that name in the shaders.
-    #[must_use]
     pub fn pixels(self) -> (&'static str, SpecValue) {
         let kind = match self {
             Self::Pixels | Self::Wires => PIXELS_ARE_SAMPLES,
@@ -126,7 +123,6 @@ impl CasterKinds {
     }
 
     /// A caster of such a kind.
-    #[must_use]
     pub fn of(kind: SurfaceKind) -> Self {
         let drawn = DrawnAs::both_sides(kind);
         Self { present: Self::all().position(|other| other == drawn).map_or(0, |bit| 1 << bit) }
@@ -139,7 +135,6 @@ impl CasterKinds {
     }
 
     /// Whether there is none.
-    #[must_use]
     pub fn is_empty(self) -> bool {
         self.present == 0
     }

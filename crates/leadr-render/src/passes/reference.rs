@@ -263,13 +263,11 @@ impl ReliefLights {
     }
 
     /// Whether the casters are a height field.
-    #[must_use]
     pub const fn is_height_field(&self) -> bool {
         self.field.is_some()
     }
 
     /// Whether directions of the environment are drawn.
-    #[must_use]
     pub const fn are_drawn(&self) -> bool {
         self.environment.is_some()
     }

@@ -33,7 +33,6 @@ pub enum Caster {
 /// The view for a map of `size` texels that covers a sphere, moved by `offset` texels. For a point light,
 /// [`ShadowView::texel`] is the size at distance 1. A point light inside the sphere sees a wide cone about the sphere's
 /// centre.
-#[must_use]
 pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
     match caster {
         Caster::Directional(toward) => {
@@ -51,7 +50,6 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
 
 /// Size of a map, in texels along a side, that resolves relief texels of `texel` metres on casters within `radius`; an
 /// infinite texel means smooth casters.
-#[must_use]
 pub fn map_size(radius: f32, texel: f32) -> u32 {
     // Smooth casters only have silhouettes to resolve.
     let texel = if texel.is_finite() { texel } else { radius / 512.0 };
@@ -142,7 +140,6 @@ impl ReliefMaps {
     }
 
     /// The maps, one layer for each light.
-    #[must_use]
     pub fn array(&self) -> &ImageView {
         &self.array
     }

@@ -59,7 +59,6 @@ shared_struct! {
 impl LightingGpu {
     /// The block for an image of the scene under an environment. `shadows`: the views of the lights in
     /// their order, if they throw shadows.
-    #[must_use]
     pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
@@ -134,7 +133,6 @@ pub struct LightSet {
 
 impl LightSet {
     /// The lights of a frame under an environment, with their shadow maps or without.
-    #[must_use]
     pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
         let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
@@ -142,13 +140,11 @@ impl LightSet {
     }
 
     /// Directional lights that throw shadows.
-    #[must_use]
     pub fn sun_maps(&self) -> u32 {
         if self.shadows { u32::from(self.sun) + self.panorama } else { 0 }
     }
 
     /// Lights that throw shadows.
-    #[must_use]
     pub fn shadow_maps(&self) -> u32 {
         if self.shadows { self.sun_maps() + self.points } else { 0 }
     }
@@ -216,7 +212,6 @@ pub struct ShadeKind {
 
 impl ShadeKind {
     /// The specialization constants of `passes/shade/settings.glsl`.
-    #[must_use]
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let Self { shading, lights, edges, bases, tells_light } = self;
         let lit = [
@@ -250,7 +245,6 @@ impl LightSamplers {
 
 impl<'a> ShadeInputs<'a> {
     /// What a fragment stage that includes `passes/shade/shaded.glsl` reads about the light.
-    #[must_use]
     pub fn bindings(&self, samplers: &'a LightSamplers) -> [(&'static str, Descriptor<'a>); 7] {
         let LightSamplers { nearest, trilinear } = samplers;
         [

@@ -44,7 +44,6 @@ pub struct ShadowView {
 impl ShadowView {
     /// A view from the sun, whose unit direction is `sun`, of a sphere in a map of `size` texels. The sphere's centre is
     /// snapped to the texel grid, so that the cast shadows of a moving object do not crawl.
-    #[must_use]
     pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
@@ -55,7 +54,6 @@ impl ShadowView {
     }
 
     /// The same without snapping.
-    #[must_use]
     pub fn parallel(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
@@ -83,7 +81,6 @@ impl ShadowView {
 
     /// A view from a point of a sphere. From outside it holds all of the sphere, so nothing beyond its edges is in shadow; from inside
     /// a wide cone about the sphere's middle, and the rest counts as lit.
-    #[must_use]
     pub fn from_point(eye: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let distance = eye.distance(centre);
@@ -114,7 +111,6 @@ impl ShadowView {
     }
 
     /// The viewpoint for casters that are tessellated for the camera's `lens`.
-    #[must_use]
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint {
             clip_from_world: self.clip_from_world,
@@ -129,7 +125,6 @@ impl ShadowView {
 
 /// Texels along a side of the maps for a picture of so many pixels: twice its longer side, from 1024 to 2048. A picture of a few
 /// hundred pixels does not show more, and a smaller map is drawn and looked up faster.
-#[must_use]
 pub fn map_size((width, height): (u32, u32)) -> u32 {
     width.max(height).saturating_mul(2).clamp(1024, 2048).next_power_of_two()
 }
@@ -157,7 +152,6 @@ impl ShadowMaps {
     }
 
     /// An array with a layer per light.
-    #[must_use]
     pub fn array(&self) -> &ImageView {
         &self.array
     }

@@ -59,7 +59,6 @@ impl RenderSettings {
     }
 
     /// The same picture shaded in another way. The reference smooths outlines by its samples, and its geometry has every texel.
-    #[must_use]
     pub fn shaded_by(&self, shading: Shading) -> Self {
         let reference = shading.technique().is_reference();
         Self {
@@ -71,31 +70,26 @@ impl RenderSettings {
     }
 
     /// How the samples of the geometry relate to the pixels.
-    #[must_use]
     pub fn pixel_samples(&self) -> Samples {
         if self.msaa > 1 { Samples::Multisampled { count: self.msaa } } else { Samples::Pixels }
     }
 
     /// Edge samples per sample; `None` where there is only the sample itself.
-    #[must_use]
     pub fn edges(&self) -> Option<u32> {
         Some(self.shading.options().edge_samples).filter(|samples| *samples > 1)
     }
 
     /// Whether the relief casts shadows on itself.
-    #[must_use]
     pub fn shadows_of_relief(&self) -> bool {
         self.shading.options().relief_shadows
     }
 
     /// Offset of sample `index` from the middle of its pixel, in pixels.
-    #[must_use]
     pub fn sample_offset(&self, index: u32) -> Vec2 {
         jitter(index, self.samples.max(1), self.seed)
     }
 
     /// The factor on the heights of the geometry, where the factor on those of the maps is `height_scale`.
-    #[must_use]
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }
     }

@@ -25,7 +25,6 @@ impl Quadrature {
     pub const MAX_GRID: u32 = 128;
 
     /// Number of environment lookups per pixel: one for each slope or probe.
-    #[must_use]
     pub const fn samples(self) -> u32 {
         match self {
             Self::Grid(n) => n * n,
@@ -46,7 +45,6 @@ impl Quadrature {
     }
 
     /// The name of the rule on the command line.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Grid(_) => "grid",
@@ -71,7 +69,6 @@ impl Probes {
     pub const ALL: [Self; 3] = [Self::Five, Self::Nine, Self::Sixteen];
 
     /// The number.
-    #[must_use]
     pub const fn count(self) -> u32 {
         match self {
             Self::Five => 5,
@@ -81,7 +78,6 @@ impl Probes {
     }
 
     /// The rule of `count` probes, if there is one.
-    #[must_use]
     pub fn of(count: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|probes| probes.count() == count)
     }
@@ -138,43 +134,36 @@ impl Default for Shading {
 
 impl Shading {
     /// The technique.
-    #[must_use]
     pub fn technique(&self) -> Technique {
         self.technique
     }
 
     /// Its options; those that it does not have are at their defaults.
-    #[must_use]
     pub fn options(&self) -> ShadingOptions {
         self.options
     }
 
     /// Which light counts: none for techniques without light.
-    #[must_use]
     pub fn terms(&self) -> Terms {
         if self.technique.is_lit() { self.options.terms } else { Terms::NONE }
     }
 
     /// Where the integrals are sampled; `None` for techniques without them.
-    #[must_use]
     pub fn quadrature(&self) -> Option<Quadrature> {
         self.technique.integrates().then_some(self.options.quadrature)
     }
 
     /// Whether the base is rough in the frame of the facets.
-    #[must_use]
     pub fn facet_frame(&self) -> bool {
         self.technique.has_base_frame() && self.options.base_frame == BaseFrame::Facet
     }
 
     /// The inputs that the technique needs from the passes.
-    #[must_use]
     pub fn needs(&self) -> Needs {
         self.technique.needs(self.options)
     }
 
     /// The specialization constants of the shading pass that depend on it.
-    #[must_use]
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let ShadingOptions { shadowing, diffuse_lights, .. } = self.options;
         let mut spec = self.needs().spec();

@@ -193,74 +193,62 @@ techniques! {
 
 impl Technique {
     /// The name on the command line and in JSON.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         self.row().name
     }
 
     /// A one-line description.
-    #[must_use]
     pub const fn help(self) -> &'static str {
         self.row().help
     }
 
     /// Its key in the window.
-    #[must_use]
     pub const fn key(self) -> char {
         self.row().key
     }
 
     /// The technique of this name.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|technique| technique.name() == name)
     }
 
     /// Whether light reaches its surfaces at all.
-    #[must_use]
     pub fn is_lit(self) -> bool {
         self.row().family != Family::Unlit
     }
 
     /// Whether it integrates over the visible slopes.
-    #[must_use]
     pub fn integrates(self) -> bool {
         self.row().family == Family::Leadr
     }
 
     /// Whether it has the setting [`base_frame`](super::ShadingOptions::base_frame).
-    #[must_use]
     pub fn has_base_frame(self) -> bool {
         self.integrates() && !self.row().ggx
     }
 
     /// Whether it has the setting [`multiscattering`](super::ShadingOptions::multiscattering).
-    #[must_use]
     pub fn has_multiscattering(self) -> bool {
         // The lobes of LEADR's GGX base reflect more of an environment at grazing angles than GGX, whose losses the tables know.
         self.has_base_frame() || self.row().family == Family::Gloss
     }
 
     /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).
-    #[must_use]
     pub const fn has_pixel_kernel(self) -> bool {
         self.row().pixel_kernel
     }
 
     /// Whether it takes the finest level of the maps and leaves filtering to the samples per pixel.
-    #[must_use]
     pub fn is_reference(self) -> bool {
         self.row().slopes == Slopes::Finest
     }
 
     /// Whether it has the setting [`relief_shadows`](super::ShadingOptions::relief_shadows).
-    #[must_use]
     pub fn has_relief_shadows(self) -> bool {
         self.is_reference() && !self.has_ggx_base()
     }
 
     /// Whether its base material is GGX, not Beckmann.
-    #[must_use]
     pub fn has_ggx_base(self) -> bool {
         self.row().ggx
     }
@@ -272,7 +260,6 @@ impl Technique {
     }
 
     /// Whether it has the setting [`relief_color`](super::ShadingOptions::relief_color).
-    #[must_use]
     pub fn has_relief_color(self) -> bool {
         self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
     }
@@ -325,7 +312,6 @@ impl Needs {
     }
 
     /// Whether it reads the finest level of the maps at every distance.
-    #[must_use]
     pub fn is_finest(self) -> bool {
         self.slopes == Slopes::Finest
     }

@@ -36,7 +36,6 @@ impl Terms {
     ];
 
     /// Whether it contains all of `other`.
-    #[must_use]
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
@@ -48,7 +47,6 @@ impl Terms {
     }
 
     /// The `TERM_` bits of the shading pass.
-    #[must_use]
     pub fn bits(self) -> i32 {
         self.0
     }

@@ -22,7 +22,6 @@ fn with_mips(bytes: u64) -> u64 {
 }
 
 /// Bytes of the maps of an object on the device.
-#[must_use]
 pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     let relief = object.heights.as_ref().map_or(0, |field| {
         let texels = u64::from(field.map.width) * u64::from(field.map.height);
@@ -84,7 +83,6 @@ pub struct Room {
 
 impl Room {
     /// What is left now, for maps whose slopes are kept in this format.
-    #[must_use]
     pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
         Self { format, device: gpu.memory_room() }
     }

@@ -49,13 +49,11 @@ pub struct DetailKind {
 
 impl DetailKind {
     /// Whether there is a detail.
-    #[must_use]
     pub const fn is_some(self) -> bool {
         self.mapping != DETAIL_NONE
     }
 
     /// That of a detail.
-    #[must_use]
     pub fn of(detail: Option<&Detail>) -> Self {
         let Some(detail) = detail else {
             return Self { mapping: DETAIL_NONE, colors: DETAIL_COLORLESS, masked: false };

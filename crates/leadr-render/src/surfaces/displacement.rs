@@ -42,7 +42,6 @@ pub enum Border {
 
 impl HeightField {
     /// A map that repeats.
-    #[must_use]
     pub fn repeating(map: HeightMap) -> Self {
         Self { map, border: Border::Wrap }
     }
@@ -70,7 +69,6 @@ impl HeightField {
     }
 
     /// Bilinear sample at a texture coordinate.
-    #[must_use]
     pub fn bilinear(&self, texcoord: Vec2) -> f32 {
         let (columns, fx) = self.beside(texcoord.x * self.map.width as f32 - 0.5, self.map.width);
         let (rows, fy) = self.beside(texcoord.y * self.map.height as f32 - 0.5, self.map.height);
@@ -82,7 +80,6 @@ impl HeightField {
     }
 
     /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
-    #[must_use]
     pub fn bicubic(&self, texcoord: Vec2) -> f32 {
         let (x, y) = (texcoord.x * self.map.width as f32 - 0.5, texcoord.y * self.map.height as f32 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
@@ -241,7 +238,6 @@ pub struct BoundaryHeights {
 
 impl BoundaryHeights {
     /// Those of a smooth mesh: placeholders that are never read.
-    #[must_use]
     pub fn none() -> Self {
         Self {
             edges: vec![0.0],
@@ -254,7 +250,6 @@ impl BoundaryHeights {
 
     /// Those of a map that is shown by example, whose heights the device looks up, since all patches have the same texture coordinates
     /// where they meet: `vertices` are the levels of detail in which it does.
-    #[must_use]
     pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid { field, levels: Vec::new() } };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
@@ -292,7 +287,6 @@ impl BoundaryHeights {
     }
 
     /// Bakes the heights of all edges and vertices of `mesh`.
-    #[must_use]
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
         // The patch sides that meet in each edge, and the patch corners that meet in each place.

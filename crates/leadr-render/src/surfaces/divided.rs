@@ -63,7 +63,6 @@ pub struct DividedObject {
 
 impl DividedObject {
     /// A division that is still to be made, in these buffers.
-    #[must_use]
     pub fn new(buffers: Arc<DivisionBuffers>) -> Self {
         Self { buffers, division: Division::default(), texel_repeat: 0.0, of: None }
     }

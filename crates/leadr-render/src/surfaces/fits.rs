@@ -40,7 +40,6 @@ impl Fits {
     }
 
     /// The number of an object's, from 1, or 0 if it has none.
-    #[must_use]
     pub fn number_of(&self, object: &Object) -> u32 {
         let place = fit_of(object).and_then(|fit| self.0.iter().position(|known| known == fit));
         place.map_or(0, |place| place as u32 + 1)
@@ -48,7 +47,6 @@ impl Fits {
 
     /// The tables of energies; room for the [visibility of the sky](crate::light::sky_visibility); where each material begins,
     /// from there; then one after another (`passes/shade/fits.glsl`).
-    #[must_use]
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
         let mut words = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();

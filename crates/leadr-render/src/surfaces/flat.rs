@@ -21,7 +21,6 @@ pub struct Chart {
 
 impl Chart {
     /// The chart of a mesh in a pose; none for a mesh without patches or with a degenerate chart.
-    #[must_use]
     pub fn of(mesh: &PatchMesh, posed: &PosedVertices) -> Option<Self> {
         let (patch, texcoords) = (mesh.patches.first()?, mesh.texcoords.first()?);
         let [s, t] = tangents(patch.map(|v| posed.positions[v as usize]), texcoords)?;
@@ -41,7 +40,6 @@ fn tangents(corners: [Vec3; 4], texcoords: &[Vec2; 4]) -> Option<[Vec3; 2]> {
 }
 
 /// Whether a mesh is a plane at rest, and in every rigid pose, on which texture coordinates change evenly.
-#[must_use]
 pub fn is_flat(mesh: &PatchMesh) -> bool {
     let rest = PosedVertices::new(mesh.positions.clone(), mesh.normals.clone());
     let Some(Chart { tangent_s, tangent_t, .. }) = Chart::of(mesh, &rest) else { return false };
@@ -65,7 +63,6 @@ pub fn is_flat(mesh: &PatchMesh) -> bool {
 }
 
 /// Whether all vertices have the same colour and accessibility.
-#[must_use]
 pub fn is_plain(mesh: &PatchMesh) -> bool {
     mesh.colors.windows(2).all(|pair| pair[0] == pair[1])
         && mesh.accessibility.windows(2).all(|pair| pair[0] == pair[1])

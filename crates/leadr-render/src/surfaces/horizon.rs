@@ -253,13 +253,11 @@ impl HorizonMaps {
     }
 
     /// `lean` and the deviations of `spread`, with mips.
-    #[must_use]
     pub fn leans(&self) -> &Image {
         &self.leans
     }
 
     /// The correlations of `spread`, with mips.
-    #[must_use]
     pub fn correlations(&self) -> &Image {
         &self.correlations
     }

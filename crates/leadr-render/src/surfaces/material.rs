@@ -106,7 +106,6 @@ impl Bases {
     }
 
     /// The specialization constants of `passes/bases.glsl`.
-    #[must_use]
     pub fn spec(self) -> [(&'static str, SpecValue); 4] {
         [
             ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
@@ -128,7 +127,6 @@ pub enum HoleKind {
 
 impl Has {
     /// What `map` tells.
-    #[must_use]
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),

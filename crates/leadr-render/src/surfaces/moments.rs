@@ -46,7 +46,6 @@ impl MomentFormat {
     }
 
     /// Bytes of a texel, its height included.
-    #[must_use]
     pub const fn texel_bytes(self) -> u64 {
         match self {
             Self::Float32 => 24,
@@ -55,7 +54,6 @@ impl MomentFormat {
     }
 
     /// Its name on the command line.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Float32 => "f32",
@@ -325,25 +323,21 @@ impl LeadrMapGpu {
     }
 
     /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
-    #[must_use]
     pub fn slopes(&self) -> &Image {
         &self.slopes
     }
 
     /// `E[hs·ht]` with mips, ready to be sampled.
-    #[must_use]
     pub fn joint(&self) -> &Image {
         &self.joint
     }
 
     /// Mean heights with mips, ready to be sampled.
-    #[must_use]
     pub fn heights(&self) -> &Image {
         &self.heights
     }
 
     /// Number of mip levels of the images.
-    #[must_use]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32
     }

@@ -185,7 +185,6 @@ pub struct SurfaceKind {
 
 impl SurfaceKind {
     /// The kind of an object drawn as `mesh`: its own, or its coarse one.
-    #[must_use]
     pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
         let detail = DetailKind::of(object.detail.as_ref());
         let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
@@ -223,7 +222,6 @@ impl SurfaceKind {
 
 impl SurfaceKind {
     /// Whether the device looks its heights up by example, at its edges as well.
-    #[must_use]
     pub fn displaced_by_example(self) -> bool {
         self.displaced && self.by_example
     }
@@ -412,7 +410,6 @@ impl GpuObject {
     }
 
     /// Push constants for a height scale that multiplies the object's own. `shift`: [`PosedObject::tiling_shift`](super::posed::PosedObject::tiling_shift).
-    #[must_use]
     pub fn constants(&self, height_scale: f32, mark_inside: bool, shift: [f32; 2]) -> ObjectGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
@@ -438,7 +435,6 @@ impl GpuObject {
 }
 
 /// Of each object the first one before it that has the same maps.
-#[must_use]
 pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
     let first = |i: usize| objects[..i].iter().position(|earlier| have_same_maps(earlier, &objects[i]));
     (0..objects.len()).map(first).collect()

@@ -110,7 +110,6 @@ pub struct ObjectView {
 
 impl ObjectView {
     /// A view that has not looked yet, in these buffers.
-    #[must_use]
     pub fn new(buffers: Arc<ViewBuffers>) -> Self {
         Self { buffers, draws: Draws::default(), at_texels: false, triangles: 0, patches: 0 }
     }

@@ -43,7 +43,6 @@ fn edge_point(a: Vec3, normal_a: Vec3, b: Vec3) -> Vec3 {
 
 impl Patch {
     /// Builds the patch from corner positions and unit normals, in the corner order of this module.
-    #[must_use]
     pub fn new(p: [Vec3; 4], n: [Vec3; 4]) -> Self {
         let mut c = [[Vec3::ZERO; 4]; 4];
         (c[0][0], c[0][3], c[3][3], c[3][0]) = (p[0], p[1], p[2], p[3]);
@@ -69,7 +68,6 @@ impl Patch {
     }
 
     /// Evaluates at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly (atlas gutters use it).
-    #[must_use]
     pub fn at(&self, uv: Vec2) -> PatchPoint {
         let (bu, du) = cubic_bernstein(uv.x);
         let (bv, dv) = cubic_bernstein(uv.y);

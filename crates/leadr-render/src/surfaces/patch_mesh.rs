@@ -47,19 +47,16 @@ pub struct PatchMesh {
 
 impl PatchMesh {
     /// Linear albedo and Beckmann roughness of a vertex; grey and half rough where the mesh has no colours.
-    #[must_use]
     pub fn color_of(&self, vertex: usize) -> [f32; 4] {
         self.colors.get(vertex).copied().unwrap_or([0.5; 4])
     }
 
     /// The first vertex at the place of a vertex.
-    #[must_use]
     pub fn place_of(&self, vertex: u32) -> u32 {
         self.places.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
     /// Whether it consists of quads that have the same texture coordinates where they meet, and ends nowhere at another object.
-    #[must_use]
     pub fn is_seamless(&self) -> bool {
         let mut seen = vec![None; self.positions.len()];
         let mut agree = |vertex: u32, at: Vec2| *seen[vertex as usize].get_or_insert(at) == at;
@@ -70,13 +67,11 @@ impl PatchMesh {
     }
 
     /// The places of the patches' corners.
-    #[must_use]
     pub fn patches_by_place(&self) -> Vec<[u32; 4]> {
         self.patches.iter().map(|patch| patch.map(|vertex| self.place_of(vertex))).collect()
     }
 
     /// Mean length of the patches' sides at rest, metres; 0 without patches.
-    #[must_use]
     pub fn mean_edge(&self) -> f32 {
         let side = |patch: &[u32; 4], i: usize| {
             self.positions[patch[i] as usize].distance(self.positions[patch[(i + 1) & 3] as usize])
@@ -86,7 +81,6 @@ impl PatchMesh {
     }
 
     /// Ambient accessibility of a vertex; 1 where the mesh has none.
-    #[must_use]
     pub fn accessibility_of(&self, vertex: usize) -> f32 {
         self.accessibility.get(vertex).copied().unwrap_or(1.0)
     }
@@ -106,13 +100,11 @@ pub struct PosedVertices {
 
 impl PosedVertices {
     /// Vertices that are displaced along their normals.
-    #[must_use]
     pub const fn new(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
         Self { positions, normals, directions: Vec::new() }
     }
 
     /// The direction in which each vertex is displaced.
-    #[must_use]
     pub fn displaced_along(&self) -> &[Vec3] {
         if self.directions.is_empty() { &self.normals } else { &self.directions }
     }
@@ -135,7 +127,6 @@ pub struct TileLayout {
 
 impl TileLayout {
     /// A roughly square layout for `count` tiles, with a gutter of two texels.
-    #[must_use]
     pub fn new(count: u32, tile: u32) -> Self {
         assert!(tile.is_power_of_two() && tile >= 8);
         let columns = (f64::from(count.max(1)).sqrt().ceil() as u32).next_multiple_of(4);
@@ -143,25 +134,21 @@ impl TileLayout {
     }
 
     /// Atlas size in texels.
-    #[must_use]
     pub fn size(&self) -> (u32, u32) {
         (self.columns * self.tile, self.rows * self.tile)
     }
 
     /// Number of texels of the patch domain inside a tile, per axis.
-    #[must_use]
     pub fn inner(&self) -> u32 {
         self.tile - 2 * self.gutter
     }
 
     /// First texel of tile `index`, gutter included.
-    #[must_use]
     pub fn origin(&self, index: u32) -> (u32, u32) {
         (index % self.columns * self.tile, index / self.columns * self.tile)
     }
 
     /// Texture coordinates of the four corners of patch `index`.
-    #[must_use]
     pub fn texcoords(&self, index: u32) -> [Vec2; 4] {
         let (w, h) = self.size();
         let (x, y) = self.origin(index);

@@ -23,7 +23,6 @@ pub struct PosedObject {
 
 impl PosedObject {
     /// Mean world length of a height texel; infinite for an object without heights.
-    #[must_use]
     pub fn texel_length(&self) -> f32 {
         let positions = &self.vertices.positions;
         let lengths =
@@ -34,7 +33,6 @@ impl PosedObject {
 
     /// Where it lies on the lattice of its looks, in repeats of its map, where that is to stay in the world. What is no plane moves by
     /// whole repeats.
-    #[must_use]
     pub fn tiling_shift(&self) -> [f32; 2] {
         let mesh = &self.object.object.mesh;
         let kind = self.object.kind;
@@ -61,7 +59,6 @@ impl PosedObject {
     }
 
     /// A bounding sphere that includes the bumps.
-    #[must_use]
     pub fn bounds(&self) -> Sphere {
         let (low, high) = self
             .vertices
@@ -72,7 +69,6 @@ impl PosedObject {
     }
 
     /// The largest distance between the displaced and the smooth surface, metres.
-    #[must_use]
     pub fn highest_bump(&self) -> f32 {
         let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
         bump * (self.height_scale * self.object.object.height_scale).abs()

@@ -26,13 +26,11 @@ pub struct Follows {
 
 impl Follows {
     /// Layers of weighted means that this takes.
-    #[must_use]
     pub const fn layers(self) -> u32 {
         2 * (self.heights as u32 + self.slopes as u32)
     }
 
     /// Whether they follow any.
-    #[must_use]
     pub const fn any(self) -> bool {
         self.heights || self.slopes
     }

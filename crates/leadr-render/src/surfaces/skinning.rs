@@ -10,7 +10,6 @@ use super::patch_mesh::{PatchMesh, PosedVertices};
 /// Linear blend skinning (`joints`: world-from-rest). The blended normal at each vertex is then corrected by a rotation:
 /// the one between the mean face normal around the vertex after blending and that of the skinned mesh. Joints that do not
 /// exist are ignored.
-#[must_use]
 pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     let blends: Vec<Mat4> = mesh
         .skin

@@ -13,7 +13,6 @@ pub struct Sphere {
 
 impl Sphere {
     /// A sphere around other spheres, centred on the middle of their bounding box; `None` without any.
-    #[must_use]
     pub fn enclosing(spheres: &[Self]) -> Option<Self> {
         let (low, high) = spheres
             .iter()

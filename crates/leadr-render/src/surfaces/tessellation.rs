@@ -90,7 +90,6 @@ impl Default for TessellationSettings {
 
 impl TessellationSettings {
     /// Whether patches whose sides cover so many pixels can be divided as finely as these settings ask for.
-    #[must_use]
     pub fn suffices_for(&self, pixels: f32) -> bool {
         !self.to_texels && pixels <= self.spacing() * self.max_factor.clamp(1.0, MAX_FACTOR)
     }
@@ -101,7 +100,6 @@ impl TessellationSettings {
     }
 
     /// Whether edges get the same factors as with other settings.
-    #[must_use]
     pub fn divides_as(&self, other: &Self) -> bool {
         let Self { cull, max_vertices_per_draw, .. } = *other;
         Self { cull, max_vertices_per_draw, ..*self } == *other
@@ -171,7 +169,6 @@ impl Draws {
 
 impl Division {
     /// Chooses the factors of all edges, and what follows from them for the vertices.
-    #[must_use]
     pub fn new(posed: PosedMesh<'_>, lens: Lens, settings: &TessellationSettings) -> Self {
         let PosedMesh { topology, positions, normals, .. } = posed;
         let spacing = settings.spacing();
@@ -204,7 +201,6 @@ impl Division {
     }
 
     /// The same with vertices no closer together than so many metres along the smooth surface; `None` if none are.
-    #[must_use]
     pub fn no_finer_than(&self, spacing: f32, posed: PosedMesh<'_>) -> Option<Self> {
         let PosedMesh { topology, positions, .. } = posed;
         let coarser = |(&[a, b], &factor): (&[u32; 2], &f32)| {
@@ -243,7 +239,6 @@ impl Division {
 
 impl DrawList {
     /// Culls and splits draws of a mesh whose edges have these factors.
-    #[must_use]
     pub fn new(
         posed: PosedMesh<'_>,
         edge_factors: &[f32],

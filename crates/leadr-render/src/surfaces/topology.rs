@@ -14,7 +14,6 @@ pub struct Topology {
 
 impl Topology {
     /// Finds the edges, numbered in the order in which the patches first name them.
-    #[must_use]
     pub fn new(patches: &[[u32; 4]]) -> Self {
         let mut index = HashMap::with_capacity(patches.len() * 2);
         let mut edges = Vec::with_capacity(patches.len() * 2);
@@ -44,7 +43,6 @@ impl Topology {
 
     /// For each side of each patch, the patch and side beyond it. `None` for edges that do not join exactly two patches, or
     /// join them running in the same direction.
-    #[must_use]
     pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
         // For each edge and direction: the number of sides, and the last of them.
         let mut sides = vec![[(0u32, (0u32, 0u8)); 2]; self.edges.len()];
@@ -64,7 +62,6 @@ impl Topology {
 
     /// Number of edges that do not join exactly two patches, or join them running in the same direction: 0 on a closed,
     /// oriented surface.
-    #[must_use]
     pub fn irregular_edges(&self) -> usize {
         let mut uses = vec![[0u32; 2]; self.edges.len()];
         for (patch, side) in (0..self.patch_edges.len()).flat_map(|p| self.sides(p).map(move |side| (p, side))) {

@@ -21,7 +21,6 @@ pub struct Projection {
 }
 
 /// The three views of a place of this normal; one repeat covers `repeat` metres.
-#[must_use]
 pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3] {
     let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;

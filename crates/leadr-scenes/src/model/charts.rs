@@ -73,7 +73,6 @@ pub struct Charts {
 
 impl Charts {
     /// The charts for a material on a mesh whose coordinates reach so far, and the material as it lies in them.
-    #[must_use]
     pub fn of(material: &Material, bounds: Bounds<'_>) -> (Self, Material) {
         let mut material = material.clone();
         let m = &material;
@@ -139,7 +138,6 @@ impl Charts {
     }
 
     /// Whether all images lie as the slopes do.
-    #[must_use]
     pub fn are_one(&self) -> bool {
         let place = |chart: &Chart| (chart.coordinates, chart.transform);
         self.images.iter().all(|chart| place(chart) == place(&self.slopes))

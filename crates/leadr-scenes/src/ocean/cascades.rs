@@ -25,7 +25,6 @@ const TURN: f64 = 2.399_963_229_728_653;
 
 /// Divides `sea` into tiles of `resolution²` samples. The longest band is carried by two tiles of different size and angle, half
 /// its energy each, so that nothing repeats visibly from afar.
-#[must_use]
 pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     let longest = (12.0 * TAU / sea.peak_wave_number()).max(60.0);
     let mut sizes = vec![longest];

@@ -18,7 +18,6 @@ pub const RESOLUTION: u32 = 256;
 pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
 
 /// The waves of `sea` on tiles of `resolution²` samples; finer waves count as roughness.
-#[must_use]
 pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     let divided = divide(sea, resolution, seed);
     let tail = sea.moments(divided.cut, f64::INFINITY);
@@ -46,7 +45,6 @@ fn whitecaps(wind_speed: f64) -> f64 {
 }
 
 /// The open sea: from a boat, from a hundred metres, from a kilometre; toward the default sun.
-#[must_use]
 pub fn stage(ocean: Ocean) -> Stage {
     let from = |height: f32, down: f32| {
         let eye = Vec3::Z * height;

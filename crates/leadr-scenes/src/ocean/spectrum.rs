@@ -54,7 +54,6 @@ pub struct WaveMoments {
 
 impl Sea {
     /// Angular frequency of wave number `k`, rad/s (gravity, capillarity, finite depth).
-    #[must_use]
     pub fn angular_frequency(&self, k: f64) -> f64 {
         (self.stiffness(k) * (k * self.depth).tanh()).sqrt()
     }
@@ -64,7 +63,6 @@ impl Sea {
     }
 
     /// `dω/dk`, the group speed, m/s.
-    #[must_use]
     pub fn group_speed(&self, k: f64) -> f64 {
         let t = (k * self.depth).tanh();
         let slope = (GRAVITY + 3.0 * TENSION * k * k) * t + self.stiffness(k) * self.depth * (1.0 - t * t);
@@ -72,14 +70,12 @@ impl Sea {
     }
 
     /// Angular frequency of the spectral peak, rad/s: JONSWAP's growth with fetch, no lower than a fully developed sea's.
-    #[must_use]
     pub fn peak_frequency(&self) -> f64 {
         let growing = 22.0 * (GRAVITY * GRAVITY / (self.wind_speed * self.fetch)).cbrt();
         growing.max(0.855 * GRAVITY / self.wind_speed)
     }
 
     /// Wave number of the peak, rad/m, by bisection of the dispersion relation.
-    #[must_use]
     pub fn peak_wave_number(&self) -> f64 {
         let target = self.peak_frequency();
         let (mut low, mut high) = (1e-6f64.ln(), 1e3f64.ln());
@@ -91,7 +87,6 @@ impl Sea {
     }
 
     /// JONSWAP with TMA's depth factor, in frequency: `∫ S dω` is the height variance. m² s.
-    #[must_use]
     pub fn tma(&self, omega: f64) -> f64 {
         let peak = self.peak_frequency();
         let alpha = 0.076 * (self.wind_speed * self.wind_speed / (self.fetch * GRAVITY)).powf(0.22);
@@ -113,13 +108,11 @@ impl Sea {
     }
 
     /// All directions together: `∫ S dk` is the height variance. m³.
-    #[must_use]
     pub fn omnidirectional(&self, k: f64) -> f64 {
         Tail::new(self).omnidirectional(self, k)
     }
 
     /// The exponent `s` of the spreading `cos^2s(θ/2)` at wave number `k`.
-    #[must_use]
     pub fn spreading(&self, k: f64) -> f64 {
         Tail::new(self).spreading(self, k)
     }
@@ -138,7 +131,6 @@ impl Sea {
     }
 
     /// The moments of the waves with `low ≤ k < high`, by Gauss–Legendre panels in `ln k`; `high` may be infinite.
-    #[must_use]
     pub fn moments(&self, low: f64, high: f64) -> WaveMoments {
         let (low, high) = (low.max(self.peak_wave_number() * 0.05), high.min(SHORTEST));
         let mut sum = WaveMoments::default();
@@ -163,7 +155,6 @@ impl Sea {
     }
 
     /// Four standard deviations of the height: the significant wave height, metres.
-    #[must_use]
     pub fn significant_height(&self) -> f64 {
         4.0 * self.moments(0.0, f64::INFINITY).height.sqrt()
     }

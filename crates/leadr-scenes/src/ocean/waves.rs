@@ -39,13 +39,11 @@ impl Default for Waves {
 
 impl Waves {
     /// What the renderer takes.
-    #[must_use]
     pub fn ocean(&self) -> Ocean {
         Ocean { choppiness: self.choppiness as f32, ..ocean(&self.sea(), self.fft, 1) }
     }
 
     /// The spectrum's parameters.
-    #[must_use]
     pub fn sea(&self) -> Sea {
         Sea {
             wind_speed: self.wind,

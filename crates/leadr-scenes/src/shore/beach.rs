@@ -31,7 +31,6 @@ const HILLS: [(f64, f64, f64, f64); 7] = [
 ];
 
 /// All of it, from the land into the water.
-#[must_use]
 pub fn sand(shore: &Shore) -> [Object; 3] {
     let (dunes, (beach, bed)) = rayon::join(|| dunes(shore), || rayon::join(|| beach(shore), || bed(shore)));
     [dunes, beach, bed]

@@ -25,7 +25,6 @@ use leadr_render::surfaces::ocean::shore::{Bend, Shore};
 const PATH: f64 = 6.2;
 
 /// The beach of the scene.
-#[must_use]
 pub fn shore() -> Shore {
     let bend = |amplitude, turns: f64, phase| Bend { amplitude, step: TAU * turns / PERIOD, phase };
     Shore {
@@ -41,13 +40,11 @@ pub fn shore() -> Shore {
 }
 
 /// The waves off the beach: a moderate breeze toward the land.
-#[must_use]
 pub fn waves() -> Waves {
     Waves { wind: 6.0, wind_direction: -20.0, fetch: 40e3, ..Waves::default() }
 }
 
 /// The sea off the beach, with these waves.
-#[must_use]
 pub fn sea(waves: &Waves) -> Ocean {
     Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..waves.ocean() }
 }

@@ -116,7 +116,6 @@ fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, 
 }
 
 /// The strip along the water.
-#[must_use]
 pub fn strip() -> Sand {
     let period = PERIOD as i32;
     map("sand-strip", STRIP_TEXELS, |u, v| {
@@ -130,13 +129,11 @@ pub fn strip() -> Sand {
 }
 
 /// Dry sand that repeats both ways.
-#[must_use]
 pub fn dry() -> Sand {
     square("sand", DRY_TEXELS, dry_relief, 0.0, -100.0)
 }
 
 /// Wet sand that repeats both ways.
-#[must_use]
 pub fn wet() -> Sand {
     square("wet-sand", WET_TEXELS, wet_relief, 1.0, 100.0)
 }

@@ -45,7 +45,6 @@ pub struct Body {
 const LENGTH: f32 = 8.47;
 
 /// Metres to the snout at `x` from the tail (0) to the snout (1).
-#[must_use]
 pub fn to_snout(x: f32) -> f32 {
     (1.0 - x) * LENGTH
 }
@@ -114,7 +113,6 @@ fn spline(points: &[Vec3], t: f32) -> Vec3 {
 
 impl Body {
     /// The coiled snake.
-    #[must_use]
     pub fn new() -> Self {
         let points = control_points();
         let samples: Vec<Vec3> =
@@ -155,13 +153,11 @@ impl Body {
     }
 
     /// Metres from the tail to the snout.
-    #[must_use]
     pub fn length(&self) -> f32 {
         self.distance[ALONG as usize]
     }
 
     /// A point at `angle` around ring `k`: 0 to the left, a quarter turn up.
-    #[must_use]
     pub fn point(&self, k: usize, angle: f32) -> Vec3 {
         let ring = self.rings[k];
         let (sin, cos) = angle.sin_cos();
@@ -171,7 +167,6 @@ impl Body {
     }
 
     /// The tube, closed at both ends; patches run along the body, `AROUND` to a ring, the ends last.
-    #[must_use]
     pub fn mesh(&self) -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for k in 0..=ALONG as usize {

@@ -113,7 +113,6 @@ fn eyes(body: &Body) -> Object {
 const LAMP_RADIUS: f32 = 0.06;
 
 /// Four lamps around the coil: warm ones in front, cool ones behind.
-#[must_use]
 pub fn lamps() -> Vec<PointLight> {
     let lamp = |x: f32, y: f32, z: f32, color: [f32; 3], power: f32| {
         PointLight::new(Vec3::new(x, y, z), Vec3::from_array(color) * power).with_radius(LAMP_RADIUS)
@@ -127,7 +126,6 @@ pub fn lamps() -> Vec<PointLight> {
 }
 
 /// The stage, with atlas tiles of `tile` texels. Nothing moves.
-#[must_use]
 pub fn stage(tile: u32) -> Stage {
     let body = Body::new();
     let from = |direction: Vec3, distance: f32, target: Vec3, fov: f32| {

@@ -77,7 +77,6 @@ fn belly_at(y: f32) -> (f32, u32) {
 
 /// The skin at `angle` around the body (0 on the left, a quarter turn on top), `girths` of length along it, `x` from the
 /// tail (0) to the snout (1).
-#[must_use]
 pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let p = Vec2::new(angle / TAU * AROUND, girths * AROUND / LENGTH);
     // From the middle of the back, half way around: 0 on top, 1 below.

@@ -20,7 +20,6 @@ pub enum Facets {
 
 impl Facets {
     /// [`Object::specular_f0`].
-    #[must_use]
     pub fn specular_f0(self) -> f32 {
         match self {
             Self::Diffuse => 0.0,
@@ -43,7 +42,6 @@ pub const TURN: f64 = 20.0;
 
 impl Surface {
     /// The surface as an object whose steeper slope has the standard deviation `steep`.
-    #[must_use]
     pub fn object(&self, name: &str, steep: f32, facets: Facets) -> Object {
         let mut mesh = self.mesh.clone();
         mesh.colors = vec![[1.0, 1.0, 1.0, MIRROR_ROUGHNESS]; mesh.positions.len()];
@@ -53,7 +51,6 @@ impl Surface {
     /// The stage of one cell. A frame state's `height_scale` multiplies `steep`, so that one upload serves all rows whose
     /// slopes are in the ratio of this surface. The sphere turns about its poles in [`TURN`] seconds, which leaves its
     /// statistics as they are: moments of time are independent pictures of one roughness.
-    #[must_use]
     pub fn stage(&self, steep: f32, facets: Facets) -> Stage {
         let object = self.object("sphere", steep, facets);
         let turn =
@@ -63,7 +60,6 @@ impl Surface {
 }
 
 /// The table's view (`mid`), single bumps (`near`), and the sphere as small as a few pixels (`far`).
-#[must_use]
 pub fn views() -> Views {
     // The outline of a unit sphere at distance d is seen under asin(1 / d).
     let tangent = 1.0 / (DISTANCE * DISTANCE - 1.0).sqrt();

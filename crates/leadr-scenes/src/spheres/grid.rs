@@ -21,7 +21,6 @@ const DETAIL: Detail = Detail { patches: 6, tile: 64 };
 
 /// Slopes of each sphere and where its centre is: the isotropic row behind, smoothest on the left, then the anisotropic
 /// ones with the smallest `σ_θ` in front of the left; each group of three rougher along `ω_φ` to the right.
-#[must_use]
 pub fn places() -> Vec<(Vec2, Vec3)> {
     let row = |count: usize, i: usize, y: f32| Vec3::new((i as f32 - 0.5 * (count - 1) as f32) * SPACING, y, 1.0);
     let isotropic = ISOTROPIC.iter().enumerate().map(|(i, &s)| (Vec2::splat(s), row(7, i, DEPTH)));
@@ -32,7 +31,6 @@ pub fn places() -> Vec<(Vec2, Vec3)> {
 }
 
 /// The stage. Spheres turn slowly about their poles.
-#[must_use]
 pub fn stage() -> Stage {
     let mut surfaces: HashMap<u32, Surface> = HashMap::new();
     let places = places();

@@ -141,7 +141,6 @@ impl SphereNoise {
     /// `length` times the ratio of the two along the other (the product of slope and length is the same for both, and 1.33
     /// times it the standard deviation of the heights); heights are correlated over `2 · length`. The larger of the lengths must be well
     /// below the radius, 1.
-    #[must_use]
     pub fn new(seed: u32, sigma: DVec2, length: f64) -> Self {
         let steep = sigma.max_element();
         let lengths = DVec2::splat(length * steep) / sigma;
@@ -180,13 +179,11 @@ impl SphereNoise {
     /// Angle around the poles, radians, inside which the slopes are not as prescribed: 0 for equal deviations. At its
     /// rim the variance in the smoother direction is some 15 % too large, at twice the distance to the pole within 5 %:
     /// meridians converge over the length of the kernel, and the excess falls with the square of the distance.
-    #[must_use]
     pub fn cap(&self) -> f32 {
         self.cap
     }
 
     /// The height at a point of the unit sphere.
-    #[must_use]
     pub fn at(&self, p: Vec3) -> f32 {
         let Some(polar) = &self.polar else { return self.main.at(p) };
         let distance = p.truncate().length().atan2(p.z.abs());

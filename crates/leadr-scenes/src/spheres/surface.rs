@@ -37,7 +37,6 @@ impl Detail {
     pub const PICTURE: Self = Self { patches: 8, tile: 64 };
 
     /// Angle of the longest texel, radians: in the middle of a face.
-    #[must_use]
     pub fn texel(&self) -> f64 {
         FRAC_PI_2 / f64::from(self.patches * (self.tile - 4))
     }
@@ -79,13 +78,11 @@ impl Surface {
     /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in their scale. The slopes
     /// are those of the triangles between texels, on the average over the sphere: 0.12 / w² of their variance is lost where
     /// the kernel is `w` texels, and made up for here.
-    #[must_use]
     pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         Self::of_length(sigma, length_of(sigma, frequency, detail), detail)
     }
 
     /// The same, from the user's cache if it holds it.
-    #[must_use]
     pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         let programs = [
             include_str!("surface.rs"),
@@ -101,7 +98,6 @@ impl Surface {
     }
 
     /// The same with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
-    #[must_use]
     pub fn of_length(sigma: Vec2, length: f64, detail: Detail) -> Self {
         Self::with(sigma, length, detail, |_, make| make())
     }

@@ -391,7 +391,6 @@ fn encode(c: &Sample) -> [u8; 4] {
 /// Bakes all tiles of `mesh` in `layout`; `progress` receives the share done, from any thread.
 ///
 /// The mesh is in the bind pose and each of its edges joins two patches; `layout` holds a tile per patch.
-#[must_use]
 pub fn bake(
     sdf: &TrexSdf,
     skin: &Skin,

@@ -12,7 +12,6 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 const MOST: u32 = 1 << 16;
 
 /// The most bytes of an animal with tiles of so many texels.
-#[must_use]
 pub fn most_bytes(tile: u32) -> u64 {
     9 * u64::from(MOST) * u64::from(tile) * u64::from(tile)
 }
@@ -38,7 +37,6 @@ fn take_vectors(content: &mut &[u8], count: usize) -> Result<Vec<Vec3>, &'static
 
 impl Baked {
     /// The content of the file.
-    #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mesh = &self.body;
         let mut out = Vec::with_capacity(8 * self.atlas.heights.len() + (1 << 20));

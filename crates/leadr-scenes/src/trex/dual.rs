@@ -83,7 +83,6 @@ fn sheets(inside: usize, edges: &[[usize; 2]]) -> [Option<u8>; 12] {
 }
 
 /// Extracts the zero surface. A vertex is the mean of the edge crossings of its sheet.
-#[must_use]
 pub fn extract(grid: &SampledGrid) -> QuadSurface {
     let [nx, ny, nz] = grid.size;
     let edges = cell_edges();

@@ -39,7 +39,6 @@ pub struct Turn {
 }
 
 /// Displacement of the root in the travelling frame, and turn of the pelvis.
-#[must_use]
 pub fn pelvis(t: f64) -> (DVec3, Turn) {
     let wave = |h: f64, at: f64| (TAU * h * (t - at)).cos();
     let offset =
@@ -70,7 +69,6 @@ pub struct Foot {
 }
 
 /// The foot of the left leg at phase `t`; for the right leg pass `t + ½` and mirror `y`.
-#[must_use]
 pub fn foot(t: f64) -> Foot {
     let t = t.rem_euclid(1.0);
     let metatarsus = METATARSUS.at(t).to_radians();

@@ -114,7 +114,6 @@ impl Trex {
     }
 
     /// Whether one with tiles of so many texels is in the user's cache, so that it need not be made.
-    #[must_use]
     pub fn is_kept(tile: u32) -> bool {
         MapCache::of_user().is_some_and(|cache| cache.holds(&kind(tile), key(tile)))
     }

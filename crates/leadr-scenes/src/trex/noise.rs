@@ -6,7 +6,6 @@ use glam::Vec3;
 
 /// A well mixed 32-bit hash of a lattice point and a layer seed.
 #[inline]
-#[must_use]
 pub fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     let mut h = (x as u32).wrapping_mul(0x8da6_b343)
         ^ (y as u32).wrapping_mul(0xd816_3841)
@@ -21,13 +20,11 @@ pub fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
 
 /// The top 24 bits of a hash as a number in `[0, 1)`.
 #[inline]
-#[must_use]
 pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 /// Value noise in `[0, 1)`: a random value per lattice point of the unit grid, joined by Hermite blends.
-#[must_use]
 pub fn value(p: Vec3, seed: u32) -> f32 {
     let cell = p.floor();
     let f = p - cell;
@@ -59,7 +56,6 @@ pub struct Worley {
 
 /// Worley noise on the unit grid, features jittered by ±0.275 about the cell centre; every second layer in z is
 /// shifted by a quarter cell, which pushes slices of the cells towards hexagons.
-#[must_use]
 pub fn worley(p: Vec3, seed: u32) -> Worley {
     let cell = p.floor();
     let f = p - cell;

@@ -59,7 +59,6 @@ impl Space {
 
 impl Frame {
     /// A local point in model space.
-    #[must_use]
     pub fn point(&self, local: Vec3) -> Vec3 {
         self.origin + self.rotation * (local * self.scale)
     }
@@ -191,7 +190,6 @@ fn cone(
 /// All groups in evaluation order.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)] // 3.14 m is a place on the neck
-#[must_use]
 pub fn groups() -> Vec<Group> {
     vec![
         Group {

@@ -20,7 +20,6 @@ pub struct Hit {
 
 /// Polynomial smooth minimum of radius `k`: never above `a.min(b)`, equal to it where `|a − b| ≥ k`.
 #[inline]
-#[must_use]
 pub fn smooth_min(a: f32, b: f32, k: f32) -> f32 {
     let h = (k - (a - b).abs()).max(0.0);
     a.min(b) - h * h / (4.0 * k)
@@ -85,14 +84,12 @@ pub struct Bounds {
 
 impl Bounds {
     /// Distance from `p` to the box, zero inside.
-    #[must_use]
     pub fn distance(&self, p: Vec3) -> f32 {
         (self.low - p).max(p - self.high).max(Vec3::ZERO).length()
     }
 }
 
 /// Model-from-local rotation of an ellipsoid: about x, then y (positive lifts the +x end), then z.
-#[must_use]
 pub fn ellipsoid_rotation(degrees: [f32; 3]) -> Mat3 {
     let [x, y, z] = degrees.map(f32::to_radians);
     Mat3::from_rotation_z(z) * Mat3::from_rotation_y(-y) * Mat3::from_rotation_x(x)
@@ -100,7 +97,6 @@ pub fn ellipsoid_rotation(degrees: [f32; 3]) -> Mat3 {
 
 impl Primitive {
     /// Brings a part into model space and returns it with its bounds.
-    #[must_use]
     pub fn new(spec: &PartSpec) -> (Self, Bounds) {
         let frame = spec.space.frame();
         let s = frame.scale;
@@ -144,7 +140,6 @@ impl Primitive {
     }
 
     /// Distance over all of a loft's pairs (see [`Self::hit_in`]).
-    #[must_use]
     pub fn hit(&self, p: Vec3) -> Hit {
         self.hit_in(p, 0, u16::MAX)
     }
@@ -152,7 +147,6 @@ impl Primitive {
     /// Distance with a loft's scan limited to stations `first..=last`. Rounded ends count only when their
     /// station is inside the range. A loft none of whose pairs face `p` is at distance `f32::MAX`.
     #[inline]
-    #[must_use]
     pub fn hit_in(&self, p: Vec3, first: u16, last: u16) -> Hit {
         match self {
             Self::Loft(loft) => loft.hit(p, first.into(), last.into()),
@@ -171,7 +165,6 @@ impl Primitive {
     }
 
     /// Ranges of stations that can face a point of the given box; `[0, 0]` for primitives without stations.
-    #[must_use]
     pub fn facing(&self, bounds: &Bounds) -> Vec<[u16; 2]> {
         match self {
             Self::Loft(loft) => loft.facing(bounds),

@@ -427,7 +427,6 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
 
 /// All props merged: teeth, claws, fingers and dew claws, tongue, eyes. Bind pose, metres; each rigid to one joint of
 /// the design's skeleton.
-#[must_use]
 pub fn build(skin: &Skin, detail: Detail) -> PatchMesh {
     let (head, jaw) = (Space::Head.frame(), Space::Jaw.frame());
     let mut mesh = PatchMesh::default();

@@ -75,7 +75,6 @@ fn folds(surface: &QuadSurface, normals: &[Vec3], quad: [u32; 4]) -> bool {
 
 /// Area-weighted mean of the face normals, smoothed once: patches then bend evenly where the field has
 /// creases finer than a quad.
-#[must_use]
 pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; surface.positions.len()];
     for q in &surface.quads {

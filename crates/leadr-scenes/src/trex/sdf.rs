@@ -275,7 +275,6 @@ impl Default for TrexSdf {
 
 impl TrexSdf {
     /// Builds both variants and their grids (a fraction of a second).
-    #[must_use]
     pub fn new() -> Self {
         let (mut full, mut coarse) = (Field::new(&[]), Field::new(&TOO_FINE_FOR_CAGE));
         let kept: Vec<usize> =
@@ -304,32 +303,27 @@ impl TrexSdf {
 
     /// Signed distance to the full model (mouth cavity, tongue, lids and fingers included), metres, first-order
     /// accurate near the surface, at most 1; negative inside.
-    #[must_use]
     pub fn distance(&self, p: Vec3) -> f32 {
         self.full.distance(p)
     }
 
     /// Signed distance without the parts of [`TOO_FINE_FOR_CAGE`]: what the cage follows.
-    #[must_use]
     pub fn coarse_distance(&self, p: Vec3) -> f32 {
         self.coarse.distance(p)
     }
 
     /// Gradient of [`Self::distance`] by central differences over ±2 mm; length near one at the surface.
-    #[must_use]
     pub fn gradient(&self, p: Vec3) -> Vec3 {
         self.full.gradient(p, STEP)
     }
 
     /// Gradient of [`Self::coarse_distance`] by central differences over `±step` metres.
-    #[must_use]
     pub fn coarse_gradient(&self, p: Vec3, step: f32) -> Vec3 {
         self.coarse.gradient(p, step)
     }
 
     /// Distance to the nearest of palate, mouth floor and tongue, metres: near zero or negative on the lining of the
     /// mouth.
-    #[must_use]
     pub fn mouth_distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let mouth = self.full.parts.iter().filter(|q| matches!(q.name, "palate" | "mouth_floor" | "tongue"));
@@ -342,7 +336,6 @@ impl TrexSdf {
     }
 
     /// Distances to all additive parts of the full model whose boxes are within `reach` of `p`.
-    #[must_use]
     pub fn part_distances(&self, p: Vec3, reach: f32) -> Vec<PartDistance> {
         let p = fold_sides(p);
         let near = self.full.parts.iter().filter(|q| q.op == Op::Add && q.bounds.distance(p) <= reach);

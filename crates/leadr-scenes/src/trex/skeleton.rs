@@ -75,7 +75,6 @@ pub const AXIAL_CHAIN: [&str; 16] = [
 ///
 /// # Panics
 /// If there is no such joint (names are constants of this crate).
-#[must_use]
 pub fn joint_index(name: &str) -> usize {
     JOINTS.iter().position(|j| j.name == name).unwrap_or_else(|| panic!("no joint is called {name}"))
 }

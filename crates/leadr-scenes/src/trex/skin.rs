@@ -121,7 +121,6 @@ struct Face {
 
 impl Skin {
     /// A skin for the animal in its bind pose.
-    #[must_use]
     pub fn new() -> Self {
         Self { head: Local::new(&Space::Head.frame()), jaw: Local::new(&Space::Jaw.frame()) }
     }
@@ -146,7 +145,6 @@ impl Skin {
     }
 
     /// Relief at rest position `p` (a point of the surface); `mouth` in `[0, 1]` smooths the lining of the mouth.
-    #[must_use]
     pub fn relief(&self, p: Vec3, mouth: f32) -> SkinPoint {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let face = self.face(p);
@@ -212,7 +210,6 @@ impl Skin {
     ///
     /// The design's roughness is perceptual; `α` is its square. Cavities (grooves between scales, folds) darken the
     /// albedo, since their inter-reflection is not computed.
-    #[must_use]
     pub fn shade(&self, p: Vec3, relief: &SkinPoint, mouth: f32) -> [f32; 4] {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let (n1, n2, n3) = (value(p * 2.1, 61), value(p * 7.0, 62), value(p * 23.0, 63));

@@ -16,7 +16,6 @@ const BODY: &str = "trex body";
 const BODY_PATCHES: u32 = 5920;
 
 /// Body and props of the animal, both skinned by [`walk::pose`].
-#[must_use]
 pub fn animal(trex: Trex) -> [Object; 2] {
     let (width, height) = trex.layout.size();
     let mut body = trex.body;
@@ -37,7 +36,6 @@ pub fn animal(trex: Trex) -> [Object; 2] {
 }
 
 /// The body before it is baked: its maps have sizes and nothing else.
-#[must_use]
 pub fn unbaked_body(tile: u32) -> Object {
     let layout = TileLayout::new(BODY_PATCHES, tile);
     let (width, height) = layout.size();
@@ -53,7 +51,6 @@ pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, T
 }
 
 /// The stage on which `trex` walks.
-#[must_use]
 pub fn walking(trex: Trex) -> Stage {
     walking_on(trex, ground())
 }
@@ -77,7 +74,6 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
 }
 
 /// Metres walked after `time` seconds.
-#[must_use]
 pub fn walked(time: f64) -> f32 {
     (time * walk::SPEED) as f32
 }

@@ -21,7 +21,6 @@ pub struct Topology {
 
 impl Topology {
     /// Counts for a surface.
-    #[must_use]
     pub fn of(surface: &QuadSurface) -> Self {
         let vertices = surface.positions.len();
         // Per undirected edge: quads that run along it upwards and downwards in vertex order.
@@ -62,7 +61,6 @@ impl Topology {
 }
 
 /// Neighbours along edges of every vertex, each list ascending.
-#[must_use]
 pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
     let mut out: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
     for q in &surface.quads {

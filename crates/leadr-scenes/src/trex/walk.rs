@@ -19,7 +19,6 @@ pub struct Pose {
 
 impl Pose {
     /// World-from-rest matrix of every joint, for linear blend skinning of rest positions.
-    #[must_use]
     pub fn skinning_matrices(&self) -> Vec<Mat4> {
         let joints = self.world_from_joint.iter().zip(&JOINTS);
         joints.map(|(m, joint)| *m * Mat4::from_translation(-joint.position)).collect()
@@ -28,14 +27,12 @@ impl Pose {
 
 /// Pose at a time: walks along +x at [`SPEED`], repeating every [`PERIOD`] seconds [`STRIDE`] metres further on.
 /// At time zero the left foot touches down and the rest pelvis is over the origin.
-#[must_use]
 pub fn pose(time_seconds: f64) -> Pose {
     let cycles = time_seconds / PERIOD;
     pose_at(cycles.rem_euclid(1.0), cycles * STRIDE)
 }
 
 /// The pose without travelling, as on a treadmill.
-#[must_use]
 pub fn pose_in_place(time_seconds: f64) -> Pose {
     pose_at((time_seconds / PERIOD).rem_euclid(1.0), 0.0)
 }

@@ -27,7 +27,6 @@ const SOFT_EDGE: f32 = 0.065;
 type Row = [f32; JOINT_COUNT];
 
 /// Weights for the given rest positions; `ring` lists the neighbours of each vertex for smoothing.
-#[must_use]
 pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<SkinWeights> {
     let mut rows: Vec<Row> = positions.par_iter().with_min_len(64).map(|&p| raw_weights(sdf, p)).collect();
     // A pass spreads by the edge length, so coarse parts of the mesh take smaller steps for the same blur.

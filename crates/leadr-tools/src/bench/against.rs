@@ -177,7 +177,6 @@ impl Times {
     }
 
     /// The device that they were measured on.
-    #[must_use]
     pub fn device(&self) -> &str {
         &self.device
     }
@@ -261,7 +260,6 @@ fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
 
 impl Comparison {
     /// Geometric mean of the ratios of the least times of all passes together: below 1, this run was the faster one.
-    #[must_use]
     pub fn total(&self) -> Option<f64> {
         self.passes.iter().find(|mean| mean.pass == TOTAL).map(|mean| mean.min_ratio)
     }

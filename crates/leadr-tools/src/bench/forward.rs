@@ -73,7 +73,6 @@ impl Forward {
     }
 
     /// Slope samples.
-    #[must_use]
     pub fn samples(self) -> u32 {
         self.grid().map_or(1, |n| n * n)
     }

@@ -20,7 +20,6 @@ const SLOPE: f32 = 0.5;
 /// A rectangle in the plane z = 0 with a Gaussian height map of `size` texels, seen from straight above so that it
 /// exactly fills pictures of that many pixels: every pixel centre falls on a texel centre, at LOD 0. To be drawn
 /// without displacement, which would push it out of the picture.
-#[must_use]
 pub fn full_screen_stage(size: (u32, u32)) -> Stage {
     let (width, height) = (size.0.max(1), size.1.max(1));
     let half = Vec2::new(width as f32 / height as f32, 1.0);

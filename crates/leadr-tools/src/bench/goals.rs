@@ -17,7 +17,6 @@ pub enum Bound {
 
 impl Bound {
     /// Whether a ratio keeps the bound; the bound itself is allowed.
-    #[must_use]
     pub fn holds(self, ratio: f64) -> bool {
         match self {
             Self::AtMost(most) => ratio <= most,

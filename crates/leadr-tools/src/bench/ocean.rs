@@ -27,7 +27,6 @@ pub struct Variant {
 const TRANSFORMS: [u32; 4] = [64, 128, 256, 512];
 
 /// The sea of `config` with every size of transform, then in pictures with half, once and twice its sides.
-#[must_use]
 pub fn variants(config: &SceneConfig) -> Vec<Variant> {
     let name = |fft: u32| format!("fft {fft}");
     let mut variants: Vec<Variant> = TRANSFORMS

@@ -119,7 +119,6 @@ pub const GOALS: [Goal; 12] = [
 ];
 
 /// Whether a goal compares this row.
-#[must_use]
 pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
 }
@@ -166,7 +165,6 @@ fn row(state: &FrameState, size: Size, table: &str, name: String, base: Option<&
 }
 
 /// The renderer's rows and those of a plain forward pass over the same quad, which they are compared with.
-#[must_use]
 pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     let leadr = |rule, terms| paper(Technique::Leadr, rule, terms);
     let light = |technique| paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
@@ -201,7 +199,6 @@ pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
 }
 
 /// The tables of the full-screen quad that `state` shows.
-#[must_use]
 pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     let row = |table: &str, name: String, base: &str, shading| row(state, size, table, name, Some(base), shading);
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);

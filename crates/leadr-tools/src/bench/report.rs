@@ -117,7 +117,6 @@ pub struct LineReport {
 
 impl BenchReport {
     /// Summarises what was measured on `gpu` in this many rounds and seconds.
-    #[must_use]
     pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
         let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
         Self {

@@ -82,7 +82,6 @@ impl Frame {
 
 impl Series {
     /// Passes in the order in which they run, then [`PIXELS`] and [`TOTAL`]; of rows about whole frames [`CPU`] and [`FRAME`] too.
-    #[must_use]
     pub fn passes(&self) -> Vec<&str> {
         let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
         let mut passes: Vec<&str> = first.passes.iter().map(|time| time.pass.as_str()).collect();
@@ -96,40 +95,34 @@ impl Series {
 
     /// Milliseconds of `pass` per round: of one pass, of [`PIXELS`], of [`TOTAL`], of several joined by `+`, of one of [`CPU`], or
     /// of [`FRAME`].
-    #[must_use]
     pub fn of(&self, pass: &str) -> Vec<Option<f64>> {
         self.rounds.iter().map(|frame| frame.as_ref().and_then(|frame| frame.of(pass))).collect()
     }
 
     /// Triangles and patches of the last frame of a row about whole frames.
-    #[must_use]
     pub fn counts(&self) -> Option<(u64, u32)> {
         let last = self.rounds.iter().flatten().next_back()?;
         last.cpu.map(|_| (last.triangles, last.patches))
     }
 
     /// Rounds in which the row was measured.
-    #[must_use]
     pub fn measurements(&self) -> usize {
         self.rounds.iter().flatten().count()
     }
 
     /// Median and 95th percentile of a pass, milliseconds.
-    #[must_use]
     pub fn median_p95(&self, pass: &str) -> (f64, f64) {
         let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
         (median(&times), quantile(&times, 0.95))
     }
 
     /// The least time of a pass, milliseconds.
-    #[must_use]
     pub fn fastest(&self, pass: &str) -> f64 {
         let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
         quantile(&times, 0.0)
     }
 
     /// This row's time over another's.
-    #[must_use]
     pub fn ratio(&self, pass: &str, to: &Self, to_pass: &str) -> Option<Ratio> {
         paired_ratio(&self.of(pass), &to.of(to_pass))
     }

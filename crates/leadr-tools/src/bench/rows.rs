@@ -48,26 +48,22 @@ impl Row {
     }
 
     /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
-    #[must_use]
     pub fn samples(&self) -> u32 {
         self.forward.map_or_else(|| self.quadrature().samples(), Forward::samples)
     }
 
     /// The rule that places them.
-    #[must_use]
     pub fn rule(&self) -> &'static str {
         self.forward.map_or_else(|| self.quadrature().name(), |_| Quadrature::Grid(1).name())
     }
 
     /// The shadowing model; none for techniques that look at one slope.
-    #[must_use]
     pub fn shadowing(&self) -> &'static str {
         let shading = self.settings.shading;
         if shading.technique().integrates() { shading.options().shadowing } else { Shadowing::None }.name()
     }
 
     /// Whether the whole frame is of interest, with its triangles and the processor's time, and not its pixels alone.
-    #[must_use]
     pub fn is_of_a_frame(&self) -> bool {
         self.compared != PIXELS
     }

@@ -45,7 +45,6 @@ impl Table {
     ];
 
     /// Its name on the command line, and a line of help.
-    #[must_use]
     pub fn name_and_help(self) -> (&'static str, &'static str) {
         match self {
             Self::Views => ("views", "Near, mid and far in pictures of several sizes"),
@@ -60,7 +59,6 @@ impl Table {
     }
 
     /// The choice that a scene has to offer for this table.
-    #[must_use]
     pub fn needs(self) -> &'static [Choice] {
         match self {
             Self::Maps => &[Choice::AtlasTile, Choice::HeightMap],
@@ -71,7 +69,6 @@ impl Table {
     }
 
     /// Whether a scene has this table.
-    #[must_use]
     pub fn is_of(self, scene: &NamedScene) -> bool {
         // Beside the objects of a beach, the sea is a small part of a frame.
         let fits = self != Self::Waves || !scene.offers(Choice::Objects);
@@ -110,7 +107,6 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
 }
 
 /// The scene's own views in pictures of each size, a table for each. `seen` is the scene from a view in a picture of a size.
-#[must_use]
 pub fn views(
     config: &SceneConfig,
     sizes: &[Size],
@@ -129,7 +125,6 @@ pub fn views(
 }
 
 /// `only` one technique or all of them from the middle view that `state` shows, and LEADR (or that one) as the sun moves.
-#[must_use]
 pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let names = |name: &str| [config.scene.name.to_owned(), name.to_owned(), base.name().to_owned()];
@@ -142,7 +137,6 @@ pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Techniq
 }
 
 /// LEADR (or `only` this technique) at several distances, in multiples of that of the middle view that `state` shows.
-#[must_use]
 pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let middle = state.camera.position.distance(state.camera.target);
@@ -160,7 +154,6 @@ pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
 }
 
 /// The middle view that `state` shows in pictures of a quarter to twice the size, along each side.
-#[must_use]
 pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let Size { width, height } = config.size;
     let quarters = |n: u32| Size { width: (width * n / 4).max(1), height: (height * n / 4).max(1) };
@@ -177,7 +170,6 @@ pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Techni
 }
 
 /// The middle view that `state` shows, divided into larger and larger triangles.
-#[must_use]
 pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let name = |pixels: f32| format!("{pixels} px a triangle");
     let divided = |triangle_pixels: f32| {
@@ -191,7 +183,6 @@ pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
 
 /// LEADR beside LEAN (or `only` this technique) over maps of this size, texels; `first` is the size that others are
 /// compared with. Both are lit by the sun alone, with the paper's settings: they then differ in nothing but what they filter.
-#[must_use]
 pub fn maps(
     config: &SceneConfig,
     state: &FrameState,
@@ -216,7 +207,6 @@ pub fn maps(
 }
 
 /// The row of one of the sea's own tables.
-#[must_use]
 pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> Row {
     let Variant { table, name, base, compared, config } = variant;
     Row { compared, ..row(&config, only.unwrap_or(Technique::Leadr), state, [table.to_owned(), name, base]) }

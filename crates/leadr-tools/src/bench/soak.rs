@@ -34,7 +34,6 @@ pub struct MemorySample {
 
 impl MemorySample {
     /// The memory of this process and on a device now, after so many frames.
-    #[must_use]
     pub fn after(frame: u64, gpu: &Gpu) -> Self {
         let memory = gpu.memory_use();
         Self {

@@ -1,7 +1,6 @@
 //! Medians, percentiles, ratios of pairs and straight lines, for times measured on a busy machine.
 
 /// The `p`-quantile, `p` in `[0, 1]`, between the two nearest values in proportion; 0 for no values.
-#[must_use]
 pub fn quantile(values: &[f64], p: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -12,7 +11,6 @@ pub fn quantile(values: &[f64], p: f64) -> f64 {
 }
 
 /// The middle value; the mean of the middle two.
-#[must_use]
 pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
@@ -34,7 +32,6 @@ pub struct Ratio {
 
 /// `of[i] / to[i]` over the rounds in which both have a value. Whatever slows a whole round down cancels. `None` if
 /// there is no such round.
-#[must_use]
 pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
     let pairs = of.iter().zip(to).filter_map(|(of, to)| Some(((*of)?, (*to)?))).filter(|(_, to)| *to > 0.0);
     let (of, to): (Vec<f64>, Vec<f64>) = pairs.unzip();
@@ -59,7 +56,6 @@ pub struct Line {
 }
 
 /// Fits `y = intercept + slope · x`. `None` for fewer than two different `x`.
-#[must_use]
 pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
     let count = points.len() as f64;
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / count;

@@ -44,7 +44,6 @@ pub struct DeviceInfo {
 
 impl DeviceInfo {
     /// What this device says of itself.
-    #[must_use]
     pub fn of(gpu: &Gpu) -> Self {
         Self { device: gpu.device_name().to_owned(), driver: gpu.driver_info().to_owned() }
     }

@@ -20,7 +20,6 @@ pub enum AppError {
 
 impl AppError {
     /// The process's exit code for this error.
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,

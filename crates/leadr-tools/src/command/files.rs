@@ -6,7 +6,6 @@ use super::error::AppError;
 use leadr_maps::new_file::{NewFile, remove_abandoned};
 
 /// The lower-case extension of a path.
-#[must_use]
 pub fn extension(path: &Path) -> Option<String> {
     path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase)
 }

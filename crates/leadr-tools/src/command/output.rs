@@ -23,13 +23,11 @@ pub struct Output {
 
 impl Output {
     /// `json`: the result is one JSON object. `quiet`: no progress, and no result either unless it is JSON.
-    #[must_use]
     pub fn new(json: bool, quiet: bool) -> Self {
         Self { json, quiet }
     }
 
     /// Whether the result is one JSON object.
-    #[must_use]
     pub fn is_json(&self) -> bool {
         self.json
     }

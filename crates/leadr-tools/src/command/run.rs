@@ -22,7 +22,6 @@ pub struct OutputArgs {
 
 /// The declaration of a program's commands. A negative number is the value of the flag before it, not an unknown flag, so
 /// that the error is about the number.
-#[must_use]
 pub fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let negative = |flag: Arg| {
         if flag.get_action().takes_values() { flag.allow_negative_numbers(true) } else { flag }

@@ -14,7 +14,6 @@ const POINTS: i32 = 180;
 const LEAST: f64 = 1e-5;
 
 /// `f_r cos θ_i` over the viewer's angle for a light at `degrees` from the normal, or in backscattering without one.
-#[must_use]
 pub fn lobe_plot(materials: &[(&str, &dyn Brdf)], degrees: Option<f64>) -> Plot {
     let title = match degrees {
         Some(degrees) => format!("Lit from {degrees}°, seen in the plane of the light"),

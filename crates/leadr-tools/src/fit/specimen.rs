@@ -33,7 +33,6 @@ impl Default for Lacquer {
 
 impl Lacquer {
     /// Its fit; `None` never.
-    #[must_use]
     pub fn fit() -> Option<Fit> {
         fit(&Self::default(), true, &FitOptions::default(), &mut |_| ())
     }
@@ -46,7 +45,6 @@ impl Brdf for Lacquer {
 }
 
 /// The material of a fit with heights whose unit is `depth` metres, about their mean.
-#[must_use]
 pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Material {
     let kept = FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() };
     let middle = heights.texels.iter().sum::<f32>() / heights.texels.len().max(1) as f32;
@@ -55,7 +53,6 @@ pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Materia
 }
 
 /// The same with one Beckmann lobe of the extracted roughness, as in the thesis (Listing 4.4).
-#[must_use]
 pub fn as_beckmann(material: &Material, fit: &Fit) -> Material {
     let alpha = (fit.beckmann.x * fit.beckmann.y - fit.beckmann.z * fit.beckmann.z).max(0.0).sqrt().sqrt();
     Material { fit: None, roughness: Input::constant((alpha as f32).min(1.0)), ..material.clone() }

@@ -137,7 +137,6 @@ pub struct SphereError {
 }
 
 /// The factor under which a sphere is shown.
-#[must_use]
 pub fn exposure(sphere: &RgbImage) -> f64 {
     let mut all: Vec<f64> = inside(sphere).map(|(_, color)| luminance(color)).collect();
     all.sort_by(f64::total_cmp);
@@ -153,7 +152,6 @@ fn inside(sphere: &RgbImage) -> impl Iterator<Item = (usize, DVec3)> + '_ {
 }
 
 /// Compares a sphere with that of the measured material.
-#[must_use]
 pub fn sphere_error(measured: &RgbImage, fitted: &RgbImage) -> SphereError {
     let exposure = exposure(measured);
     let (mut difference, mut all, mut delta, mut count) = (0.0, 0.0, 0.0, 0.0);
@@ -167,7 +165,6 @@ pub fn sphere_error(measured: &RgbImage, fitted: &RgbImage) -> SphereError {
 }
 
 /// Spheres beside each other on grey, as shown.
-#[must_use]
 pub fn contact_sheet(spheres: &[RgbImage]) -> RgbImage {
     const GAP: u32 = 8;
     const BACKGROUND: [f32; 3] = [0.12; 3];

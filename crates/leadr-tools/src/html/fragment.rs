@@ -14,13 +14,11 @@ pub struct Html(String);
 
 impl Html {
     /// An empty fragment.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
     /// The markup.
-    #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }

@@ -17,7 +17,6 @@ pub struct PageSection<'a> {
 }
 
 /// The whole page: a title, facts about the run, links to the sections, the sections.
-#[must_use]
 pub fn page(title: &str, facts: &[(String, String)], sections: &[PageSection<'_>]) -> String {
     let title = escape(title);
     let mut page = format!(

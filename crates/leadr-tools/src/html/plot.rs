@@ -139,7 +139,6 @@ fn tick_label(value: f64) -> String {
 
 impl Plot {
     /// A plot without lines; each axis has a label and a scale.
-    #[must_use]
     pub fn new(title: &str, x: (&str, Scale), y: (&str, Scale)) -> Self {
         let axis = |(label, scale): (&str, Scale)| (label.to_owned(), scale);
         Self { title: title.to_owned(), x: axis(x), y: axis(y), series: Vec::new() }
@@ -157,7 +156,6 @@ impl Plot {
 
     /// The SVG element. Points that an axis cannot show (NaN, infinite, not positive on a logarithmic axis) break
     /// their line.
-    #[must_use]
     pub fn svg(&self) -> String {
         // The legend takes as many rows as its names need.
         let (legend, legend_height) = self.legend();

@@ -69,7 +69,6 @@ pub struct Table {
 
 impl Table {
     /// A table without rows.
-    #[must_use]
     pub fn new<S: Into<String>>(caption: impl Into<String>, head: impl IntoIterator<Item = S>) -> Self {
         Self { caption: caption.into(), head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }

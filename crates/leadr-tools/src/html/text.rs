@@ -1,7 +1,6 @@
 //! Text and numbers as a page has them.
 
 /// Text as it may stand in an element or in a quoted attribute.
-#[must_use]
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -18,7 +17,6 @@ pub fn escape(text: &str) -> String {
 }
 
 /// A number with three significant digits as people write it: `0.123`, `12.3`, `1230`, `1.23e-5`; `–` for NaN.
-#[must_use]
 pub fn number(value: f64) -> String {
     let size = value.abs();
     match size {
@@ -34,7 +32,6 @@ pub fn number(value: f64) -> String {
 }
 
 /// A share as percent with its sign if `signed`: `12.3 %`.
-#[must_use]
 pub fn percent(share: f64, signed: bool) -> String {
     let value = number(share * 100.0);
     let sign = if signed && share > 0.0 { "+" } else { "" };

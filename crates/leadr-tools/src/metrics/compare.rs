@@ -103,7 +103,6 @@ fn for_each_channel(
 impl Comparison {
     /// Mean FLIP error over the pixels of `mask`, 0 when there is none. FLIP itself compares the whole pictures,
     /// so pixels within its blur, a few pixels around the mask, still matter. Panics unless the sizes agree.
-    #[must_use]
     pub fn flip_over(&self, mask: &Mask) -> f64 {
         assert_eq!((self.width, self.height), (mask.width, mask.height), "a mask of another size");
         let errors = self.flip_map.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);

@@ -1,7 +1,6 @@
 //! Differences of colour as CIEDE2000 (Sharma, Wu and Dalal 2005).
 
 /// CIE L*a*b* of linear RGB (Rec. 709, white D65), held within 0..1.
-#[must_use]
 pub fn lab(color: [f64; 3]) -> [f64; 3] {
     let [r, g, b] = color.map(|c| c.clamp(0.0, 1.0));
     let xyz = [
@@ -14,7 +13,6 @@ pub fn lab(color: [f64; 3]) -> [f64; 3] {
 }
 
 /// ΔE₀₀ of two colours in L*a*b*; about 1 is just seen.
-#[must_use]
 pub fn delta_e_2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     let mean_chroma = 0.5 * (a1.hypot(b1) + a2.hypot(b2));
     let seventh = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();

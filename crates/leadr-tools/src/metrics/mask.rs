@@ -28,14 +28,12 @@ impl Mask {
     }
 
     /// Every pixel.
-    #[must_use]
     pub fn all(width: u32, height: u32) -> Self {
         Self { width, height, inside: vec![true; width as usize * height as usize] }
     }
 
     /// The pixels that are at least `radius` pixels (in rows and in columns) away from every pixel outside. What lies
     /// beyond the picture's border counts as inside.
-    #[must_use]
     pub fn eroded(&self, radius: u32) -> Self {
         let (width, height) = (self.width as usize, self.height as usize);
         let radius = radius as usize;
@@ -55,7 +53,6 @@ impl Mask {
     }
 
     /// The pixels of both. Panics unless the sizes agree.
-    #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         assert_eq!((self.width, self.height), (other.width, other.height), "masks of two sizes");
         let inside = self.inside.iter().zip(&other.inside).map(|(&a, &b)| a && b).collect();
@@ -63,7 +60,6 @@ impl Mask {
     }
 
     /// The pixels of this one that are not in the other. Panics unless the sizes agree.
-    #[must_use]
     pub fn without(&self, other: &Self) -> Self {
         assert_eq!((self.width, self.height), (other.width, other.height), "masks of two sizes");
         let inside = self.inside.iter().zip(&other.inside).map(|(&a, &b)| a && !b).collect();
@@ -71,7 +67,6 @@ impl Mask {
     }
 
     /// How many pixels count.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.inside.iter().filter(|&&i| i).count()
     }

@@ -5,7 +5,6 @@ use leadr_maps::RgbImage;
 /// Correlation, -1 to 1, of the luminance of a picture with itself, moved by `lag` pixels: 1 where it repeats after them. Means over squares
 /// as wide as the lag are taken away first, since whatever changes slowly is alike nearby without repeating. 0 for a picture of
 /// one colour, and for one that is no larger than the lag.
-#[must_use]
 pub fn repetition(image: &RgbImage, lag: [u32; 2]) -> f64 {
     let [width, height] = [image.width as usize, image.height as usize];
     let [right, down] = lag.map(|pixels| pixels as usize);

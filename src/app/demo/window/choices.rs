@@ -77,13 +77,11 @@ impl Look {
 
 impl Choices {
     /// Draws so.
-    #[must_use]
     pub fn new(picture: Picture) -> Self {
         Self { picture, compare: None, sun: None, look: Look::Picture }
     }
 
     /// The settings of the picture, or of both its sides, in place of those in `base`.
-    #[must_use]
     pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
         let side = |technique: Technique, samples: u32| Picture { technique, samples, ..self.picture }.settings(base);
         let Picture { technique, samples: chosen, .. } = self.picture;
@@ -97,7 +95,6 @@ impl Choices {
     }
 
     /// Whether another picture must be drawn for these: not where only the line between two moves.
-    #[must_use]
     pub fn draws_like(&self, other: &Self) -> bool {
         let still = |choices: &Self| {
             let compare = choices.compare.map(|compare| Compare { split: 0.0, ..compare });

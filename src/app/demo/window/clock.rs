@@ -31,7 +31,6 @@ pub struct Interval {
 
 impl FrameClock {
     /// A clock before its first frame.
-    #[must_use]
     pub fn new(now: Instant) -> Self {
         Self { last: None, running: false, counted: (0, Duration::ZERO), measured: now, fps: None }
     }
@@ -60,7 +59,6 @@ impl FrameClock {
     }
 
     /// Whether frames a second should be worked out again.
-    #[must_use]
     pub fn is_due(&self, now: Instant) -> bool {
         now.checked_duration_since(self.measured).is_none_or(|since| since >= INTERVAL)
     }
@@ -75,7 +73,6 @@ impl FrameClock {
     }
 
     /// Frames a second; `None` before there were any that followed at once.
-    #[must_use]
     pub fn fps(&self) -> Option<f64> {
         self.fps
     }

@@ -26,7 +26,6 @@ pub const CHARACTERS: [(char, Action); 15] = [
 ];
 
 /// What a key does when it is pressed.
-#[must_use]
 pub fn action(key: &Key) -> Option<Action> {
     Some(match key {
         Key::Named(NamedKey::Space) => Action::Pause,
@@ -52,7 +51,6 @@ pub fn action(key: &Key) -> Option<Action> {
 }
 
 /// Which way a key moves a flying camera while it is held: right, forward, up. By its place on the keyboard, not by its letter.
-#[must_use]
 pub fn flies(key: PhysicalKey) -> Option<Vec3> {
     let PhysicalKey::Code(code) = key else { return None };
     Some(match code {

@@ -32,7 +32,6 @@ pub struct Layout {
 
 impl Layout {
     /// Where it is kept: `$XDG_CONFIG_HOME/leadr/window.json`, or else below `~/.config`; `None` without either.
-    #[must_use]
     pub fn file() -> Option<PathBuf> {
         user_folder("XDG_CONFIG_HOME", ".config").map(|folder| folder.join("window.json"))
     }

@@ -113,7 +113,6 @@ pub struct WindowReport {
 
 impl WindowReport {
     /// Median and 95th percentile of the milliseconds between frames; 0 where there are none.
-    #[must_use]
     pub fn frame_times(&self) -> [f32; 2] {
         let mut sorted = self.milliseconds.clone();
         sorted.sort_unstable_by(f32::total_cmp);

@@ -17,7 +17,6 @@ pub struct LayerPicture {
 }
 
 /// A quantity in false colours, and what they mean.
-#[must_use]
 pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String) {
     let LayerPicture { size: (width, height), values } = picture;
     let (width, height) = (*width, *height);
@@ -95,14 +94,12 @@ impl Difference {
     }
 
     /// Whether pictures with so many samples are worth comparing: at first, when they have doubled, and at last.
-    #[must_use]
     pub fn wants(&self, samples: (u32, u32)) -> bool {
         let news = samples.0 >= 2 * self.compared.0.max(1) || samples.0 >= samples.1;
         self.running.is_none() && self.compared != samples && news
     }
 
     /// Whether something is on its way.
-    #[must_use]
     pub fn is_running(&self) -> bool {
         self.running.is_some()
     }

@@ -50,20 +50,17 @@ pub struct Pace {
 
 impl Pace {
     /// The pace of a device before its first frame: that of a processor which draws by itself is slow.
-    #[must_use]
     pub fn on(gpu: &Gpu, kept: KeptQuality) -> Self {
         let slow = if kept.min_fps > 0.0 { SLOW_STEP } else { 1 };
         Self::new(kept, if gpu.is_lavapipe() { slow } else { 0 })
     }
 
     /// `step`: how much simpler the first frames are, from 0.
-    #[must_use]
     fn new(kept: KeptQuality, step: usize) -> Self {
         Self { kept, step, recent: Vec::new() }
     }
 
     /// The settings of a moving picture: one sample of those of a still one.
-    #[must_use]
     pub fn moving(&self, still: &RenderSettings) -> RenderSettings {
         let simple = self.step > 0;
         let reference = still.shading.technique().is_reference();

@@ -188,20 +188,17 @@ impl Painter {
     }
 
     /// The device.
-    #[must_use]
     pub fn gpu(&self) -> &Arc<Gpu> {
         self.renderer.gpu()
     }
 
     /// Samples in the picture that has most left to do, and those that it will have.
-    #[must_use]
     pub fn samples(&self) -> (u32, u32) {
         let progress = self.shown.iter().flatten().map(|shown| (shown.frame.samples(), shown.settings.samples));
         progress.min_by_key(|(has, wants)| (has * 1000) / wants.max(&1)).unwrap_or((0, 0))
     }
 
     /// Pixels that are drawn, and what of the scene is: upper bound on triangles, and patches.
-    #[must_use]
     pub fn drawn(&self) -> ((u32, u32), (u64, u32)) {
         let counts = self.shown.iter().flatten().map(|shown| shown.frame.counts());
         let size = self.shown[0].as_ref().map_or((0, 0), |shown| shown.settings.size);
@@ -210,7 +207,6 @@ impl Painter {
 
     /// Whether the pictures are the still ones of these settings in a window of this size, with all their samples:
     /// [`draw`](Self::draw) has nothing to add.
-    #[must_use]
     pub fn is_complete(&self, size: [u32; 2], sides: &[RenderSettings]) -> bool {
         self.shown.iter().flatten().count() == sides.len()
             && self.shown.iter().flatten().zip(sides).all(|(shown, side)| {
@@ -344,7 +340,6 @@ impl Painter {
     }
 
     /// What the places of the sky's volume see, in front of a picture of these depths.
-    #[must_use]
     pub fn probes(&self, depth: &LayerPicture) -> Vec<Ball> {
         let camera = self.shown[0].as_ref().map(|shown| shown.frame.state().camera);
         camera.map_or_else(Vec::new, |camera| balls(&self.renderer.sky_probes(), &camera, depth))

@@ -38,7 +38,6 @@ pub struct Ball {
 /// The probes that a camera sees in front of what its picture shows, the farthest first. `depth`: [`Layer::Depth`] of that picture.
 ///
 /// [`Layer::Depth`]: leadr_render::frame::Layer::Depth
-#[must_use]
 pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<Ball> {
     let (width, height) = depth.size;
     let clip_from_world = camera.clip_from_world(depth.size, Vec2::ZERO);

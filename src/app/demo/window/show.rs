@@ -40,7 +40,6 @@ impl Show {
     }
 
     /// A scene on the device.
-    #[must_use]
     pub fn of(set: Set, surroundings: Surroundings) -> Self {
         let orbit = |camera| Orbit::new(&CameraPose::of(&camera));
         let views = [set.views.near, set.views.mid, set.views.far].map(orbit);

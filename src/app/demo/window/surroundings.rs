@@ -22,7 +22,6 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// `first` is what the renderer shows already; `made_with` makes the others.
-    #[must_use]
     pub fn new(first: EnvironmentChoice, made_with: SkyOrPicture) -> Self {
         let others = [EnvironmentChoice::Sky, EnvironmentChoice::Studio].into_iter().filter(|choice| *choice != first);
         let others: Vec<_> = others.collect();
@@ -31,13 +30,11 @@ impl Surroundings {
     }
 
     /// Which environment comes after the one that is shown.
-    #[must_use]
     pub fn next(&self) -> EnvironmentChoice {
         self.choices[(self.shown + 1) % self.choices.len()].clone()
     }
 
     /// Names of the choices, as `--environment` takes them.
-    #[must_use]
     pub fn names(&self) -> Vec<String> {
         let name = |choice: &EnvironmentChoice| match choice {
             EnvironmentChoice::Sky => "sky".to_owned(),
@@ -48,13 +45,11 @@ impl Surroundings {
     }
 
     /// Which of them is shown.
-    #[must_use]
     pub fn shown(&self) -> usize {
         self.shown
     }
 
     /// One of them; the last if there are fewer.
-    #[must_use]
     pub fn choice(&self, number: usize) -> EnvironmentChoice {
         self.choices[number.min(self.choices.len() - 1)].clone()
     }

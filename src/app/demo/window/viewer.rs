@@ -124,7 +124,6 @@ pub struct Viewer {
 
 impl Viewer {
     /// A viewer at the beginning; time runs. `sweep`: distances of the scene's views.
-    #[must_use]
     pub fn new(orbit: Orbit, time: f64, choices: Choices, sweep: Option<Sweep>) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
         let other_rule = match choices.picture.options.quadrature {
@@ -154,7 +153,6 @@ impl Viewer {
     }
 
     /// How surfaces are shaded.
-    #[must_use]
     pub fn shading(&self) -> Shading {
         self.choices.picture.shading()
     }
@@ -168,13 +166,11 @@ impl Viewer {
     }
 
     /// Seconds that a sweep lasts, and those that it has run, if one runs.
-    #[must_use]
     pub fn sweep_progress(&self) -> Option<f32> {
         self.sweeping.map(|(seconds, _)| (seconds / (2.0 * SWEEP_SECONDS)) as f32)
     }
 
     /// Whether the scene can be swept.
-    #[must_use]
     pub fn has_sweep(&self) -> bool {
         self.sweep.is_some()
     }
@@ -259,7 +255,6 @@ impl Viewer {
 
     /// The user's camera in a scene whose own camera is `own`: it follows what `own` follows, moved by as much as the target of
     /// `own` has moved since the beginning.
-    #[must_use]
     pub fn camera(&self, own: &Camera) -> Camera {
         let gone = own.target - self.start.0.target();
         let camera = self.orbit.pose().camera();
@@ -267,19 +262,16 @@ impl Viewer {
     }
 
     /// Whether these pixels are on the line between two techniques, or within `grip` of it.
-    #[must_use]
     pub fn is_at_split(&self, x: f32, width: f32, grip: f32) -> bool {
         self.choices.compare.is_some_and(|compare| (compare.split * width - x).abs() <= grip)
     }
 
     /// Where the pointer is, pixels.
-    #[must_use]
     pub fn pointer_at(&self) -> Option<[f32; 2]> {
         self.pointer
     }
 
     /// Whether the line between two techniques is being dragged.
-    #[must_use]
     pub fn drags_split(&self) -> bool {
         self.drag == Some(Drag::Split)
     }
@@ -338,7 +330,6 @@ impl Viewer {
     }
 
     /// Whether something has changed, or time runs.
-    #[must_use]
     pub fn is_moving(&self) -> bool {
         let flies = self.fly && self.held != Vec3::ZERO;
         let runs = !self.paused && self.scene_moves;

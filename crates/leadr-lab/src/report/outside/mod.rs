@@ -52,20 +52,17 @@ struct StoredCamera {
 
 impl OutsideCase {
     /// Where it is seen from.
-    #[must_use]
     pub fn camera(&self) -> Camera {
         let StoredCamera { position, target, up, fov_degrees } = self.camera;
         Camera { up: up.into(), ..Camera::looking_at(Vec3::from(position), Vec3::from(target), fov_degrees) }
     }
 
     /// The term of the light.
-    #[must_use]
     pub fn terms(&self) -> Terms {
         if self.terms == "diffuse" { Terms::DIFFUSE_ENVIRONMENT } else { Terms::SPECULAR_ENVIRONMENT }
     }
 
     /// The part of the name that its tables are grouped by: `sphere`, `flat` or `plane`.
-    #[must_use]
     pub fn group(&self) -> &str {
         self.name.split('/').next().unwrap_or_default()
     }

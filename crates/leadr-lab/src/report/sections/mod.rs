@@ -201,7 +201,6 @@ pub static SECTIONS: [SectionEntry; 22] = [
 
 impl SectionEntry {
     /// The section of this key.
-    #[must_use]
     pub fn find(key: &str) -> Option<&'static Self> {
         SECTIONS.iter().find(|section| section.key == key)
     }

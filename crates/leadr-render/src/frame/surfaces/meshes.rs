@@ -48,7 +48,6 @@ pub struct MeshPipelines {
 
 impl MeshPipelines {
     /// Those of objects; none is made yet.
-    #[must_use]
     pub fn of(gpu: &Arc<Gpu>, objects: &[Object]) -> Self {
         let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
         for object in objects {
@@ -64,25 +63,21 @@ impl MeshPipelines {
     }
 
     /// Whether bumps hide the surroundings from each other.
-    #[must_use]
     pub fn have_relief(&self, state: &FrameState) -> bool {
         state.height_scale != 0.0 && self.kinds.iter().any(|kind| kind.horizon)
     }
 
     /// What the bases of the objects are.
-    #[must_use]
     pub fn bases(&self) -> Bases {
         self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.has.bases))
     }
 
     /// Whether colours follow the relief of any object.
-    #[must_use]
     pub fn have_relief_color(&self) -> bool {
         self.kinds.iter().any(|kind| kind.follows.any())
     }
 
     /// What there is among the objects that throw shadows.
-    #[must_use]
     pub fn casters(&self) -> CasterKinds {
         self.casters
     }

@@ -17,7 +17,6 @@ const MAX_DRAWN: u64 = 1 << 22;
 
 /// The largest grid, up to `finest`, with which whole images make up `samples` edge samples in each pixel of a picture of
 /// `size`: 1, 2, 4, 8 or 16 samples along a side of a pixel.
-#[must_use]
 pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     let pixels = u64::from(size.0) * u64::from(size.1);
     let fits = |&grid: &u32| samples.is_multiple_of(grid * grid) && u64::from(grid * grid) * pixels <= MAX_DRAWN;
@@ -26,7 +25,6 @@ pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
 
 /// How finely an object with this bounding sphere is divided when edge samples are drawn: large objects as `usual`, small
 /// ones more finely.
-#[must_use]
 pub fn edge_tessellation(usual: TessellationSettings, bounds: Sphere, lens: &Lens) -> TessellationSettings {
     let Sphere { centre, radius } = bounds;
     let pixels = lens.pixels(centre, 2.0 * radius).max(1e-3);

@@ -23,7 +23,6 @@ shared_struct! {
 impl EdgeRays {
     /// The rays of an image of edge samples, `edge`, together with those of the pixels' own samples, `pixel`. Each pixel
     /// has `samples` edge samples in all, `before` of them in earlier images.
-    #[must_use]
     pub fn new(pixel: &View, edge: &View, before: u32, samples: u32, area: PixelArea) -> Self {
         // The two images differ only in their last rays.
         let ([x, y, through_pixel], [_, _, through_edge]) = (pixel.rays(), edge.rays());

@@ -219,13 +219,11 @@ impl OceanFields {
     }
 
     /// Number of samples along a tile's edge.
-    #[must_use]
     pub fn resolution(&self) -> u32 {
         self.resolution
     }
 
     /// Number of cascades.
-    #[must_use]
     pub fn count(&self) -> u32 {
         self.count
     }

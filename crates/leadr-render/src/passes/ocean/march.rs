@@ -91,7 +91,6 @@ impl OceanMarch {
     }
 
     /// The rays from a viewpoint; `level`: height of the water at rest.
-    #[must_use]
     pub fn rays(&self, from: &Viewpoint, level: f32) -> RaysGpu {
         let (clip_from_world, lens, eye) = (from.clip_from_world, from.lens, from.lens.eye);
         // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
@@ -106,7 +105,6 @@ impl OceanMarch {
     }
 
     /// The waves.
-    #[must_use]
     pub fn fields(&self) -> &OceanFields {
         &self.fields
     }

@@ -76,7 +76,6 @@ impl GBuffer {
     }
 
     /// Its images, in the order of their attachments.
-    #[must_use]
     pub fn colors(&self) -> [&Image; 7] {
         let Self { slopes, material, surface, horizon, reflection, emission, relief_color } = self;
         [slopes, material, surface, horizon, reflection, emission, relief_color]

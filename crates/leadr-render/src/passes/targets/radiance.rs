@@ -34,7 +34,6 @@ impl JoinedEdges {
     }
 
     /// Whether they serve a picture of that size with so many shadow maps.
-    #[must_use]
     pub fn suit(&self, size: (u32, u32), shadow_maps: u32) -> bool {
         shadow_maps < 2 || self.more_suns.mip_extent(0) == [size.0, size.1]
     }

@@ -27,7 +27,6 @@ impl Tiles {
     }
 
     /// Number of tiles across and down.
-    #[must_use]
     pub fn extent(&self) -> [u32; 2] {
         [self.columns, self.rows]
     }

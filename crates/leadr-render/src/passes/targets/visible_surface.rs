@@ -46,7 +46,6 @@ impl GeometryTargets {
     }
 
     /// The numbers of samples, all powers of two, that the device has for targets, added up.
-    #[must_use]
     pub fn possible_samples(gpu: &Gpu) -> u32 {
         let colors = Self::FORMATS.map(|format| ImageDesc::new(format, 1, 1).color_target());
         let all = colors.into_iter().chain([ImageDesc::new(DEPTH_FORMAT, 1, 1).depth_target()]);
@@ -67,7 +66,6 @@ impl GeometryTargets {
 }
 
 /// The object, from 1, or 0 where nothing is, and its patch, of the first word of [`VisibleSurface::surface`] (`passes/visible.glsl`).
-#[must_use]
 pub fn visible_patch(word: u32) -> [u32; 2] {
     [word >> 24 & 0x3f, word & 0x00ff_ffff]
 }
@@ -116,7 +114,6 @@ impl VisibleSurface {
     }
 
     /// What the geometry stages draw into.
-    #[must_use]
     pub fn geometry(&self) -> GeometryTargets {
         let Self { surface, footprint, depth, .. } = self;
         GeometryTargets { surface: surface.clone(), footprint: footprint.clone(), depth: depth.clone() }

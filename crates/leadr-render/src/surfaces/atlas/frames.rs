@@ -21,7 +21,6 @@ pub struct TextureFrame {
 
 impl TextureFrame {
     /// The frame of two tangents. Where these nearly coincide or vanish, the duals are bounded.
-    #[must_use]
     pub fn new(s: Vec3, t: Vec3) -> Self {
         let (ss, tt, st) = (s.length_squared(), t.length_squared(), s.dot(t));
         let determinant = (ss * tt - st * st).max(1e-4 * ss * tt);
@@ -31,7 +30,6 @@ impl TextureFrame {
 }
 
 /// Columns of the matrix that converts derivatives by the coordinates of `from` to those by the coordinates of `to`.
-#[must_use]
 pub fn turn(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
     let [s, t] = from.duals;
     [to.tangents[0].dot(s), to.tangents[1].dot(s), to.tangents[0].dot(t), to.tangents[1].dot(t)]
@@ -47,7 +45,6 @@ pub struct AtlasFrames {
 
 impl AtlasFrames {
     /// The frames of all patches of a mesh.
-    #[must_use]
     pub fn new(mesh: &PatchMesh, layout: TileLayout) -> Self {
         let (width, height) = layout.size();
         let per_texture = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
@@ -60,13 +57,11 @@ impl AtlasFrames {
     }
 
     /// The frame at a corner of a patch.
-    #[must_use]
     pub fn corner(&self, patch: usize, corner: usize) -> TextureFrame {
         self.corners[patch][corner]
     }
 
     /// The frame at `uv` of a patch.
-    #[must_use]
     pub fn at(&self, patch: usize, uv: Vec2) -> TextureFrame {
         frame(&self.patches[patch], self.per_texture, uv)
     }

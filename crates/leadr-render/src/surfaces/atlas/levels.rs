@@ -28,37 +28,31 @@ pub struct CoarseShape {
 
 impl CoarseShape {
     /// The shape for tiles of this layout.
-    #[must_use]
     pub fn new(layout: TileLayout) -> Self {
         Self { layout, finest: (layout.tile / 8).max(1).ilog2() }
     }
 
     /// Number of coarse levels.
-    #[must_use]
     pub fn levels(&self) -> u32 {
         self.finest + 1 + WIDE_LEVELS
     }
 
     /// Number of intervals along a patch at a coarse level.
-    #[must_use]
     pub fn intervals(&self, level: u32) -> u32 {
         1 << self.finest.saturating_sub(level)
     }
 
     /// Size of a patch's block in texels, across and down.
-    #[must_use]
     pub fn block(&self) -> [u32; 2] {
         [self.intervals(0) + 1, self.row(self.levels())]
     }
 
     /// The first row of a level in the block.
-    #[must_use]
     pub fn row(&self, level: u32) -> u32 {
         (0..level).map(|level| self.intervals(level) + 1).sum()
     }
 
     /// Size of the image in texels.
-    #[must_use]
     pub fn size(&self) -> [u32; 2] {
         let [w, h] = self.block();
         [w * self.layout.columns, h * self.layout.rows]
@@ -86,7 +80,6 @@ impl Star {
     /// of the directions above a patch that are open, would be the right measure on average over all viewers; but a viewer
     /// who sees the lips sees less of the mouth than the average viewer. The fourth power of accessibility is used because
     /// measurements show that it gives the distant T-rex the smallest error.
-    #[must_use]
     pub fn new(mesh: &PatchMesh, neighbors: Vec<[Option<(u32, u8)>; 4]>) -> Self {
         let weight = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -133,7 +126,6 @@ impl Star {
 }
 
 /// All coarse levels as texels of their image, computed from mip [`SOURCE_LEVEL`] of the atlas.
-#[must_use]
 pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: CoarseShape, source: &[T]) -> Vec<T> {
     let [width, height] = shape.size();
     let [block_width, block_height] = shape.block();

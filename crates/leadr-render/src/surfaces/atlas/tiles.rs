@@ -16,7 +16,6 @@ pub struct Tiles {
 
 impl Tiles {
     /// The tiles of a mesh whose edges are these.
-    #[must_use]
     pub fn new(mesh: &PatchMesh, topology: &Topology, layout: TileLayout) -> Self {
         let extent = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -27,13 +26,11 @@ impl Tiles {
     }
 
     /// Number of patches.
-    #[must_use]
     pub fn patches(&self) -> usize {
         self.neighbors.len()
     }
 
     /// The layout of the atlas.
-    #[must_use]
     pub fn layout(&self) -> TileLayout {
         self.layout
     }
@@ -72,7 +69,6 @@ impl Tiles {
 
     /// The texels of a tile at a level of the maps, `texels` with rows of `width`, and as many as `margin` around it;
     /// those beyond the patch's borders are taken from the patches there.
-    #[must_use]
     pub fn around(&self, texels: &[f32], width: usize, level: u32, patch: usize, margin: usize) -> Vec<f32> {
         let layout = self.layout;
         let side = (layout.tile >> level) as usize;

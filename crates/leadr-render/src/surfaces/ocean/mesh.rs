@@ -88,7 +88,6 @@ impl Default for Rings {
 impl Rings {
     /// Lays the rings around a viewer, evenly spaced in the logarithm of the distance, and chooses what is drawn.
     /// Everything depends smoothly on the viewer's position, so nothing pops; turning in place changes only what is culled.
-    #[must_use]
     pub fn lay(&self, view: &SeaView, settings: &TessellationSettings) -> Laid {
         let SeaView { lens, level, deviation, .. } = *view;
         let height = (lens.eye.z - level).abs().max(0.5);

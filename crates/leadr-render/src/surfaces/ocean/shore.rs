@@ -41,19 +41,16 @@ pub struct Shore {
 
 impl Shore {
     /// Distance from the waterline in metres, positive toward the sea.
-    #[must_use]
     pub fn offshore(&self, point: DVec2) -> f64 {
         -point.x - self.waterline(-point.y)
     }
 
     /// −x of the waterline at rest at y = −`along`.
-    #[must_use]
     pub fn waterline(&self, along: f64) -> f64 {
         self.bends.iter().map(|b| b.amplitude * (b.step * along + b.phase).sin()).sum()
     }
 
     /// Height of the sand above the water at rest, `offshore` metres from the waterline.
-    #[must_use]
     pub fn ground(&self, offshore: f64) -> f64 {
         if offshore > 0.0 {
             let power = |x: f64| x.powf(2.0 / 3.0);
@@ -98,7 +95,6 @@ const CALM: f64 = 6.0;
 
 impl ShoreGpu {
     /// The block of a shore at `time` (seconds), for cascades whose heights have these standard deviations.
-    #[must_use]
     pub fn new(shore: &Shore, time: f64, deviations: &[f64]) -> Self {
         let four = |f: &dyn Fn(&Bend) -> f64| shore.bends.each_ref().map(|b| f(b) as f32);
         let turns = time.rem_euclid(PERIOD) / PERIOD * f64::from(shore.swells);

@@ -30,7 +30,6 @@ impl Cascade {
     /// The waves of `band` on a tile, with random phases and the mean amplitude for every wave vector, so the variances are
     /// those of the spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴);
     /// `frequency`: rad/s of a wave number; `share`: part of the variance that this cascade carries.
-    #[must_use]
     pub fn new(
         size: f64,
         rotation: f64,
@@ -60,7 +59,6 @@ impl Cascade {
     }
 
     /// Standard deviations of the height (metres) and of the slope.
-    #[must_use]
     pub fn deviations(&self) -> [f64; 2] {
         let n = self.resolution;
         let (mut height, mut slope) = (0.0, 0.0);
@@ -74,7 +72,6 @@ impl Cascade {
 
     /// The same waves on `factor²` times as many samples (`factor` a power of two); interpolation between these is closer
     /// to the exact sum of the waves.
-    #[must_use]
     pub fn oversampled(&self, factor: u32) -> Self {
         let (n, resolution) = (self.resolution, self.resolution * factor);
         // Negative wave numbers stay in the upper half.
@@ -87,7 +84,6 @@ impl Cascade {
     }
 
     /// World wave vector of an entry of [`waves`](Self::waves), rad/m.
-    #[must_use]
     pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
         wave_vector(i, j, self.resolution, self.size, self.rotation)
     }
@@ -95,7 +91,6 @@ impl Cascade {
 
 /// Weight of the horizontal divergence of a tile `size` metres wide in the foam: ripples do not trap air, but they break up
 /// the foam of longer waves. The same as `foam_weight` of `passes/ocean/cascade.glsl`.
-#[must_use]
 pub fn foam_weight(size: f64) -> f64 {
     if size >= 10.0 { 1.0 } else { 0.35 }
 }

@@ -61,7 +61,6 @@ pub struct Panel {
 
 impl Panel {
     /// A panel for `window`, as it was left.
-    #[must_use]
     pub fn new(window: &Window, layout: &Layout) -> Self {
         let context = Context::default();
         context.set_visuals(visuals());
@@ -89,13 +88,11 @@ impl Panel {
     }
 
     /// How it is left, but for the size of the window.
-    #[must_use]
     pub fn layout(&self) -> Layout {
         Layout { size: None, panel: Some(self.open), sections: self.sections.clone() }
     }
 
     /// Pixels of a point.
-    #[must_use]
     pub fn scale(&self) -> f64 {
         f64::from(self.context.pixels_per_point())
     }
@@ -174,7 +171,6 @@ impl Panel {
     }
 
     /// When it must be drawn again though nothing happens.
-    #[must_use]
     pub fn wakes(&self) -> Option<Instant> {
         self.wakes
     }

@@ -35,7 +35,6 @@ pub struct RoughSphere {
 
 impl RoughSphere {
     /// Bakes the sphere with bumps as small as `detail` holds.
-    #[must_use]
     pub fn new(detail: Detail) -> Self {
         let length = KERNEL_TEXELS * detail.texel();
         let mut object =
@@ -51,7 +50,6 @@ impl RoughSphere {
 
     /// Bumps that a pixel of the disc shows on average, in a picture of `height` pixels by the `mid` view. In the middle of the disc
     /// there are half as many, and more toward the limb.
-    #[must_use]
     pub fn bumps_per_pixel(&self, height: u32) -> f64 {
         let (distance, focal) = (f64::from(DISTANCE), f64::from(self.stage.views.mid.lens(height).focal_pixels));
         let visible = TAU * (1.0 - distance.recip());
