@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 
 // Linear radiance to display codes. Left of a line one picture, right of it another.
 

@@ -1,6 +1,8 @@
 //! Shaders name their resources, and the include library stays free of bindings.
 
 use std::fs;
+use std::path::Path;
+use std::process::Command;
 
 use crate::source::{code_only, files_under, root, words};
 
@@ -55,4 +57,41 @@ fn glsl_with_a_binding_is_refused() {
     assert!(!impure_glsl("x", "layout(set = 0, binding = 1) uniform sampler2D map;").is_empty());
     assert!(!impure_glsl("x", "float f();\nuniform float scale;").is_empty());
     assert!(impure_glsl("x", "// a uniform distribution\nfloat f(in vec2 uniformity, out float layout_x);").is_empty());
+}
+
+/// What a tool says about a file, if it refuses it.
+fn refusal(command: &mut Command) -> Option<String> {
+    let output =
+        command.output().unwrap_or_else(|e| panic!("{:?}: {e} (`make setup` installs it)", command.get_program()));
+    (!output.status.success())
+        .then(|| [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat())
+}
+
+/// Compiles an entry point as other projects do, with nothing of this one's compiler, and validates the result.
+fn glslang_refusal(entry: &Path, spirv: &Path) -> Option<String> {
+    let mut compile = Command::new("glslangValidator");
+    // Names instead of numbers of bindings and locations: glslang chooses them.
+    compile.args(["-V", "--target-env", "vulkan1.3", "--auto-map-bindings", "--auto-map-locations"]);
+    compile.arg(format!("-I{}", root().join("shaders-glsl").display())).arg("-o").arg(spirv).arg(entry);
+    refusal(&mut compile).or_else(|| refusal(Command::new("spirv-val").args(["--target-env", "vulkan1.3"]).arg(spirv)))
+}
+
+#[test]
+#[ignore = "long"]
+fn glslang_compiles_every_entry_point() {
+    let entries = files_under(&root().join("shaders-glsl"), &["comp", "vert", "tesc", "tese", "frag"]);
+    assert!(entries.len() > 100, "only {} entry points were found", entries.len());
+    let folder = tempfile::tempdir().unwrap();
+    let spirv = folder.path().join("entry.spv");
+    let faults: Vec<String> = entries.iter().filter_map(|entry| glslang_refusal(entry, &spirv)).collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn an_include_without_its_extension_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let entry = folder.path().join("a.comp");
+    fs::write(&entry, "#version 460\n#include \"leadr/constants.glsl\"\nvoid main() {}\n").unwrap();
+    let refused = glslang_refusal(&entry, &folder.path().join("a.spv")).expect("refused");
+    assert!(refused.contains("GL_GOOGLE_include_directive"), "{refused}");
 }

@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 #include "leadr/masking/occlusion.glsl"
 #include "probes/leadr_probe.glsl"
 

@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 layout(std430) readonly buffer Energy { float energy[]; };
 #define LEADR_ENERGY_TEXEL(x, y) vec2(energy[2 * ((x) + 33 * (y))], energy[2 * ((x) + 33 * (y)) + 1])
 #include "leadr/materials/energy.glsl"

@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 layout(std430) readonly buffer Fits { float fits[]; };
 #define LEADR_FITTED_WORD(i) fits[i]
 #include "leadr/materials/fitted.glsl"

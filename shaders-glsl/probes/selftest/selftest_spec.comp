@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 // Specialization constants, includes from both places, and a struct that crosses from Rust.
 #include "affine.glsl"
 #include "probes/selftest/affine.glsl"

@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 #include "leadr/frame.glsl"
 #include "leadr/slopes/turn.glsl"
 #include "probes/leadr_probe.glsl"
