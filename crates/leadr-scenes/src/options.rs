@@ -366,7 +366,7 @@ impl SceneOption {
 
 /// A factor on widths.
 fn factor(text: &str) -> Result<f32, String> {
-    within(text, (*FACTORS.start()).into(), (*FACTORS.end()).into()).map(|factor| factor as f32)
+    within(text, *FACTORS.start(), *FACTORS.end())
 }
 
 /// Draws the scene of this name, or a model, with its own sea.

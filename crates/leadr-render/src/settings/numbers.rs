@@ -27,18 +27,19 @@ pub fn share(text: &str) -> Result<f32, String> {
 }
 
 /// A number from `low` to `high`; refuses other text.
-pub fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (low..=high).contains(&value) => Ok(value),
-        _ => Err(format!("a number from {low} to {high}")),
-    }
+pub fn within<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
+    in_range(text, "number", low, high)
 }
 
 /// A whole number from `low` to `high`; refuses other text.
 pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
+    in_range(text, "whole number", low, high)
+}
+
+fn in_range<T: FromStr + PartialOrd + fmt::Display>(text: &str, kind: &str, low: T, high: T) -> Result<T, String> {
     match text.parse::<T>() {
         Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
-        _ => Err(format!("a whole number from {low} to {high}")),
+        _ => Err(format!("a {kind} from {low} to {high}")),
     }
 }
 
@@ -58,6 +59,7 @@ mod tests {
 
     #[test]
     fn numbers_have_ends() {
+        assert_eq!(within("0.1", 0.2_f32, 5.0), Err("a number from 0.2 to 5".to_owned()));
         assert_eq!(power_of_two("64", 8, 128), Ok(64));
         assert!(["0", "4", "65", "256", "x"].iter().all(|text| power_of_two(text, 8, 128).is_err()));
         assert!(
