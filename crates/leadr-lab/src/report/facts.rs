@@ -31,7 +31,7 @@ impl Facts {
             device: gpu.device_name().to_owned(),
             driver: gpu.driver_info().to_owned(),
             date: utc(seconds),
-            call: format!("leadr {}", arguments.join(" ")),
+            call: format!("leadr-lab {}", arguments.join(" ")),
             quick,
         }
     }
