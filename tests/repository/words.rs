@@ -1,0 +1,71 @@
+//! Words that the field does not use, or that make a sentence read twice, stay out of what users read (docs/style.md).
+
+use std::fs;
+
+use crate::source::{files_under, root};
+
+/// The word or phrase, and what to write.
+const REFUSED: [(&str, &str); 16] = [
+    ("mirrors", "the specular term"),
+    ("what of the", "a noun"),
+    ("by which it is", "a noun"),
+    ("of which the", "a noun"),
+    ("where that", "a noun"),
+    ("whoever", "you"),
+    ("from afar", "at a distance"),
+    ("turn and turn about", "interleaved"),
+    ("settled constants", "specialised constants"),
+    ("so that nobody", "the reason"),
+    ("is told", "recorded, declared or printed"),
+    ("are told", "recorded, declared or printed"),
+    ("tells what", "says or gives"),
+    ("wants to know", "the reason"),
+    ("the dip", "F82 tint"),
+    ("the lack", "the shortening"),
+];
+
+/// The refused words of a text, with their lines. Code in backticks and fences keeps its names.
+fn refused(path: &str, text: &str) -> Vec<String> {
+    let mut fenced = false;
+    let mut faults = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        if line.starts_with("```") {
+            fenced = !fenced;
+        }
+        if fenced {
+            continue;
+        }
+        let prose: String = line.split('`').step_by(2).collect::<Vec<_>>().join("` `").to_lowercase();
+        for (word, better) in REFUSED {
+            let ends = |at: usize| !prose[at..].starts_with(|c: char| c.is_alphanumeric());
+            let starts = |at: usize| !prose[..at].ends_with(|c: char| c.is_alphanumeric());
+            if prose.match_indices(word).any(|(at, _)| starts(at) && ends(at + word.len())) {
+                faults.push(format!("{path}:{}: `{word}`; write {better}", number + 1));
+            }
+        }
+    }
+    faults
+}
+
+#[test]
+fn guides_use_the_fields_words() {
+    let mut files = files_under(&root().join("docs/guide"), &["md"]);
+    files.extend(["README.md", "docs/theory.md"].map(|name| root().join(name)));
+    assert!(files.len() > 20, "only {} pages were read", files.len());
+    // Written from the help texts.
+    files.retain(|file| !file.ends_with("options.md"));
+    let faults: Vec<String> = (files.iter())
+        .flat_map(|file| {
+            let name = file.strip_prefix(root()).unwrap().display().to_string();
+            refused(&name, &fs::read_to_string(file).unwrap())
+        })
+        .collect();
+    assert!(faults.is_empty(), "see docs/style.md:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn refused_words_are_found_in_prose_alone() {
+    assert_eq!(refused("x", "Light\nthat the surface mirrors.").len(), 1);
+    assert_eq!(refused("x", "From afar, `mirrors` is a name.").len(), 1);
+    assert!(refused("x", "```\nwhoever\n```\nA mirrorsmith.").is_empty());
+}
