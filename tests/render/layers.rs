@@ -195,7 +195,7 @@ fn details_cover_and_vary_materials() {
             let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
             let mut of =
                 |technique, samples| picture(&mut renderer, &state, &settings(technique, 24, samples, Shadowing::None));
-            let (one, truth) = (of(Technique::Leadr, 16), of(Technique::Reference, 256));
+            let (one, truth) = (of(Technique::Leadr, 16), of(Technique::Reference, 64));
             let found = error(&truth, &one);
             println!("relative RMSE {found:.4}, mean {:?}", one.mean());
             assert!(found < most, "{found}");
