@@ -72,9 +72,8 @@ fn links_of_documents_lead_somewhere() {
 #[test]
 fn links_to_missing_files_and_headings_are_found() {
     let file = root().join("README.md");
-    let text =
-        "# Some `code`, here\n[a](ARCHITECTURE.md) [b](missing.md)\n[c](#some-code-here) [d](#nowhere)\n`[e](f)`";
+    let text = "[a](ARCHITECTURE.md) [b](missing.md)\n[c](#try-it) [d](docs/theory.md#nowhere)\n`[e](f)`";
     let faults = broken(&file, text);
     assert_eq!(faults.len(), 2, "{faults:?}");
-    assert!(faults[0].ends_with("README.md:2: missing.md") && faults[1].ends_with("#nowhere"), "{faults:?}");
+    assert!(faults[0].ends_with("README.md:1: missing.md") && faults[1].ends_with("#nowhere"), "{faults:?}");
 }
