@@ -24,6 +24,16 @@ pub fn files_under(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     files
 }
 
+/// Lines of a Markdown text outside of fences.
+pub fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut fenced = false;
+    text.lines().enumerate().filter(move |(_, line)| {
+        let fence = line.trim_start().starts_with("```");
+        fenced ^= fence;
+        !fenced && !fence
+    })
+}
+
 /// Blanks comments, strings and characters, keeping line breaks.
 pub fn code_only(source: &str) -> String {
     let mut code = String::with_capacity(source.len());

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::source::{files_under, root};
+use crate::source::{files_under, prose, root};
 
 /// The word or phrase, and what to write.
 const REFUSED: [(&str, &str); 16] = [
@@ -26,20 +26,13 @@ const REFUSED: [(&str, &str); 16] = [
 
 /// The refused words of a text, with their lines. Code in backticks and fences keeps its names.
 fn refused(path: &str, text: &str) -> Vec<String> {
-    let mut fenced = false;
     let mut faults = Vec::new();
-    for (number, line) in text.lines().enumerate() {
-        if line.starts_with("```") {
-            fenced = !fenced;
-        }
-        if fenced {
-            continue;
-        }
-        let prose: String = line.split('`').step_by(2).collect::<Vec<_>>().join("` `").to_lowercase();
+    for (number, line) in prose(text) {
+        let words = line.split('`').step_by(2).collect::<Vec<_>>().join("` `").to_lowercase();
         for (word, better) in REFUSED {
-            let ends = |at: usize| !prose[at..].starts_with(|c: char| c.is_alphanumeric());
-            let starts = |at: usize| !prose[..at].ends_with(|c: char| c.is_alphanumeric());
-            if prose.match_indices(word).any(|(at, _)| starts(at) && ends(at + word.len())) {
+            let ends = |at: usize| !words[at..].starts_with(|c: char| c.is_alphanumeric());
+            let starts = |at: usize| !words[..at].ends_with(|c: char| c.is_alphanumeric());
+            if words.match_indices(word).any(|(at, _)| starts(at) && ends(at + word.len())) {
                 faults.push(format!("{path}:{}: `{word}`; write {better}", number + 1));
             }
         }
