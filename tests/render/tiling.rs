@@ -156,7 +156,8 @@ fn one_look_is_the_map_as_it_is() {
         println!("{layer:?}: one look {one:.1e}, by example {example:.1e}");
         // Heights along the edges of patches are looked up there, and baked where maps lie side by side.
         // Hardware blends texels in steps: 1.1e-3 of the albedo on an H100.
-        let most = if layer == Layer::Depth { 0.05 } else { 2e-3 };
+        let blended = if gpu.is_software() { 1e-3 } else { 2e-3 };
+        let most = if layer == Layer::Depth { 0.05 } else { blended };
         assert!(one < most * example, "{layer:?}: {one:e} of {example:e}");
     }
 }
