@@ -11,11 +11,9 @@ use crate::reflect::{self, Interface};
 /// A compiled entry point.
 pub struct Compiled {
     /// SPIR-V.
-    pub code: Vec<u8>,
+    pub code: Vec<u32>,
     /// What the source declares, whether it is used or not.
-    pub declared: Interface,
-    /// What is left of it in `code`.
-    pub used: Interface,
+    pub interface: Interface,
 }
 
 /// Adds the entry points below `folder`; a folder that does not exist holds none.
@@ -47,12 +45,14 @@ fn kind(stage: Stage) -> shaderc::ShaderKind {
     }
 }
 
-/// Turns GLSL below a root into SPIR-V, and into the SPIR-V before optimisation, which alone has all that the source declares.
+/// Turns GLSL below a root into SPIR-V.
+///
+/// It is not optimised here: the optimiser writes every function out wherever it is called, which makes a module three times as large, takes
+/// ten times as long as the translation, and is done again by every driver.
 pub struct Compiler {
     root: PathBuf,
     compiler: shaderc::Compiler,
-    optimized: shaderc::CompileOptions<'static>,
-    plain: shaderc::CompileOptions<'static>,
+    options: shaderc::CompileOptions<'static>,
 }
 
 impl Compiler {
@@ -61,29 +61,21 @@ impl Compiler {
     /// # Errors
     /// shaderc cannot be started.
     pub fn new(root: &Path) -> Result<Self, String> {
-        let options = |level| {
-            let mut options = shaderc::CompileOptions::new()?;
-            options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
-            options.set_target_spirv(shaderc::SpirvVersion::V1_6);
-            options.set_optimization_level(level);
-            // Keeps the names, by which all that crosses to the shaders is bound and checked.
-            options.set_generate_debug_info();
-            // Sources name their resources; pipelines number them.
-            options.set_auto_bind_uniforms(true);
-            options.set_warnings_as_errors();
-            let root = root.to_owned();
-            options.set_include_callback(move |requested, kind, includer, _depth| {
-                resolve_include(&root, requested, kind, includer)
-            });
-            Ok(options)
-        };
         let failed = |e: shaderc::Error| format!("shaderc: {e}");
-        Ok(Self {
-            root: root.to_owned(),
-            compiler: shaderc::Compiler::new().map_err(failed)?,
-            optimized: options(shaderc::OptimizationLevel::Performance).map_err(failed)?,
-            plain: options(shaderc::OptimizationLevel::Zero).map_err(failed)?,
-        })
+        let mut options = shaderc::CompileOptions::new().map_err(failed)?;
+        options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
+        options.set_target_spirv(shaderc::SpirvVersion::V1_6);
+        options.set_optimization_level(shaderc::OptimizationLevel::Zero);
+        // Keeps the names, by which all that crosses to the shaders is bound and checked.
+        options.set_generate_debug_info();
+        // Sources name their resources; pipelines number them.
+        options.set_auto_bind_uniforms(true);
+        options.set_warnings_as_errors();
+        let folder = root.to_owned();
+        options.set_include_callback(move |requested, kind, includer, _depth| {
+            resolve_include(&folder, requested, kind, includer)
+        });
+        Ok(Self { root: root.to_owned(), compiler: shaderc::Compiler::new().map_err(failed)?, options })
     }
 
     /// Compiles the entry point `name`, a path below the root.
@@ -96,15 +88,13 @@ impl Compiler {
             self.root.file_name().map_or_else(|| self.root.display().to_string(), |n| n.to_string_lossy().into());
         let source = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
         let stage = Stage::of(&file).ok_or_else(|| format!("{shown}/{name}: its ending names no stage"))?;
-        let compile = |options| self.compiler.compile_into_spirv(&source, kind(stage), name, "main", Some(options));
-        let code = compile(&self.optimized).map_err(|e| e.to_string())?;
-        let plain = compile(&self.plain).map_err(|e| e.to_string())?;
-        let reflected = |words| reflect::interface(words).map_err(|fault| format!("{shown}/{name}: {fault}"));
-        let (declared, used) = (reflected(plain.as_binary())?, reflected(code.as_binary())?);
-        if let Some(lost) = used.resources.iter().find(|resource| resource.binding_word.is_none()) {
-            return Err(format!("{shown}/{name}: the compiler gave {} no binding", lost.name));
-        }
-        Ok(Compiled { code: code.as_binary_u8().to_vec(), declared, used })
+        let compiled = self
+            .compiler
+            .compile_into_spirv(&source, kind(stage), name, "main", Some(&self.options))
+            .map_err(|e| e.to_string())?;
+        let code = reflect::without_lines(compiled.as_binary());
+        let interface = reflect::interface(&code).map_err(|fault| format!("{shown}/{name}: {fault}"))?;
+        Ok(Compiled { code, interface })
     }
 }
 

@@ -37,7 +37,7 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
         match compiled {
             Ok(shader) => {
                 let binary = out.join(name.replace('/', "-") + ".spv");
-                std::fs::write(&binary, &shader.code).map_err(|e| format!("{}: {e}", binary.display()))?;
+                std::fs::write(&binary, bytes(&shader.code)).map_err(|e| format!("{}: {e}", binary.display()))?;
                 entry(&mut table, name, Stage::of(name.as_ref()).expect("collected by its stage"), &binary, &shader);
             }
             Err(message) => {
@@ -53,7 +53,7 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
     std::fs::write(out.join("shaders.rs"), table).map_err(|e| format!("shaders.rs: {e}"))
 }
 
-/// Compiles the entry points side by side: optimising the largest takes seconds.
+/// Compiles the entry points side by side.
 fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Compiled, String>>, String> {
     let results = Mutex::new(names.iter().map(|_| None).collect::<Vec<_>>());
     let next = AtomicUsize::new(0);
@@ -74,32 +74,34 @@ fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Compiled, Str
     Ok(results.into_iter().map(|result| result.expect("every name was taken")).collect())
 }
 
+fn bytes(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_ne_bytes()).collect()
+}
+
 /// Writes an entry of the table.
 fn entry(table: &mut String, name: &str, stage: Stage, binary: &Path, shader: &Compiled) {
-    let Compiled { declared, used, .. } = shader;
+    let Compiled { interface, .. } = shader;
     let mut line = |text: String| writeln!(table, "{text}").expect("a String takes all");
     line(format!("    Shader {{\n        name: {name:?}, stage: Stage::{stage:?},"));
-    line(format!("        code: &Aligned(*include_bytes!({binary:?})).0, local_size: {:?},", used.local_size));
+    line(format!("        code: &Aligned(*include_bytes!({binary:?})).0, local_size: {:?},", interface.local_size));
     line("        resources: &[".to_owned());
-    for resource in &declared.resources {
-        let word = used.resources.iter().find(|known| known.name == resource.name).and_then(|known| known.binding_word);
-        let (name, kind) = (&resource.name, resource.kind);
+    for reflect::Resource { name, kind, binding_word: word } in &interface.resources {
         line(format!(
             "            Resource {{ name: {name:?}, kind: ResourceKind::{kind:?}, binding_word: {word:?} }},"
         ));
     }
     line("        ],\n        constants: &[".to_owned());
-    for reflect::Constant { name, id, kind } in &declared.constants {
+    for reflect::Constant { name, id, kind } in &interface.constants {
         line(format!("            Constant {{ name: {name:?}, id: {id}, kind: ConstantKind::{kind:?} }},"));
     }
     line("        ],".to_owned());
-    let push = declared.push.as_ref().map(|push| {
-        let bytes = used.push.as_ref().map_or(0, |push| push.bytes);
-        format!("Push {{ block: {:?}, bytes: {bytes} }}", push.block)
-    });
+    let push = interface
+        .push
+        .as_ref()
+        .map(|reflect::Push { block, bytes }| format!("Push {{ block: {block:?}, bytes: {bytes} }}"));
     line(format!("        push: {},", push.map_or("None".to_owned(), |push| format!("Some({push})"))));
     line("        structs: &[".to_owned());
-    for found in &declared.structs {
+    for found in &interface.structs {
         line(format!("            Struct {{ name: {:?}, pitch: {:?}, members: &[", found.name, found.pitch));
         for reflect::Member { name, offset, size } in &found.members {
             line(format!("                Member {{ name: {name:?}, offset: {offset}, size: {size} }},"));

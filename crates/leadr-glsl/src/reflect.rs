@@ -2,7 +2,7 @@
 //!
 //! Numbers of opcodes, decorations and storage classes are those of the SPIR-V 1.6 specification.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::{ConstantKind, ResourceKind};
 
@@ -28,7 +28,7 @@ pub struct Resource {
     pub name: String,
     /// Its kind.
     pub kind: ResourceKind,
-    /// Index of the word of the module that holds the binding number.
+    /// Index of the word of the module that holds the binding number; `None` where nothing reads or writes it.
     pub binding_word: Option<usize>,
 }
 
@@ -48,7 +48,7 @@ pub struct Constant {
 pub struct Push {
     /// Name of the block.
     pub block: String,
-    /// Bytes up to the end of its last member.
+    /// Bytes up to the end of its last member; 0 where nothing reads it.
     pub bytes: u32,
 }
 
@@ -83,6 +83,25 @@ pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
 
+/// A module without the text of its source and the lines that its instructions come from.
+pub fn without_lines(words: &[u32]) -> Vec<u32> {
+    // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
+    const LINES: [u32; 7] = [2, 3, 4, 7, 8, 317, 330];
+    let mut out: Vec<u32> = words.iter().take(HEADER).copied().collect();
+    let mut at = HEADER;
+    while at < words.len() {
+        let end = (at + (words[at] >> 16).max(1) as usize).min(words.len());
+        if !LINES.contains(&(words[at] & 0xffff)) {
+            out.extend_from_slice(&words[at..end]);
+        }
+        at = end;
+    }
+    out
+}
+
+/// Words before the first instruction.
+const HEADER: usize = 5;
+
 #[derive(Clone, Debug)]
 enum Type {
     Number { bytes: u32, kind: ConstantKind },
@@ -109,6 +128,9 @@ struct Module {
     constants: HashMap<u32, (u32, u32)>,
     /// Identifier, pointer type, storage class.
     variables: Vec<(u32, u32, u32)>,
+    /// Identifiers that instructions of functions name.
+    named: HashSet<u32>,
+    in_function: bool,
     local_size: Option<[u32; 3]>,
     local_size_ids: Option<[u32; 3]>,
 }
@@ -128,11 +150,11 @@ const STORAGE_BUFFER: u32 = 12;
 
 impl Module {
     fn parse(words: &[u32]) -> Result<Self, String> {
-        if words.len() < 5 || words[0] != 0x0723_0203 {
+        if words.len() < HEADER || words[0] != 0x0723_0203 {
             return Err("not a SPIR-V module".to_owned());
         }
         let mut module = Self::default();
-        let mut at = 5;
+        let mut at = HEADER;
         while at < words.len() {
             let (length, opcode) = ((words[at] >> 16) as usize, words[at] & 0xffff);
             let instruction = words.get(at + 1..at + length).ok_or("the SPIR-V module ends within an instruction")?;
@@ -188,7 +210,12 @@ impl Module {
             (43 | 50, [kind, id, value, ..]) => {
                 self.constants.insert(*id, (*kind, *value));
             }
-            (59, [kind, id, storage, ..]) => self.variables.push((*id, *kind, *storage)),
+            // OpFunction
+            (54, _) => self.in_function = true,
+            // OpImageTexelPointer, OpLoad, OpAccessChain, OpArrayLength; OpStore; OpFunctionCall
+            (60 | 61 | 65 | 68, [_, _, base, ..]) | (62, [base, ..]) => _ = self.named.insert(*base),
+            (57, [_, _, _, arguments @ ..]) => self.named.extend(arguments),
+            (59, [kind, id, storage, ..]) if !self.in_function => self.variables.push((*id, *kind, *storage)),
             _ => {}
         }
     }
@@ -218,6 +245,7 @@ impl Module {
                 let block = self.name(target).ok_or("the push constant block has no name")?.to_owned();
                 let bytes =
                     self.bytes(target).ok_or_else(|| format!("push constant block {block} has no fixed size"))?;
+                let bytes = if self.named.contains(&variable) { bytes } else { 0 };
                 self.layout(target, None, &mut result.structs)?;
                 result.push = Some(Push { block, bytes });
                 continue;
@@ -278,7 +306,11 @@ impl Module {
             (Some(Type::Array(..)), _) => return Err(format!("{name} is an array; use an array texture")),
             _ => return Err(format!("{name} is no buffer, storage image or combined image sampler")),
         };
-        let binding_word = self.decorations.get(&(variable, BINDING)).map(|(_, word)| *word);
+        let binding_word = match self.decorations.get(&(variable, BINDING)) {
+            Some((_, word)) if self.named.contains(&variable) => Some(*word),
+            None if self.named.contains(&variable) => return Err(format!("the compiler gave {name} no binding")),
+            _ => None,
+        };
         Ok(Resource { name, kind, binding_word })
     }
 

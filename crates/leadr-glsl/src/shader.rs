@@ -65,7 +65,7 @@ pub struct Resource {
     pub name: &'static str,
     /// Its kind.
     pub kind: ResourceKind,
-    /// Which word of the SPIR-V holds the binding number; `None` where the resource is unused and was optimised away.
+    /// Which word of the SPIR-V holds the binding number; `None` where nothing reads or writes it.
     pub binding_word: Option<usize>,
 }
 
@@ -123,7 +123,7 @@ pub enum ConstantKind {
 pub struct Push {
     /// Its name.
     pub block: &'static str,
-    /// 0 where it is unused and was optimised away.
+    /// 0 where nothing reads it.
     pub bytes: u32,
 }
 
@@ -174,17 +174,13 @@ mod compiled {
         /// # Panics
         /// If the name has no extension of a stage; such a file does not compile.
         pub fn from_compiled(name: &str, compiled: Compiled) -> &'static Self {
-            let Compiled { code, declared, used } = compiled;
-            let resources = declared.resources.into_iter().map(|resource| Resource {
-                binding_word: used
-                    .resources
-                    .iter()
-                    .find(|other| other.name == resource.name)
-                    .and_then(|r| r.binding_word),
+            let Compiled { code, interface } = compiled;
+            let resources = interface.resources.into_iter().map(|resource| Resource {
+                binding_word: resource.binding_word,
                 name: text(resource.name),
                 kind: resource.kind,
             });
-            let constants = declared.constants.into_iter().map(|constant| Constant {
+            let constants = interface.constants.into_iter().map(|constant| Constant {
                 name: text(constant.name),
                 id: constant.id,
                 kind: constant.kind,
@@ -194,19 +190,17 @@ mod compiled {
                 offset: m.offset as usize,
                 size: m.size as usize,
             };
-            let structs = declared.structs.into_iter().map(|found| Struct {
+            let structs = interface.structs.into_iter().map(|found| Struct {
                 name: text(found.name),
                 pitch: found.pitch,
                 members: leaked(found.members.into_iter().map(member)),
             });
-            let push = declared
-                .push
-                .map(|push| Push { block: text(push.block), bytes: used.push.as_ref().map_or(0, |push| push.bytes) });
+            let push = interface.push.map(|push| Push { block: text(push.block), bytes: push.bytes });
             Box::leak(Box::new(Self {
                 name: text(name.to_owned()),
                 stage: Stage::of(name.as_ref()).expect("compiled by its stage"),
-                code: leaked(code.into_iter()),
-                local_size: used.local_size,
+                code: leaked(code.into_iter().flat_map(u32::to_ne_bytes)),
+                local_size: interface.local_size,
                 resources: leaked(resources),
                 constants: leaked(constants),
                 push,

@@ -77,7 +77,7 @@ pub(crate) struct Slot {
 pub(crate) struct PushConstants {
     /// [`StructLayout::rust`] of their type.
     pub(crate) rust: &'static str,
-    /// The stages that use them; empty if all uses were optimised away.
+    /// The stages that use them; empty if nothing reads or writes it.
     pub(crate) stages: vk::ShaderStageFlags,
     pub(crate) bytes: usize,
 }

@@ -23,7 +23,7 @@ impl Gpu {
     ///
     /// # Errors
     /// A shader that does not fit its pipeline; a failed Vulkan call.
-    pub(crate) fn reload(self: &Arc<Self>, newer: Vec<&'static Shader>) -> Result<usize> {
+    pub fn reload(self: &Arc<Self>, newer: Vec<&'static Shader>) -> Result<usize> {
         let names: Vec<&str> = newer.iter().map(|shader| shader.name).collect();
         let mut all = self.shaders().newer().clone();
         all.extend(newer.into_iter().map(|shader| (shader.name, shader)));

@@ -72,6 +72,46 @@ float at_least_once(float v) {
     return v;
 }
 
+bool either(const bool a, bool b) {
+    b = b && ONCE;
+    return a || b;
+}
+
+void choose(int way, inout bool chosen, out int steps) {
+    if (way == 1) {
+        chosen = !chosen;
+    }
+    steps = way + 1;
+}
+
+// Constants that reach a choice through calls, parameters that are written, and variables of several values.
+float called(float v) {
+    bool chosen = EARLY;
+    int steps;
+    choose(WAY, chosen, steps);
+    if (chosen) {
+        v += 1.0;
+    }
+    for (int i = 0; i < steps; ++i) {
+        v += 0.5;
+    }
+    bool later = false;
+    if (v > 2.0) {
+        later = either(EARLY, chosen);
+    }
+    if (later) {
+        v = -v;
+    }
+    bool sometimes;
+    if (WAY == 1) {
+        sometimes = v > 3.0;
+    }
+    if (WAY == 1 && sometimes) {
+        v += 8.0;
+    }
+    return either(WAY == 2, false) ? v - 2.0 : v;
+}
+
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) {
@@ -88,5 +128,5 @@ void main() {
     } else if (TURNS % 2u == 1u) {
         v += 0.25;
     }
-    y[i] = at_least_once(v);
+    y[i] = called(at_least_once(v));
 }

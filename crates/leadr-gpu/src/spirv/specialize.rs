@@ -2,9 +2,11 @@
 //!
 //! One entry point holds every technique, light and kind of surface; a pipeline needs a third of it. Drivers translate all of it before they
 //! leave out what constants rule out, which took llvmpipe a second for each pipeline that filters and shades, and which no cache of that driver
-//! spares. Here it takes milliseconds: constants are propagated along the edges that can be taken (Wegman and Zadeck 1991), and blocks that
-//! cannot be reached are dropped. Instructions that stay are not changed.
+//! spares. Here it takes milliseconds: constants are propagated along the edges that can be taken (Wegman and Zadeck 1991), through calls,
+//! returned values and local variables; then blocks that cannot be reached and functions that are never called are dropped. Instructions that
+//! stay are not changed.
 
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use super::fold::{self, Kind, fold};
@@ -21,8 +23,14 @@ const OP_SPEC_CONSTANT_TRUE: u32 = 48;
 const OP_SPEC_CONSTANT_FALSE: u32 = 49;
 const OP_SPEC_CONSTANT: u32 = 50;
 const OP_SPEC_CONSTANT_OP: u32 = 52;
+const OP_ENTRY_POINT: u32 = 15;
 const OP_FUNCTION: u32 = 54;
+const OP_FUNCTION_PARAMETER: u32 = 55;
 const OP_FUNCTION_END: u32 = 56;
+const OP_FUNCTION_CALL: u32 = 57;
+const OP_VARIABLE: u32 = 59;
+const OP_LOAD: u32 = 61;
+const OP_STORE: u32 = 62;
 const OP_DECORATE: u32 = 71;
 const OP_UNDEF: u32 = 1;
 const OP_PHI: u32 = 245;
@@ -31,6 +39,7 @@ const OP_LABEL: u32 = 248;
 const OP_BRANCH: u32 = 249;
 const OP_BRANCH_CONDITIONAL: u32 = 250;
 const OP_SWITCH: u32 = 251;
+const OP_RETURN_VALUE: u32 = 254;
 const OP_UNREACHABLE: u32 = 255;
 const OP_NO_LINE: u32 = 317;
 const OP_TERMINATE_INVOCATION: u32 = 4416;
@@ -58,10 +67,14 @@ impl Known {
     }
 }
 
-/// What a module says outside of its functions.
+/// What is said of the identifiers of a module.
 struct Globals {
-    /// What each identifier is known to be.
+    /// What each identifier is known to be: a value, what is in a variable of a function, or what a function returns.
     known: Vec<Known>,
+    /// The block of its function that each label begins.
+    places: Vec<Option<usize>>,
+    /// Which identifiers are variables of functions and parameters.
+    addresses: Vec<bool>,
     /// The kind of each type.
     kinds: Vec<Option<Kind>>,
     /// Which identifiers are no longer there.
@@ -89,32 +102,122 @@ pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u3
         return module.to_vec();
     };
     let mut out = module[..HEADER].to_vec();
-    let mut globals = Globals { known: vec![Known::Varies; bound], lost: vec![false; bound], kinds: vec![None; bound] };
-    let functions = settle_constants(module, value, &mut globals, &mut out);
-    let mut at = functions;
+    let mut globals = Globals {
+        known: vec![Known::Varies; bound],
+        places: vec![None; bound],
+        addresses: vec![false; bound],
+        lost: vec![false; bound],
+        kinds: vec![None; bound],
+    };
+    let at = settle_constants(module, value, &mut globals, &mut out);
+    let Some(mut functions) = parse_functions(module, at, &mut globals) else {
+        out.extend_from_slice(&module[at..]);
+        return out;
+    };
+    follow(module, &mut functions, &mut globals);
     let (mut fresh, mut undefined) = (bound as u32, Vec::new());
     let mut bodies = Vec::new();
-    while at < module.len() {
-        let end = instructions(module, at)
-            .find(|i| i.operation == OP_FUNCTION_END)
-            .map_or(module.len(), |i| i.at + i.words.len());
-        match Function::parse(module, at..end, &mut globals) {
-            Some(mut function) => {
-                function.follow(module, &mut globals);
-                function.write(module, &mut globals, &mut bodies, &mut |kind| {
-                    undefined.extend([3 << 16 | OP_UNDEF, kind, fresh]);
-                    fresh += 1;
-                    fresh - 1
-                });
-            }
-            None => bodies.extend_from_slice(&module[at..end]),
-        }
-        at = end;
+    for function in &functions {
+        function.write(module, &mut globals, &mut bodies, &mut |kind| {
+            undefined.extend([3 << 16 | OP_UNDEF, kind, fresh]);
+            fresh += 1;
+            fresh - 1
+        });
     }
     out.extend(undefined);
     out.extend(bodies);
     out[BOUND] = fresh;
     without_lost_names(&out, &globals.lost)
+}
+
+/// The functions from a word on, those that are entered marked as reached; nothing if one holds what is not known here.
+fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option<Vec<Function>> {
+    let entered = |id: u32| {
+        all_instructions(module)
+            .take_while(|i| i.operation != OP_FUNCTION)
+            .any(|i| i.operation == OP_ENTRY_POINT && i.words.get(2) == Some(&id))
+    };
+    let (mut functions, mut at) = (Vec::new(), from);
+    while at < module.len() {
+        let end = instructions(module, at).find(|i| i.operation == OP_FUNCTION_END).map(|i| i.at + i.words.len())?;
+        let mut function = Function::parse(module, at..end, globals)?;
+        function.reached = entered(function.id);
+        functions.push(function);
+        at = end;
+    }
+    forget_what_is_written_elsewhere(module, from, &functions, globals);
+    Some(functions)
+}
+
+/// Variables and parameters whose address goes where more than loads and stores of this function may use it hold what is not known.
+fn forget_what_is_written_elsewhere(module: &[u32], from: usize, functions: &[Function], globals: &mut Globals) {
+    let mut written = Vec::new();
+    let mut passed = Vec::new();
+    for i in instructions(module, from) {
+        match i.operation {
+            OP_VARIABLE | OP_LOAD | OP_FUNCTION_PARAMETER => (),
+            // An operand that is a number may look like an identifier: then less is known.
+            OP_STORE => written.extend([(i.words[2], true), (i.words[1], false)]),
+            OP_FUNCTION_CALL => passed.push(i.words),
+            OP_RETURN_VALUE => written.push((i.words[1], true)),
+            _ => written.extend(i.words[1..].iter().map(|&id| (id, true))),
+        }
+    }
+    let is_address = |globals: &Globals, id: u32| globals.addresses.get(id as usize) == Some(&true);
+    let parameters: HashSet<u32> = functions.iter().flat_map(|function| &function.parameters).copied().collect();
+    for (id, anyhow) in written {
+        // A store to a parameter is a store to the variable of the caller.
+        if is_address(globals, id) && (anyhow || parameters.contains(&id)) {
+            globals.known[id as usize] = Known::Varies;
+        }
+    }
+    let by_id: HashMap<u32, &Function> = functions.iter().map(|function| (function.id, function)).collect();
+    // What is handed on to a parameter that is only read stays known; from the innermost call outwards.
+    loop {
+        let mut changed = false;
+        for call in &passed {
+            let called = by_id.get(&call[3]);
+            for (i, &id) in call[4..].iter().enumerate() {
+                let read_only = called
+                    .and_then(|called| called.parameters.get(i))
+                    .is_some_and(|parameter| globals.of(*parameter) != Known::Varies);
+                if is_address(globals, id) && !read_only && globals.of(id) != Known::Varies {
+                    globals.known[id as usize] = Known::Varies;
+                    changed = true;
+                }
+            }
+        }
+        if !changed {
+            return;
+        }
+    }
+}
+
+/// Finds what can be reached, and what is constant there.
+fn follow(module: &[u32], functions: &mut [Function], globals: &mut Globals) {
+    let by_id: HashMap<u32, usize> = functions.iter().enumerate().map(|(i, function)| (function.id, i)).collect();
+    loop {
+        let mut changed = false;
+        for at in 0..functions.len() {
+            if !functions[at].reached {
+                continue;
+            }
+            let mut calls = Vec::new();
+            changed |= functions[at].follow(module, globals, &mut calls);
+            for call in calls {
+                let Some(called) = by_id.get(&call[3]).map(|&called| &mut functions[called]) else { continue };
+                changed |= !called.reached;
+                called.reached = true;
+                for (&parameter, &given) in called.parameters.iter().zip(&call[4..]) {
+                    changed |= globals.learn(parameter, globals.of(given));
+                }
+            }
+        }
+        // Where a choice depends on what is never written, anything may be chosen.
+        if !changed && !functions.iter().filter(|function| function.reached).any(|f| f.open_choices(module, globals)) {
+            return;
+        }
+    }
 }
 
 /// Writes what comes before the first function with its constants settled, and returns where that begins.
@@ -197,16 +300,36 @@ impl Globals {
     fn of(&self, id: u32) -> Known {
         self.known[id as usize]
     }
+
+    /// Notes what an identifier may be too. Returns whether that was not known: what is known only becomes less.
+    fn learn(&mut self, id: u32, known: Known) -> bool {
+        let slot = &mut self.known[id as usize];
+        let before = std::mem::replace(slot, slot.or(known));
+        before != *slot
+    }
+
+    /// Notes a variable of a function or a parameter, of which nothing is known yet.
+    fn add_variable(&mut self, words: &[u32]) -> Option<()> {
+        let id = *words.get(2)? as usize;
+        *self.known.get_mut(id)? = Known::Nothing;
+        self.addresses[id] = true;
+        Some(())
+    }
+
+    fn block(&self, label: u32) -> usize {
+        self.places[label as usize].unwrap_or(0)
+    }
 }
 
 /// A function while it is followed.
 struct Function {
+    id: u32,
+    parameters: Vec<u32>,
+    reached: bool,
     /// What comes before its first block, and behind its last one.
     head: Range<usize>,
     tail: Range<usize>,
     blocks: Vec<Block>,
-    /// The block of each label, by identifier.
-    places: Vec<Option<usize>>,
 }
 
 /// Whether an instruction ends a block.
@@ -218,7 +341,7 @@ impl Function {
     /// The function in these words; nothing for one that holds what is not known here.
     fn parse(module: &[u32], words: Range<usize>, globals: &mut Globals) -> Option<Self> {
         let mut blocks: Vec<Block> = Vec::new();
-        let mut places = vec![None; module[BOUND] as usize];
+        let (mut id, mut parameters) = (0, Vec::new());
         let mut open = false;
         let (mut head, mut tail) = (words.start..words.start, words.end..words.end);
         for i in instructions(&module[..words.end], words.start) {
@@ -231,7 +354,7 @@ impl Function {
                     if blocks.is_empty() {
                         head.end = i.at;
                     }
-                    *places.get_mut(*i.words.get(1)? as usize)? = Some(blocks.len());
+                    *globals.places.get_mut(*i.words.get(1)? as usize)? = Some(blocks.len());
                     blocks.push(Block {
                         label: i.words[1],
                         words: i.at..i.at,
@@ -241,8 +364,17 @@ impl Function {
                         before: Vec::new(),
                     });
                 }
+                OP_FUNCTION => {
+                    id = *i.words.get(2)?;
+                    *globals.known.get_mut(id as usize)? = Known::Nothing;
+                }
+                OP_FUNCTION_PARAMETER => {
+                    parameters.push(*i.words.get(2)?);
+                    globals.add_variable(i.words)?;
+                }
                 OP_FUNCTION_END => tail.start = i.at,
                 _ if !open => (),
+                OP_VARIABLE => globals.add_variable(i.words)?,
                 OP_LOOP_MERGE | OP_SELECTION_MERGE => blocks.last_mut()?.merge = Some(i.at),
                 operation if ends_block(operation) => {
                     let block = blocks.last_mut()?;
@@ -250,24 +382,22 @@ impl Function {
                     block.words.end = i.at + i.words.len();
                     open = false;
                 }
-                operation if operation == OP_PHI || fold::is_known(operation) => {
+                operation if matches!(operation, OP_PHI | OP_LOAD | OP_FUNCTION_CALL) || fold::is_known(operation) => {
                     *globals.known.get_mut(*i.words.get(2)? as usize)? = Known::Nothing;
                 }
                 _ => (),
             }
         }
-        (!open && !blocks.is_empty()).then_some(Self { head, tail, blocks, places })
-    }
-
-    fn block(&self, label: u32) -> usize {
-        self.places[label as usize].unwrap_or(0)
+        (!open && !blocks.is_empty()).then_some(Self { id, parameters, reached: false, head, tail, blocks })
     }
 
     /// Where the conditional branch at the end of a block goes whatever happens; none of one that closes a loop, which stays as it is.
     fn always(&self, module: &[u32], block: usize, globals: &Globals) -> Option<u32> {
         let i = last_of(module, &self.blocks[block]);
         match (i.operation == OP_BRANCH_CONDITIONAL).then(|| globals.of(i.words[1]))? {
-            Known::Value(bits) if !self.closes_loop(module, block) => Some(i.words[if bits != 0 { 2 } else { 3 }]),
+            Known::Value(bits) if !self.closes_loop(module, block, globals) => {
+                Some(i.words[if bits != 0 { 2 } else { 3 }])
+            }
             _ => None,
         }
     }
@@ -291,27 +421,48 @@ impl Function {
     }
 
     /// Whether one of the blocks that a block branches to is the head of a loop around it.
-    fn closes_loop(&self, module: &[u32], block: usize) -> bool {
-        last_of(module, &self.blocks[block]).words[2..4].iter().any(|label| self.block(*label) <= block)
+    fn closes_loop(&self, module: &[u32], block: usize, globals: &Globals) -> bool {
+        last_of(module, &self.blocks[block]).words[2..4].iter().any(|label| globals.block(*label) <= block)
     }
 
-    /// Finds what can be reached, and what is constant there.
-    fn follow(&mut self, module: &[u32], globals: &mut Globals) {
+    /// Finds what can be reached if callers and what is called do what is known of them, and the calls there. Returns whether there is news.
+    fn follow<'a>(&mut self, module: &'a [u32], globals: &mut Globals, calls: &mut Vec<&'a [u32]>) -> bool {
         self.blocks[0].reached = true;
+        let mut any = false;
         loop {
             let mut changed = false;
+            calls.clear();
             for block in 0..self.blocks.len() {
                 if self.blocks[block].reached {
-                    changed |= self.visit(module, block, globals);
+                    changed |= self.visit(module, block, globals, calls);
                 }
             }
             if !changed {
-                return;
+                return any;
             }
+            any = true;
         }
     }
 
-    fn visit(&mut self, module: &[u32], block: usize, globals: &mut Globals) -> bool {
+    /// Opens the choices that depend on what nothing is known of. Returns whether there is one.
+    fn open_choices(&self, module: &[u32], globals: &mut Globals) -> bool {
+        let mut opened = false;
+        for block in self.blocks.iter().filter(|block| block.reached) {
+            let i = last_of(module, block);
+            if matches!(i.operation, OP_BRANCH_CONDITIONAL | OP_SWITCH) && globals.of(i.words[1]) == Known::Nothing {
+                opened |= globals.learn(i.words[1], Known::Varies);
+            }
+        }
+        opened
+    }
+
+    fn visit<'a>(
+        &mut self,
+        module: &'a [u32],
+        block: usize,
+        globals: &mut Globals,
+        calls: &mut Vec<&'a [u32]>,
+    ) -> bool {
         let mut changed = false;
         let Block { words, before, .. } = &self.blocks[block];
         for i in instructions(&module[..words.end], words.start) {
@@ -321,18 +472,31 @@ impl Function {
                     let taken = pairs.iter().filter(|[_, from]| before.contains(from));
                     taken.fold(Known::Nothing, |known, [value, _]| known.or(globals.of(*value)))
                 }
+                OP_LOAD => globals.of(i.words[3]),
+                OP_FUNCTION_CALL => {
+                    calls.push(i.words);
+                    globals.of(i.words[3])
+                }
+                OP_STORE => {
+                    changed |= globals.learn(i.words[1], globals.of(i.words[2]));
+                    continue;
+                }
+                OP_VARIABLE if i.words.len() > 4 => {
+                    changed |= globals.learn(i.words[2], globals.of(i.words[4]));
+                    continue;
+                }
+                OP_RETURN_VALUE => {
+                    changed |= globals.learn(self.id, globals.of(i.words[1]));
+                    continue;
+                }
                 operation if fold::is_known(operation) => globals.folded(i.words[1], operation, &i.words[3..]),
                 _ => continue,
             };
-            let slot = &mut globals.known[i.words[2] as usize];
-            // What was known only becomes less.
-            let known = slot.or(known);
-            changed |= *slot != known;
-            *slot = known;
+            changed |= globals.learn(i.words[2], known);
         }
         let label = self.blocks[block].label;
         for target in self.targets(module, block, globals) {
-            let next = self.block(target);
+            let next = globals.block(target);
             let next = &mut self.blocks[next];
             if !next.before.contains(&label) {
                 next.before.push(label);
@@ -345,15 +509,20 @@ impl Function {
 
     /// Writes what can be reached. `undefined`: an identifier without a value, of this type.
     fn write(&self, module: &[u32], globals: &mut Globals, out: &mut Vec<u32>, undefined: &mut impl FnMut(u32) -> u32) {
+        if !self.reached {
+            let gone = instructions(&module[..self.tail.end], self.head.start);
+            gone.filter_map(|i| result_of(&i)).for_each(|id| globals.lost[id as usize] = true);
+            return;
+        }
         // Blocks that merge instructions name must be there, reached or not.
         let mut named: Vec<Option<u32>> = vec![None; self.blocks.len()];
         for block in self.blocks.iter().filter(|block| block.reached) {
             let Some(merge) = block.merge.filter(|_| !self.is_settled(module, block, globals)) else { continue };
             let words = &module[merge..];
-            let rest = self.block(words[1]);
+            let rest = globals.block(words[1]);
             named[rest] = named[rest].or(Some(OP_UNREACHABLE));
             if words[0] & 0xffff == OP_LOOP_MERGE {
-                named[self.block(words[2])] = Some(block.label);
+                named[globals.block(words[2])] = Some(block.label);
             }
         }
         out.extend_from_slice(&module[self.head.clone()]);
@@ -375,7 +544,7 @@ impl Function {
 
     /// Whether a block ends in a choice between two ways, one of which is always taken.
     fn is_settled(&self, module: &[u32], block: &Block, globals: &Globals) -> bool {
-        self.always(module, self.block(block.label), globals).is_some()
+        self.always(module, globals.block(block.label), globals).is_some()
             && block.merge.is_none_or(|merge| module[merge] & 0xffff == OP_SELECTION_MERGE)
     }
 
@@ -387,12 +556,12 @@ impl Function {
         out: &mut Vec<u32>,
         undefined: &mut impl FnMut(u32) -> u32,
     ) {
-        let always = self.always(module, self.block(block.label), globals);
+        let always = self.always(module, globals.block(block.label), globals);
         let settled = self.is_settled(module, block, globals);
         // A loop whose end is never reached begins anew only by name.
         let lost_end =
             block.merge.filter(|&merge| module[merge] & 0xffff == OP_LOOP_MERGE).map(|merge| module[merge + 2]);
-        let lost_end = lost_end.filter(|label| !self.blocks[self.block(*label)].reached);
+        let lost_end = lost_end.filter(|label| !self.blocks[globals.block(*label)].reached);
         for i in instructions(&module[..block.words.end], block.words.start) {
             match i.operation {
                 OP_PHI => {
@@ -570,6 +739,24 @@ mod tests {
     }
 
     #[test]
+    fn functions_that_are_not_called_are_left_out() {
+        let shader = shader("probes/selftest/selftest_branches.comp");
+        let module = shader.spirv(|_| None);
+        let functions = |early: u32, limit: f32| {
+            let special = specialized(&module, |id| match id {
+                1 => Some(early),
+                2 => Some(limit.to_bits()),
+                _ => None,
+            });
+            all_instructions(&special).filter(|i| i.operation == OP_FUNCTION).count()
+        };
+        // Nothing but `main` where it leaves at once. `looped` is reached whether it is early or not.
+        assert_eq!(functions(0, -1.0), 1);
+        assert_eq!(functions(0, 1.0), functions(1, 1.0));
+        assert!(functions(0, 1.0) > 5);
+    }
+
+    #[test]
     fn lost_edges_and_open_constants_are_noticed() {
         let shader = shader("probes/selftest/selftest_branches.comp");
         let module = shader.spirv(|_| None);
@@ -579,7 +766,8 @@ mod tests {
         let mut broken = special.clone();
         broken[label.at + 1] = 0;
         assert!(faults(&broken).iter().any(|fault| fault.contains("is not there")));
-        let phi = all_instructions(&special).find(|i| i.operation == OP_PHI).unwrap();
+        let special = specialized(&self::shader("passes/filter/filter.frag").spirv(|_| None), |_| None);
+        let phi = all_instructions(&special).find(|i| i.operation == OP_PHI).expect("a choice of two values");
         let mut broken = special.clone();
         broken[phi.at + 4] = 0;
         assert!(faults(&broken).iter().any(|fault| fault.contains("takes values")));

@@ -150,6 +150,18 @@ impl Branches {
         v
     }
 
+    fn called(self, mut v: f32) -> f32 {
+        let chosen = self.early ^ (self.way == 1);
+        v += f32::from(u8::from(chosen)) + 0.5 * (self.way + 1).max(0) as f32;
+        if v > 2.0 && (self.early || (chosen && self.once)) {
+            v = -v;
+        }
+        if self.way == 1 && v > 3.0 {
+            v += 8.0;
+        }
+        if self.way == 2 { v - 2.0 } else { v }
+    }
+
     fn value(self, v: f32) -> f32 {
         if self.limit < 0.0 {
             return if self.early && v > 2.0 { 7.0 } else { -7.0 };
@@ -160,7 +172,7 @@ impl Branches {
             () if self.turns % 2 == 1 => v + 0.25,
             () => v,
         };
-        self.at_least_once(v)
+        self.called(self.at_least_once(v))
     }
 }
 
