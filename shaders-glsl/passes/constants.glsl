@@ -23,16 +23,13 @@ const uint FLAG_MASK = 64u;
 const uint FLAG_TRIPLANAR = 128u;
 // What could be shown without repeats is shown as it is.
 const uint FLAG_ONE_LOOK = 256u;
-// Above the flags, where edge samples are drawn: their number across a pixel.
-const uint FLAGS_GRID_SHIFT = 9u;
-// Bits of Object.index above the index: number of its measured material, from 1; dip of a conductor.
-const uint FIT_SHIFT = 8u;
+// Above the flags, the number of its measured material, from 1; above that, where edge samples are drawn, their number across a pixel.
+const uint FLAGS_FIT_SHIFT = 9u;
+const uint FLAGS_GRID_SHIFT = 17u;
+// Bits of Object.index above the index: dip of a conductor.
 const uint CONDUCTOR_DIP_SHIFT = 16u;
 // Most measured materials of a scene.
 const uint MAX_FITS = 255u;
-
-// Index of the sea among the objects of a scene: the last for which a visible pixel has bits.
-const uint SEA_INDEX = 63u;
 
 // Geometry
 

@@ -2,6 +2,7 @@
 // for them.
 #ifndef LEADR_OBJECT_DEPTH
 #define LEADR_OBJECT_DEPTH
+#include "visible.glsl"
 
 // Where no pixel is: no object has it.
 const float NOBODY_DEPTH = 1.0;
@@ -9,7 +10,7 @@ const float NOBODY_DEPTH = 1.0;
 // object: from 1; 0 for the sky. A multiple of the depth's 16 bits, so that what rasterisation rounds and what a fragment stage
 // writes are equal on every device.
 float object_depth(uint object) {
-    return float(object) * (1024.0 / 65535.0);
+    return float(object << (16u - OBJECT_BIT_COUNT)) / 65535.0;
 }
 
 // Corner of a triangle that covers the screen at that depth.

@@ -23,7 +23,8 @@ void main() {
         uint word = texelFetch(visible_surface, min(at, size - 1), 0).x, object = object_of(word);
         uint bit = object == 0u ? 0u : 1u << (object & 31u);
         bool shaded = word != SURFACE_OF_THE_PIXEL && (word & OF_THE_PIXEL) == 0u;
-        seen |= uvec3(object < 32u ? bit : 0u, object < 32u ? 0u : bit, shaded ? TILE_IS_SHADED : 0u);
+        bool is_low = (object & 32u) == 0u;
+        seen |= uvec3(is_low ? bit : 0u, is_low ? 0u : bit, shaded ? TILE_IS_SHADED : 0u);
     }
     atomicOr(low, seen.x);
     atomicOr(high, seen.y);

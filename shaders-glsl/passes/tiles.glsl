@@ -4,11 +4,11 @@
 #define LEADR_TILES
 #include "constants.glsl"
 
-// Record of a tile: one bit per object that it shows (xy), and flags (z).
+// Record of a tile: a bit for each object that it shows (xy), which objects with 64 others between them share, and flags (z).
 const uint TILE_IS_SHADED = 1u; // it contains a sample that must be shaded (edges.comp marks those that need not be)
 
 bool tile_shows(uvec4 record, uint object) {
-    return ((object < 32u ? record.x : record.y) >> (object & 31u) & 1u) != 0u;
+    return (((object & 32u) == 0u ? record.x : record.y) >> (object & 31u) & 1u) != 0u;
 }
 
 int tile_columns(ivec2 size) {

@@ -3,7 +3,7 @@
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use leadr::gpu::Gpu;
 use leadr::maps::RgbImage;
-use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief};
+use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief, TextureWrap};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{HeightMap, procedural};
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -11,7 +11,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{Detail, DetailMapping, DetailMask, FrameState, Object, Pose};
+use leadr::render::scene::{Detail, DetailMapping, DetailMask, FrameState, MaterialMap, Object, Pose, PropertyMap};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -138,6 +138,52 @@ fn a_detail_is_what_one_map_of_the_sum_is() {
             assert!(found < 0.03, "{found}");
         }
     }
+}
+
+/// A detail takes neither emission nor occlusion from what lies below it: light is what it is without them, in the share that is seen,
+/// and what is emitted.
+#[test]
+fn what_is_under_a_detail_glows_and_is_occluded() {
+    let Some(gpu) = test_gpu() else { return };
+    let from = Vec3::new(0.1, -0.3, 0.95).normalize() * 6.0;
+    let camera = Camera::looking_at(from, Vec3::ZERO, 12.0);
+    let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+    let terms = Terms::DIFFUSE_ENVIRONMENT | Terms::DIFFUSE_LIGHTS;
+    let shading = Technique::Leadr.with(ShadingOptions { terms, shadowing: Shadowing::None, ..Default::default() });
+    let settings = RenderSettings { size: (24, 24), shading, shadows: false, ..Default::default() };
+    let light = |detail: bool, emission: Option<[f32; 3]>, occlusion: Option<f32>| {
+        let fine = bumps(FINE, 4.0, 9);
+        let wrap = [TextureWrap::Repeat; 2];
+        let material = MaterialMap {
+            emission: emission.map(|e| PropertyMap { width: 1, height: 1, texels: vec![e], wrap }),
+            occlusion: occlusion.map(|v| PropertyMap { width: 1, height: 1, texels: vec![v], wrap }),
+            ..MaterialMap::new(1, 1, vec![[128, 128, 128, 200]])
+        };
+        let object =
+            Object::new("plane", plane(4.0, 4, METRES, [1.0; 4], even)).without_shadow().with_material(material);
+        let detail = detail.then(|| Detail {
+            slopes: Some(slopes_of(&fine).iter().map(|s| s.map(|v| v * FINE_STEEP)).collect()),
+            heights: fine,
+            material: None,
+            mapping: DetailMapping::Texcoords,
+            transform: Affine2::from_scale(Vec2::splat(8.0)),
+            mask: None,
+        });
+        let object = detail.into_iter().fold(object, Object::with_detail);
+        let picture = picture(&mut under_sky(&gpu, vec![object], 32), &state, &settings);
+        picture.texels[12 * 24 + 12]
+    };
+    for detail in [false, true] {
+        let bare = light(detail, None, None);
+        let glows = light(detail, Some([0.25, 0.5, 0.75]), None);
+        let both = light(detail, Some([0.25, 0.5, 0.75]), Some(0.5));
+        let emitted = [0, 1, 2].map(|c| glows[c] - bare[c]);
+        assert!(emitted[0] > 0.0 && (emitted[2] / emitted[0] - 3.0).abs() < 0.02, "{detail} {emitted:?}");
+        let seen = [0, 1, 2].map(|c| (both[c] - emitted[c]) / bare[c]);
+        println!("detail {detail}: emits {emitted:?}, sees {seen:?}");
+        assert!(seen.iter().all(|share| (0.3..0.95).contains(share)), "{detail} {seen:?}");
+    }
+    gpu.assert_silent();
 }
 
 /// One sample of a base and a detail against supersampling; without the detail's variance it fails.

@@ -8,7 +8,6 @@ use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::HeightField;
-use leadr::render::surfaces::object::MAX_OBJECTS;
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
@@ -175,45 +174,53 @@ fn coarse_surfaces_do_not_shade_themselves() {
     assert!(lost > 0.002, "{lost}");
 }
 
-/// As many objects as a scene may have, so small that screen tiles show several of them, in a picture whose size is not a
-/// multiple of the tile size.
+/// Objects so small that screen tiles show several of them, in a picture whose size is not a multiple of the tile size: as many as the
+/// tiles have bits for, and many more.
 #[test]
 fn every_pixel_of_a_full_scene_is_filtered() {
     let Some(gpu) = test_gpu() else { return };
-    let count = MAX_OBJECTS as u32;
-    // Vertex colours have 8 bits.
-    let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
-    let sphere = |k| Object::new("test", cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]));
-    let mut renderer = under_sky(&gpu, (0..count).map(sphere).collect::<Vec<_>>(), 32);
-    let place = |k: u32| Vec3::new((k % 8) as f32 - 3.5, 0.0, (k / 8) as f32 - 3.5) * 2.5;
-    let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
-    let state = FrameState { poses, ..state(Camera::looking_at(Vec3::new(2.0, -60.0, 5.0), Vec3::ZERO, 22.0)) };
-    let settings = RenderSettings { size: (107, 93), ..Default::default() };
-    let picture = renderer.render(&state, &settings).unwrap();
-    let [depth, albedo, roughness] =
-        [Layer::Depth, Layer::Albedo, Layer::Roughness].map(|layer| renderer.layer(layer).unwrap());
-    let mut seen = vec![0u32; count as usize];
-    for ((depth, albedo), roughness) in depth.iter().zip(&albedo).zip(&roughness) {
-        if depth[0].is_finite() {
-            let k = (albedo[0] * 255.0 - 4.0) / 4.0;
-            assert!((k - k.round()).abs() < 0.1 && (roughness[0] - 0.3).abs() < 3e-3, "{albedo:?} {roughness:?}");
-            seen[k.round() as usize] += 1;
-        } else {
-            assert_eq!((*albedo, *roughness), ([0.0; 4], [0.0; 4]));
+    for (columns, count) in [(8, 62), (20, 400)] {
+        // Vertex colours have 8 bits.
+        let colors = [|k: u32| k % 20, |k: u32| k / 20];
+        let color = |part: u32| (12 * part + 4) as f32 / 255.0;
+        let sphere = |k| {
+            let [red, green] = colors.map(|of| color(of(k)));
+            Object::new("test", cube_sphere(2, [red, green, 0.5, 0.3]))
+        };
+        let mut renderer = under_sky(&gpu, (0..count).map(sphere).collect::<Vec<_>>(), 32);
+        let middle = (columns - 1) as f32 / 2.0;
+        let place = |k: u32| Vec3::new((k % columns) as f32 - middle, 0.0, (k / columns) as f32 - middle) * 2.5;
+        let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
+        let eye = Vec3::new(2.0, -60.0, 5.0) * (columns as f32 / 8.0);
+        let state = FrameState { poses, ..state(Camera::looking_at(eye, Vec3::ZERO, 22.0)) };
+        let settings = RenderSettings { size: (107 * columns / 8, 93 * columns / 8), ..Default::default() };
+        let picture = renderer.render(&state, &settings).unwrap();
+        let [depth, albedo, roughness] =
+            [Layer::Depth, Layer::Albedo, Layer::Roughness].map(|layer| renderer.layer(layer).unwrap());
+        let mut seen = vec![0u32; count as usize];
+        for ((depth, albedo), roughness) in depth.iter().zip(&albedo).zip(&roughness) {
+            if depth[0].is_finite() {
+                let [red, green] = [albedo[0], albedo[1]].map(|value| (value * 255.0 - 4.0) / 12.0);
+                let whole = |part: f32| (part - part.round()).abs() < 0.1;
+                assert!(whole(red) && whole(green) && (roughness[0] - 0.3).abs() < 3e-3, "{albedo:?} {roughness:?}");
+                seen[(red.round() + 20.0 * green.round()) as usize] += 1;
+            } else {
+                assert_eq!((*albedo, *roughness), ([0.0; 4], [0.0; 4]));
+            }
         }
+        assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
+        // Edge samples are filtered and shaded per tile; a sample left out would be black or come from another frame.
+        let shading = Technique::Leadr.with(ShadingOptions { edge_samples: 64, ..Default::default() });
+        let edges = renderer.render(&state, &RenderSettings { shading, ..settings }).unwrap();
+        let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
+        let rms = |a: &FrameOutput| {
+            let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>();
+            (a.color.iter().zip(&samples.color).map(square).sum::<f64>() / a.color.len() as f64).sqrt()
+        };
+        let (with, without) = (rms(&edges), rms(&picture));
+        println!("{count} against 64 samples: {with:.4} with 64 edge samples, {without:.4} without");
+        assert!(with < 0.18 * without, "{with} {without}");
     }
-    assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
-    // Edge samples are filtered and shaded per tile; a sample left out would be black or come from another frame.
-    let shading = Technique::Leadr.with(ShadingOptions { edge_samples: 64, ..Default::default() });
-    let edges = renderer.render(&state, &RenderSettings { shading, ..settings }).unwrap();
-    let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
-    let rms = |a: &FrameOutput| {
-        let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>();
-        (a.color.iter().zip(&samples.color).map(square).sum::<f64>() / a.color.len() as f64).sqrt()
-    };
-    let (with, without) = (rms(&edges), rms(&picture));
-    println!("against 64 samples: {with:.4} with 64 edge samples, {without:.4} without");
-    assert!(with < 0.18 * without, "{with} {without}");
     gpu.assert_silent();
 }
 

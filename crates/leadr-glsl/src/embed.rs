@@ -85,10 +85,8 @@ fn entry(table: &mut String, name: &str, stage: Stage, binary: &Path, shader: &C
     line(format!("    Shader {{\n        name: {name:?}, stage: Stage::{stage:?},"));
     line(format!("        code: &Aligned(*include_bytes!({binary:?})).0, local_size: {:?},", interface.local_size));
     line("        resources: &[".to_owned());
-    for reflect::Resource { name, kind, binding_word: word } in &interface.resources {
-        line(format!(
-            "            Resource {{ name: {name:?}, kind: ResourceKind::{kind:?}, binding_word: {word:?} }},"
-        ));
+    for reflect::Resource { name, kind, .. } in &interface.resources {
+        line(format!("            Resource {{ name: {name:?}, kind: ResourceKind::{kind:?} }},"));
     }
     line("        ],\n        constants: &[".to_owned());
     for reflect::Constant { name, id, kind } in &interface.constants {
@@ -98,7 +96,7 @@ fn entry(table: &mut String, name: &str, stage: Stage, binary: &Path, shader: &C
     let push = interface
         .push
         .as_ref()
-        .map(|reflect::Push { block, bytes }| format!("Push {{ block: {block:?}, bytes: {bytes} }}"));
+        .map(|reflect::Push { block, bytes, .. }| format!("Push {{ block: {block:?}, bytes: {bytes} }}"));
     line(format!("        push: {},", push.map_or("None".to_owned(), |push| format!("Some({push})"))));
     line("        structs: &[".to_owned());
     for found in &interface.structs {

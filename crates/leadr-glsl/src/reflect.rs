@@ -48,8 +48,10 @@ pub struct Constant {
 pub struct Push {
     /// Name of the block.
     pub block: String,
-    /// Bytes up to the end of its last member; 0 where nothing reads it.
+    /// Bytes up to the end of its last member.
     pub bytes: u32,
+    /// Whether anything reads it.
+    pub used: bool,
 }
 
 /// A struct with a memory layout.
@@ -128,9 +130,11 @@ struct Module {
     constants: HashMap<u32, (u32, u32)>,
     /// Identifier, pointer type, storage class.
     variables: Vec<(u32, u32, u32)>,
-    /// Identifiers that instructions of functions name.
-    named: HashSet<u32>,
-    in_function: bool,
+    /// The entry point's function.
+    entry: u32,
+    /// The function that is being read, and what the instructions of each name: variables and functions.
+    function: u32,
+    named: HashMap<u32, Vec<u32>>,
     local_size: Option<[u32; 3]>,
     local_size_ids: Option<[u32; 3]>,
 }
@@ -210,14 +214,28 @@ impl Module {
             (43 | 50, [kind, id, value, ..]) => {
                 self.constants.insert(*id, (*kind, *value));
             }
-            // OpFunction
-            (54, _) => self.in_function = true,
+            // OpEntryPoint, OpFunction
+            (15, [_, id, ..]) => self.entry = *id,
+            (54, [_, id, ..]) => self.function = *id,
             // OpImageTexelPointer, OpLoad, OpAccessChain, OpArrayLength; OpStore; OpFunctionCall
-            (60 | 61 | 65 | 68, [_, _, base, ..]) | (62, [base, ..]) => _ = self.named.insert(*base),
-            (57, [_, _, _, arguments @ ..]) => self.named.extend(arguments),
-            (59, [kind, id, storage, ..]) if !self.in_function => self.variables.push((*id, *kind, *storage)),
+            (60 | 61 | 65 | 68, [_, _, base, ..]) | (62, [base, ..]) => self.names(&[*base]),
+            (57, [_, _, called_with @ ..]) => self.names(called_with),
+            (59, [kind, id, storage, ..]) if self.function == 0 => self.variables.push((*id, *kind, *storage)),
             _ => {}
         }
+    }
+
+    fn names(&mut self, ids: &[u32]) {
+        self.named.entry(self.function).or_default().extend(ids);
+    }
+
+    /// The functions that may be called, and the variables that they name.
+    fn reached(&self) -> HashSet<u32> {
+        let (mut reached, mut next) = (HashSet::from([self.entry]), vec![self.entry]);
+        while let Some(named) = next.pop().map(|function| self.named.get(&function)) {
+            next.extend(named.into_iter().flatten().filter(|id| reached.insert(**id)));
+        }
+        reached
     }
 
     fn add(&mut self, id: u32, kind: Type) {
@@ -234,6 +252,7 @@ impl Module {
 
     fn interface(&self) -> Result<Interface, String> {
         let mut result = Interface { local_size: self.work_group(), ..Interface::default() };
+        let reached = self.reached();
         for &(variable, pointer, storage) in &self.variables {
             if ![UNIFORM_CONSTANT, UNIFORM, PUSH_CONSTANT, STORAGE_BUFFER].contains(&storage) {
                 continue;
@@ -245,12 +264,11 @@ impl Module {
                 let block = self.name(target).ok_or("the push constant block has no name")?.to_owned();
                 let bytes =
                     self.bytes(target).ok_or_else(|| format!("push constant block {block} has no fixed size"))?;
-                let bytes = if self.named.contains(&variable) { bytes } else { 0 };
                 self.layout(target, None, &mut result.structs)?;
-                result.push = Some(Push { block, bytes });
+                result.push = Some(Push { block, bytes, used: reached.contains(&variable) });
                 continue;
             }
-            let resource = self.resource(variable, target, storage)?;
+            let resource = self.resource(variable, target, storage, reached.contains(&variable))?;
             if storage != UNIFORM_CONSTANT {
                 self.block(&resource.name, target, &mut result.structs)?;
             }
@@ -291,7 +309,7 @@ impl Module {
         Ok(constants)
     }
 
-    fn resource(&self, variable: u32, target: u32, storage: u32) -> Result<Resource, String> {
+    fn resource(&self, variable: u32, target: u32, storage: u32, reached: bool) -> Result<Resource, String> {
         let name = self.name(variable).or_else(|| self.name(target)).ok_or("a resource has no name")?.to_owned();
         if self.decoration(variable, DESCRIPTOR_SET).is_some_and(|set| set != 0) {
             return Err(format!("{name} is not in descriptor set 0"));
@@ -307,8 +325,8 @@ impl Module {
             _ => return Err(format!("{name} is no buffer, storage image or combined image sampler")),
         };
         let binding_word = match self.decorations.get(&(variable, BINDING)) {
-            Some((_, word)) if self.named.contains(&variable) => Some(*word),
-            None if self.named.contains(&variable) => return Err(format!("the compiler gave {name} no binding")),
+            Some((_, word)) if reached => Some(*word),
+            None if reached => return Err(format!("the compiler gave {name} no binding")),
             _ => None,
         };
         Ok(Resource { name, kind, binding_word })

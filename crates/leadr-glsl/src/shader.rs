@@ -65,8 +65,6 @@ pub struct Resource {
     pub name: &'static str,
     /// Its kind.
     pub kind: ResourceKind,
-    /// Which word of the SPIR-V holds the binding number; `None` where nothing reads or writes it.
-    pub binding_word: Option<usize>,
 }
 
 /// Kind of a resource.
@@ -123,7 +121,7 @@ pub enum ConstantKind {
 pub struct Push {
     /// Its name.
     pub block: &'static str,
-    /// 0 where nothing reads it.
+    /// Up to the end of its last member.
     pub bytes: u32,
 }
 
@@ -150,16 +148,9 @@ pub struct Member {
 }
 
 impl Shader {
-    /// Its SPIR-V, with each resource bound to the number that `number` returns for its name.
-    pub fn spirv(&self, number: impl Fn(&str) -> Option<u32>) -> Vec<u32> {
-        let word = |bytes: &[u8]| u32::from_ne_bytes(bytes.try_into().expect("four bytes"));
-        let mut words: Vec<u32> = self.code.chunks_exact(4).map(word).collect();
-        for resource in self.resources {
-            if let (Some(word), Some(number)) = (resource.binding_word, number(resource.name)) {
-                words[word] = number;
-            }
-        }
-        words
+    /// Its SPIR-V in words.
+    pub fn words(&self) -> Vec<u32> {
+        self.code.as_chunks().0.iter().map(|bytes| u32::from_ne_bytes(*bytes)).collect()
     }
 }
 
@@ -175,11 +166,10 @@ mod compiled {
         /// If the name has no extension of a stage; such a file does not compile.
         pub fn from_compiled(name: &str, compiled: Compiled) -> &'static Self {
             let Compiled { code, interface } = compiled;
-            let resources = interface.resources.into_iter().map(|resource| Resource {
-                binding_word: resource.binding_word,
-                name: text(resource.name),
-                kind: resource.kind,
-            });
+            let resources = interface
+                .resources
+                .into_iter()
+                .map(|resource| Resource { name: text(resource.name), kind: resource.kind });
             let constants = interface.constants.into_iter().map(|constant| Constant {
                 name: text(constant.name),
                 id: constant.id,

@@ -59,6 +59,7 @@ struct Facts {
     limits: vk::PhysicalDeviceLimits,
     kind: vk::PhysicalDeviceType,
     largest_allocation: u64,
+    push_descriptors: u32,
     wires: bool,
 }
 
@@ -312,6 +313,11 @@ impl Gpu {
         self.pipeline_cache
     }
 
+    /// Most resources of a pipeline.
+    pub(crate) fn most_resources(&self) -> usize {
+        self.facts.push_descriptors as usize
+    }
+
     pub(crate) fn push_descriptor(&self) -> &ash::khr::push_descriptor::Device {
         &self.push_descriptor
     }
@@ -446,7 +452,9 @@ fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extension
 fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
-    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut v11);
+    let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
+    let mut all =
+        vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut v11).push_next(&mut push);
     // SAFETY: the device is Vulkan 1.3 and knows the chain.
     unsafe { instance.get_physical_device_properties2(chosen.physical, &mut all) };
     let limits = all.properties.limits;
@@ -460,6 +468,7 @@ fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
         limits,
         kind: chosen.kind,
         largest_allocation: v11.max_memory_allocation_size,
+        push_descriptors: push.max_push_descriptors,
         wires: chosen.wires,
     }
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use ash::vk;
 
 use super::error::Doing;
-use super::pipeline_layout::{PipelineCore, Spec, SpecValue, StageModule, check_constants, shader};
+use super::pipeline_layout::{PipelineCore, SettledStage, Spec, SpecValue, StageModule, check_constants, shader};
 use super::remake::{Put, Remake};
 use super::shaders::{Shader, Stage};
 use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
@@ -97,8 +97,10 @@ impl ComputePipeline {
     fn make(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<PipelineCore> {
         let shader = shader(gpu, name, Stage::Compute)?;
         check_constants(name, &[shader], spec)?;
-        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, &[shader], structs)?;
-        let stage = StageModule::new(gpu, &core, shader, spec)?;
+        let stage = SettledStage::new(shader, spec)?;
+        let mut core =
+            PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, std::slice::from_ref(&stage), structs)?;
+        let stage = StageModule::new(gpu, &core, stage)?;
         let info = vk::ComputePipelineCreateInfo::default().stage(stage.info()).layout(core.layout);
         core.raw = made(gpu, name, |device, cache| {
             // SAFETY: everything the description points to outlives the call.
@@ -287,7 +289,7 @@ impl GraphicsPipeline {
         if desc.wires && !gpu.draws_wires() {
             return Err(GpuError::usage(name, "this device cannot draw the edges of triangles (fillModeNonSolid)"));
         }
-        let mut shaders: Vec<&Shader> = vec![shader(gpu, desc.vertex, Stage::Vertex)?];
+        let mut shaders: Vec<&'static Shader> = vec![shader(gpu, desc.vertex, Stage::Vertex)?];
         if let Some([control, evaluation]) = desc.tessellation {
             shaders.push(shader(gpu, control, Stage::TessellationControl)?);
             shaders.push(shader(gpu, evaluation, Stage::TessellationEvaluation)?);
@@ -296,9 +298,11 @@ impl GraphicsPipeline {
             shaders.push(shader(gpu, fragment, Stage::Fragment)?);
         }
         check_constants(name, &shaders, desc.spec)?;
-        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::GRAPHICS, &shaders, desc.structs)?;
-        let stages: Vec<StageModule<'_>> =
-            shaders.iter().map(|shader| StageModule::new(gpu, &core, shader, desc.spec)).collect::<Result<_>>()?;
+        let settled = |shader: &&'static Shader| SettledStage::new(shader, desc.spec);
+        let stages = shaders.iter().map(settled).collect::<Result<Vec<_>>>()?;
+        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::GRAPHICS, &stages, desc.structs)?;
+        let modules = stages.into_iter().map(|stage| StageModule::new(gpu, &core, stage));
+        let stages: Vec<StageModule<'_>> = modules.collect::<Result<_>>()?;
         core.raw = create_graphics(gpu, name, desc, &stages, core.layout)?;
         drop(stages);
         gpu.name(core.raw, name);

@@ -10,6 +10,7 @@ use super::error::Doing;
 use super::shaders::{ConstantKind, ResourceKind, Shader, Stage, descriptor_type, stage_flags};
 use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
+use leadr_glsl::reflect::{Interface, interface};
 
 /// The value of a specialization constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +59,7 @@ pub struct PipelineCore {
     set_layout: vk::DescriptorSetLayout,
     /// The resources that must be bound; the index is the binding number.
     pub(crate) slots: Vec<Slot>,
-    /// Resources that the shaders declare but do not use: binding them is allowed and has no effect.
+    /// Resources that the shaders declare, and do not use with these constants: binding them is allowed and has no effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
     /// Work group size of a compute pipeline, specialization constants at their defaults.
@@ -104,11 +105,12 @@ impl PipelineCore {
         gpu: &Arc<Gpu>,
         name: &str,
         bind_point: vk::PipelineBindPoint,
-        shaders: &[&Shader],
+        stages: &[SettledStage],
         structs: &[StructLayout],
     ) -> Result<Self> {
-        shared_struct::check(name, shaders, structs)?;
-        let (slots, unused) = resources(name, shaders)?;
+        let shaders: Vec<&Shader> = stages.iter().map(|stage| stage.shader).collect();
+        shared_struct::check(name, &shaders, structs)?;
+        let (slots, unused) = resources(name, stages)?;
         let mut core = Self {
             gpu: gpu.clone(),
             name: name.to_owned(),
@@ -118,7 +120,7 @@ impl PipelineCore {
             set_layout: vk::DescriptorSetLayout::null(),
             slots,
             unused,
-            push: push_constants(name, shaders, structs)?,
+            push: push_constants(name, stages, structs)?,
             local_size: [1; 3],
         };
         core.create_set_layout()?;
@@ -132,6 +134,10 @@ impl PipelineCore {
     }
 
     fn create_set_layout(&mut self) -> Result<()> {
+        let (used, most) = (self.slots.len(), self.gpu.most_resources());
+        if used > most {
+            return Err(GpuError::usage(&self.name, format!("its {used} resources are more than the device's {most}")));
+        }
         let bindings: Vec<_> = (0u32..)
             .zip(&self.slots)
             .map(|(number, slot)| {
@@ -184,6 +190,33 @@ impl PipelineCore {
     }
 }
 
+/// A stage whose constants are settled.
+pub(crate) struct SettledStage {
+    shader: &'static Shader,
+    words: Vec<u32>,
+    /// What is left of what the shader declares.
+    left: Interface,
+}
+
+impl SettledStage {
+    /// A stage with these constants.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] for SPIR-V that is not understood.
+    pub(crate) fn new(shader: &'static Shader, spec: Spec<'_>) -> Result<Self> {
+        let words = specialized(&shader.words(), |id| {
+            let constant = shader.constants.iter().find(|constant| constant.id == id)?;
+            spec.iter().find(|(name, _)| *name == constant.name).map(|(_, value)| value.bits())
+        });
+        let left = interface(&words).map_err(|fault| GpuError::Shader { name: shader.name.to_owned(), fault })?;
+        Ok(Self { shader, words, left })
+    }
+
+    fn stage(&self) -> vk::ShaderStageFlags {
+        stage_flags(self.shader.stage)
+    }
+}
+
 /// A stage of a pipeline while the pipeline is being created.
 pub(crate) struct StageModule<'a> {
     gpu: &'a Gpu,
@@ -199,12 +232,14 @@ impl Drop for StageModule<'_> {
 }
 
 impl<'a> StageModule<'a> {
-    /// Creates the module, with its resources numbered as in `core` and its constants settled.
-    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, shader: &Shader, spec: Spec<'_>) -> Result<Self> {
-        let mut words = specialized(&shader.spirv(|name| core.binding(name)), |id| {
-            let constant = shader.constants.iter().find(|constant| constant.id == id)?;
-            spec.iter().find(|(name, _)| *name == constant.name).map(|(_, value)| value.bits())
-        });
+    /// Creates the module, with its resources numbered as in `core`.
+    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, settled: SettledStage) -> Result<Self> {
+        let SettledStage { shader, mut words, left } = settled;
+        for resource in &left.resources {
+            if let (Some(word), Some(number)) = (resource.binding_word, core.binding(&resource.name)) {
+                words[word] = number;
+            }
+        }
         if shader.stage == Stage::Fragment && !gpu.is_software() {
             // Written out, the shaders that filter and shade are so long that GPUs lose a fifth of a frame to them; in software
             // loops keep their variables in memory (docs/measurements/gpu.md, performance.md).
@@ -265,12 +300,12 @@ pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_
 }
 
 /// The union of the stages' resources: those in use, and the names of the unused ones.
-fn resources(pipeline: &str, shaders: &[&Shader]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
+fn resources(pipeline: &str, stages: &[SettledStage]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
     let mut all: Vec<Slot> = Vec::new();
-    for shader in shaders {
+    for stage @ SettledStage { shader, left, .. } in stages {
         for resource in shader.resources {
-            let used =
-                if resource.binding_word.is_some() { stage_flags(shader.stage) } else { vk::ShaderStageFlags::empty() };
+            let is_used = left.resources.iter().any(|r| r.name == resource.name && r.binding_word.is_some());
+            let used = if is_used { stage.stage() } else { vk::ShaderStageFlags::empty() };
             match all.iter_mut().find(|known| known.name == resource.name) {
                 Some(known) if known.kind == resource.kind => known.stages |= used,
                 Some(known) => {
@@ -287,9 +322,9 @@ fn resources(pipeline: &str, shaders: &[&Shader]) -> Result<(Vec<Slot>, Vec<&'st
 }
 
 /// The push constants of all stages, which share one block.
-fn push_constants(pipeline: &str, shaders: &[&Shader], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
+fn push_constants(pipeline: &str, stages: &[SettledStage], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
     let mut found: Option<(&str, PushConstants)> = None;
-    for shader in shaders {
+    for stage @ SettledStage { shader, left, .. } in stages {
         let Some(push) = &shader.push else { continue };
         let Some(twin) = structs.iter().find(|twin| twin.glsl == push.block) else { continue };
         let empty = PushConstants { rust: twin.rust, stages: vk::ShaderStageFlags::empty(), bytes: 0 };
@@ -298,8 +333,8 @@ fn push_constants(pipeline: &str, shaders: &[&Shader], structs: &[StructLayout])
             let fault = format!("one stage has push constants {block}, {} has {}", shader.name, push.block);
             return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
         }
-        if push.bytes > 0 {
-            constants.stages |= stage_flags(shader.stage);
+        if left.push.as_ref().is_some_and(|push| push.used) {
+            constants.stages |= stage.stage();
             constants.bytes = constants.bytes.max((push.bytes as usize).next_multiple_of(4));
         }
     }

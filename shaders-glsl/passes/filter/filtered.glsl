@@ -30,14 +30,9 @@ layout(constant_id = 55) const bool RISE_OVER_RUN = false; // slopes are, instea
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
 layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
-#ifdef LEADR_DETAIL
-// A surface under a detail has neither: with the detail's maps there would be more than the 32 resources that drivers push.
-const bool EMITS = false, OCCLUDED = false;
-#else
 layout(constant_id = 52) const bool EMITS = false;    // its material emits light
 layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
 layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordinates of its own
-#endif
 layout(constant_id = 56) const bool COLOR_BY_HEIGHT = false; // colours follow the heights
 layout(constant_id = 57) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
@@ -54,9 +49,7 @@ uniform sampler2D moments_b; // E[hs ht]
 uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
 uniform sampler2D f0_map;      // rgb reflectance at normal incidence
 uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
-#ifndef LEADR_DETAIL
 layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
-#endif
 uniform sampler2D emission_map;
 uniform sampler2D occlusion_map; // x accessibility; or, of CONES, a cone in the frame of the texture with y up
 // Layers, rgb colour times weight, a that weight: those of the height for `low` and for `high` of leadr/visible/relief_color.glsl, if
@@ -191,13 +184,12 @@ vec4 filter_atlas_light(Footprint footprint, uint index, vec2 at, Levels levels)
     }
     return sum / float(footprint.taps);
 }
-#ifdef LEADR_DETAIL
+
 // Of textures that repeat: nothing ends at the border of a tile.
 Footprint detail_footprint(vec2 dx, vec2 dy, float own) {
     return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
 #include "detail.glsl"
-#endif
 
 // Layer of the colours times slopes along s.
 float slope_layer() {
@@ -448,12 +440,10 @@ ReliefColor filtered_relief_color(Means means, vec3 tint, mat2 linear, float lod
 
 // texcoord, texcoord_across: of the mesh.
 Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, mat2 texcoord_across) {
-#ifndef LEADR_DETAIL
     if (CHARTED) {
         TriangleTexcoord texcoord = charted_texcoord(charts[index], chart);
         return Chart(texcoord.first + texcoord.by_place * place, texcoord.by_place * across);
     }
-#endif
     return Chart(texcoord, texcoord_across);
 }
 
@@ -606,9 +596,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
 
     Means means = NO_MEANS;
-#ifdef LEADR_DETAIL
     vec2 drawn = surface.texcoord;
-#endif
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, TAP_ROWS);
     float color_lod = footprint.lod;
     PlacedLooks looks = NO_LOOKS;
@@ -674,9 +662,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         tinted = ground_tint(metres * (surface.texcoord + tiling_shift()), metres * texcoord_across);
         color.rgb *= tinted;
     }
-#ifdef LEADR_DETAIL
     DetailMeans covering = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
-#endif
     vec3 chart_s = surface.tangent_s, chart_t = surface.tangent_t;
     float chart_area = dot(cross(surface.tangent_s, surface.tangent_t), surface.normal);
     SlopeMap chart = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z), map = chart;
@@ -687,8 +673,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     vec3 map_statistics = map_covariance(map, gradient_covariance);
-#ifdef LEADR_DETAIL
-    {
+    if (DETAIL != DETAIL_NONE) {
         vec2 there = place;
         if (abs(determinant(surface.texcoord_by_place)) > 1e-20) {
             there += inverse(surface.texcoord_by_place) * (surface.texcoord - drawn);
@@ -705,7 +690,6 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             covering = detail;
         }
     }
-#endif
     // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
     // it the variance is the same at every magnification.
     vec3 covariance = technique_covariance(map_statistics, vec3(0.0));
@@ -731,7 +715,6 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec3 tint = (object.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
-#ifdef LEADR_DETAIL
     if (DETAIL_COLORS == DETAIL_COVERS) {
         // What lies under the detail neither mirrors nor is metal.
         filtered.f0 = mix(filtered.f0, vec3(detail_color.a), covering.cover);
@@ -744,16 +727,13 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         filtered.mixed.smooth_alpha = alphas.x;
         filtered.mixed.rough_alpha = alphas.y;
     }
-#endif
     filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (object.flags & FLAG_MARK_INSIDE) != 0u);
     vec3 kept = surface.color.rgb * tinted;
-#ifdef LEADR_DETAIL
     if (DETAIL_COLORS == DETAIL_VARIES) {
         kept *= mix(vec3(1.0), covering.color.rgb * detail_color.rgb, covering.cover);
     } else if (DETAIL_COLORS == DETAIL_COVERS) {
         kept *= 1.0 - covering.cover;
     }
-#endif
     filtered.relief_color = filtered_relief_color(means, kept, scale * mat2(map.linear_s, map.linear_t), color_lod);
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {

@@ -6,8 +6,8 @@
 layout(push_constant, std430) uniform Object {
     float height_scale; // eta of LEADR section 4.2
     float specular_f0;
-    uint flags;         // FLAG_ bits; above them, when edge samples are drawn, their number across a pixel
-    uint index;         // number of the object in the scene, from 1: object_index(); above it object_fit(); from CONDUCTOR_DIP_SHIFT on the dip of a conductor
+    uint flags;         // FLAG_ bits; above them object_fit(); above that, when edge samples are drawn, their number across a pixel
+    uint index;         // number of the object in the scene, from 1: object_index(); above it the dip of a conductor
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_SEEN
     float eye[3];       // the viewer, metres; of a flat object where its lattice lies, in repeats, and the viewer's height above its plane
@@ -23,12 +23,12 @@ layout(push_constant, std430) uniform Object {
 } object;
 
 uint object_index() {
-    return object.index & ((1u << FIT_SHIFT) - 1u);
+    return object.index & ((1u << CONDUCTOR_DIP_SHIFT) - 1u);
 }
 
 // Number of its measured material, from 1, or 0.
 uint object_fit() {
-    return object.index >> FIT_SHIFT & MAX_FITS;
+    return object.flags >> FLAGS_FIT_SHIFT & MAX_FITS;
 }
 
 #endif

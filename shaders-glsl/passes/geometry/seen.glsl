@@ -24,7 +24,7 @@ void write_seen() {
     // A triangle seen exactly edge-on can be rasterised with a meaningless depth: nothing lies at or before the near plane.
     bool broken = PIXELS != PIXELS_ARE_MULTISAMPLED && !(gl_FragCoord.z < 1.0);
     bool inside = (object.flags & (FLAG_MARK_INSIDE | FLAG_TRIANGLES)) != 0u && !gl_FrontFacing;
-    uint seen = broken ? 0u : object_index() << 24 | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u);
+    uint seen = broken ? 0u : object_index() << OBJECT_SHIFT | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u);
     vec2 place = in_place;
     uint last = pack_position(gl_FragCoord.xy);
     if (PIXELS == PIXELS_ARE_EDGES) {

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Draws the tiles that show the sea.
 #include "../tiles.glsl"
+#include "../visible.glsl"
 
 uniform usampler2D visible_surface;
 layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };

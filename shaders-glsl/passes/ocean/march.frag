@@ -3,6 +3,7 @@
 // The geometry of the reference: a ray per pixel against the waves of all cascades at full resolution, horizontal movement
 // included. Like the rasterised sea it writes the place at rest that was hit, and its depth.
 #include "../constants.glsl"
+#include "../visible.glsl"
 #include "cascade.glsl"
 
 layout(std140) uniform View {
@@ -121,7 +122,7 @@ void main() {
     surface_height(u.xy * high, 4, shift);
     vec2 rest = u.xy * high - shift;
 
-    out_surface = uvec4(SEA_INDEX << 24, floatBitsToUint(rest), 0u);
+    out_surface = uvec4(SEA_INDEX << OBJECT_SHIFT, floatBitsToUint(rest), 0u);
     out_footprint = uvec2(0u);
     gl_FragDepth = min(view.eye.z * stretch / max(high, 1e-6), 1.0);
 }

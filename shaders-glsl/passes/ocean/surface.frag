@@ -28,6 +28,6 @@ void main() {
         location = pack_location(from_middle);
         last = floatBitsToUint(gl_FragCoord.z);
     }
-    out_surface = uvec4(SEA_INDEX << 24 | location, floatBitsToUint(rest), last);
+    out_surface = uvec4(SEA_INDEX << OBJECT_SHIFT | location, floatBitsToUint(rest), last);
     out_footprint = uvec2(packHalf2x16(clamp(dFdx(in_rest), -6e4, 6e4)), packHalf2x16(clamp(dFdy(in_rest), -6e4, 6e4)));
 }

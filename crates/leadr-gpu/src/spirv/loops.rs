@@ -30,7 +30,7 @@ mod tests {
     fn loops_are_left_to_the_driver_and_nothing_else_changes() {
         let shader =
             leadr_shaders::SHADERS.iter().find(|shader| shader.name == "passes/filter/filter_shade.frag").unwrap();
-        let before = shader.spirv(|_| None);
+        let before = shader.words();
         let mut after = before.clone();
         leave_loops_to_driver(&mut after);
         let marked = controls(&before).iter().filter(|&&control| control & 1 != 0).count();

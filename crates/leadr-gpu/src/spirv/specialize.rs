@@ -713,7 +713,7 @@ mod tests {
         let mut smaller = 0;
         for shader in shaders() {
             let name = shader.name;
-            let module = shader.spirv(|_| None);
+            let module = shader.words();
             let open = |fault: &String| fault.contains("constant");
             assert_eq!(faults(&module).iter().find(|fault| !open(fault)), None, "{name} as it was compiled");
             for (id, value) in settings(shader).into_iter().chain([(u32::MAX, 0)]) {
@@ -729,7 +729,7 @@ mod tests {
     #[test]
     fn what_cannot_be_reached_is_left_out() {
         let shader = shader("passes/filter/filter_shade.frag");
-        let module = shader.spirv(|_| None);
+        let module = shader.words();
         let of = |family: u32| {
             let constant = shader.constants.iter().find(|constant| constant.name == "FAMILY").unwrap();
             specialized(&module, |id| (id == constant.id).then_some(family)).len()
@@ -741,7 +741,7 @@ mod tests {
     #[test]
     fn functions_that_are_not_called_are_left_out() {
         let shader = shader("probes/selftest/selftest_branches.comp");
-        let module = shader.spirv(|_| None);
+        let module = shader.words();
         let functions = |early: u32, limit: f32| {
             let special = specialized(&module, |id| match id {
                 1 => Some(early),
@@ -759,14 +759,14 @@ mod tests {
     #[test]
     fn lost_edges_and_open_constants_are_noticed() {
         let shader = shader("probes/selftest/selftest_branches.comp");
-        let module = shader.spirv(|_| None);
+        let module = shader.words();
         assert!(faults(&module).iter().any(|fault| fault.contains("is open")));
         let special = specialized(&module, |_| None);
         let label = all_instructions(&special).filter(|i| i.operation == OP_LABEL).last().unwrap();
         let mut broken = special.clone();
         broken[label.at + 1] = 0;
         assert!(faults(&broken).iter().any(|fault| fault.contains("is not there")));
-        let special = specialized(&self::shader("passes/filter/filter.frag").spirv(|_| None), |_| None);
+        let special = specialized(&self::shader("passes/filter/filter.frag").words(), |_| None);
         let phi = all_instructions(&special).find(|i| i.operation == OP_PHI).expect("a choice of two values");
         let mut broken = special.clone();
         broken[phi.at + 4] = 0;
@@ -775,7 +775,7 @@ mod tests {
 
     #[test]
     fn no_module_is_too_short() {
-        let module = shader("probes/selftest/selftest_branches.comp").spirv(|_| None);
+        let module = shader("probes/selftest/selftest_branches.comp").words();
         for words in 0..HEADER {
             assert_eq!(specialized(&module[..words], |_| None), &module[..words]);
         }

@@ -6,7 +6,6 @@ use super::prepared::PreparedFrame;
 use super::renderer::{KeptTargets, LastSample, Renderer};
 use super::timing::CpuTime;
 use crate::light::sky_visibility::SkyProbe;
-use crate::passes::targets::visible_patch;
 use crate::settings::RenderSettings;
 use leadr_gpu::Result;
 
@@ -42,9 +41,10 @@ impl Renderer {
             Ok((frame.plan.settings.size, seen.iter().zip(&depth).map(|(s, z)| (s[0], near / z)).collect::<Vec<_>>()))
         })?;
         let Some(((width, height), lines)) = lines else { return Ok(Vec::new()) };
+        let numbering = self.numbering;
         // Lines hide each other, but not what lies between them does. A line on a surface is as near as the farthest place about it.
         let shows = |(i, &(word, distance)): (usize, &(u32, f32))| {
-            let [object, _] = visible_patch(word);
+            let [object, _] = numbering.parts(word);
             let (x, y) = (i as u32 % width, i as u32 / width);
             let about = (y.saturating_sub(1)..(y + 2).min(height))
                 .flat_map(|y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (y * width + x) as usize));

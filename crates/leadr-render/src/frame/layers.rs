@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 use super::drawing::Purpose;
 use super::renderer::{LastSample, Renderer};
 use super::timing::CpuTime;
-use crate::passes::targets::{FilteredPixel, visible_patch};
+use crate::passes::targets::FilteredPixel;
 use leadr_gpu::Result;
 use leadr_reflectance::facets::projected_area::visible_area;
 use leadr_reflectance::frame::{frame_about, to_frame};
@@ -170,9 +170,10 @@ impl Renderer {
                 return Ok(areas.collect());
             }
             Layer::Patch => {
+                let numbering = self.numbering;
                 let surface: Vec<[u32; 4]> = targets.pixels.visible.surface.read(0, 0)?;
                 let patch = |&[word, u, v, _]: &[u32; 4]| {
-                    let [object, index] = visible_patch(word);
+                    let [object, index] = numbering.parts(word);
                     let place = [u, v]
                         .map(|bits| Some(f32::from_bits(bits)).filter(|v| object > 0 && v.is_finite()).unwrap_or(0.0));
                     [object as f32, index as f32, place[0], place[1]]

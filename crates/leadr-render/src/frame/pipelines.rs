@@ -8,6 +8,7 @@ use crate::passes::edges::{JoinKind, JoinPass};
 use crate::passes::msaa::MsaaPass;
 use crate::passes::reference::{ReferenceKind, ReferencePass};
 use crate::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
+use crate::surfaces::numbering::Numbering;
 use leadr_gpu::{Gpu, Result};
 
 /// The pipelines that were asked for so far.
@@ -33,8 +34,8 @@ impl Pipelines {
     }
 
     /// What finds the surfaces of multisampled pixels.
-    pub fn multisample(&mut self, gpu: &Arc<Gpu>, samples: u32) -> Result<MsaaPass> {
-        self.multisample.get(samples, || MsaaPass::new(gpu, samples))
+    pub fn multisample(&mut self, gpu: &Arc<Gpu>, samples: u32, numbering: Numbering) -> Result<MsaaPass> {
+        self.multisample.get(samples, || MsaaPass::new(gpu, samples, numbering))
     }
 
     /// The mean of samples that are put together from such parts.

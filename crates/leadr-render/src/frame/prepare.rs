@@ -65,7 +65,7 @@ impl Renderer {
             _ => None,
         };
         let multisample = match &targets.multisample {
-            Some(targets) => Some(self.pipelines.multisample(&self.gpu, targets.count)?),
+            Some(targets) => Some(self.pipelines.multisample(&self.gpu, targets.count, self.numbering)?),
             None => None,
         };
         let parts = match (&edges, &multisample) {

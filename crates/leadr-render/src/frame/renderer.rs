@@ -19,6 +19,7 @@ use crate::passes::geometry::CasterKinds;
 use crate::scene::{FrameState, Scene};
 use crate::settings::RenderSettings;
 use crate::surfaces::fits::Fits;
+use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::Upload;
 use leadr_gpu::{Buffer, Gpu, Image, Result};
 
@@ -42,6 +43,7 @@ pub struct Renderer {
     pub(super) targets: Option<Targets>,
     /// The last sample in the targets.
     pub(super) last: Option<LastSample>,
+    pub(super) numbering: Numbering,
     /// Frames prepared so far.
     pub(super) prepared: u64,
 }
@@ -67,7 +69,7 @@ impl Renderer {
     /// Uploads a scene: objects, a sea, or both.
     ///
     /// # Errors
-    /// More objects than `MAX_OBJECTS`, unusable waves, memory that is short, or
+    /// More objects than `MAX_OBJECTS`, an object with more patches than there are numbers for, unusable waves, memory that is short, or
     /// a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
         Self::with(gpu, scene.into(), environment, None)
@@ -92,7 +94,8 @@ impl Renderer {
         environment: Environment,
         first: Option<(&FrameState, &RenderSettings)>,
     ) -> Result<Self> {
-        let pipelines = MeshPipelines::of(gpu, &objects);
+        let numbering = Numbering::of(&objects)?;
+        let pipelines = MeshPipelines::of(gpu, &objects, numbering);
         let casters = pipelines.casters();
         let first = first.map(|(state, settings)| {
             let demands = Demands {
@@ -111,13 +114,14 @@ impl Renderer {
             None => Ok(()),
         };
         let sea = |ocean| {
-            let mut sea = Sea::new(gpu, ocean)?;
+            let mut sea = Sea::new(gpu, ocean, numbering)?;
             if let Some((_, (settings, drawing))) = &first {
                 sea.make_pipelines(settings, *drawing)?;
             }
             Ok(sea)
         };
-        let passes = || Ok((IrradiancePass::with_fits(gpu, &fits.words())?, CommonPasses::new(gpu, casters)?));
+        let passes =
+            || Ok((IrradiancePass::with_fits(gpu, &fits.words())?, CommonPasses::new(gpu, casters, numbering)?));
         // Meshes last: they are many pieces of work, which fill the time that one thread would wait for another.
         let ((sea, passes), meshes) = rayon::join(
             || rayon::join(|| ocean.map(sea).transpose(), passes),
@@ -141,6 +145,7 @@ impl Renderer {
             targets: None,
             last: None,
             prepared: 0,
+            numbering,
             gpu: gpu.clone(),
         })
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::object_depth::OBJECT_TEST;
 use super::shade::{LightSamplers, LightingGpu, ShadeInputs, ShadeKind};
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
+use crate::surfaces::numbering::Numbering;
 use glam::Vec3;
 use leadr_gpu::vk;
 use rayon::prelude::*;
@@ -130,10 +131,11 @@ impl FilterPass {
         relief_drawn: bool,
         into: FilterInto,
         objects: impl Iterator<Item = SurfaceKind>,
+        numbering: Numbering,
     ) -> Result<Self> {
         // Drivers take a quarter of a second and more for a pipeline that shades.
         let kinds: HashSet<SurfaceKind> = objects.collect();
-        let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind)?));
+        let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind, numbering)?));
         Ok(Self {
             pipelines: kinds.into_par_iter().map(pipeline).collect::<Result<_>>()?,
             nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
@@ -148,8 +150,10 @@ impl FilterPass {
         relief_drawn: bool,
         into: FilterInto,
         kind: SurfaceKind,
+        numbering: Numbering,
     ) -> Result<GraphicsPipeline> {
         let mut has = vec![
+            numbering.spec(),
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
             ("COLORED", SpecValue::Bool(kind.colored)),
@@ -167,40 +171,30 @@ impl FilterPass {
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
             ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
+            ("DETAIL", SpecValue::U32(kind.detail.mapping)),
+            ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),
+            ("DETAIL_MASKED", SpecValue::Bool(kind.detail.masked)),
+            ("EMITS", SpecValue::Bool(kind.has.emission)),
+            ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
+            ("CHARTED", SpecValue::Bool(kind.charted)),
         ];
-        let mut structs = vec![
+        let structs = [
             FilteredObjectGpu::LAYOUT,
             AtlasHeadGpu::LAYOUT,
             PatchLinkGpu::LAYOUT,
             VertexGpu::LAYOUT,
             PatchGpu::LAYOUT,
+            ChartsGpu::LAYOUT,
+            DetailHeadGpu::LAYOUT,
+            RestVertexGpu::LAYOUT,
         ];
-        if kind.detail.is_some() {
-            has.extend([
-                ("DETAIL", SpecValue::U32(kind.detail.mapping)),
-                ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),
-                ("DETAIL_MASKED", SpecValue::Bool(kind.detail.masked)),
-            ]);
-            structs.extend([DetailHeadGpu::LAYOUT, RestVertexGpu::LAYOUT]);
-        } else {
-            has.extend([
-                ("EMITS", SpecValue::Bool(kind.has.emission)),
-                ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
-                ("CHARTED", SpecValue::Bool(kind.charted)),
-            ]);
-            structs.push(ChartsGpu::LAYOUT);
-        }
         if into == FilterInto::GBuffer {
             // Where it shades, that says so.
             has.extend(kind.has.bases.spec());
         }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
-            fragment: Some(if kind.detail.is_some() {
-                into.choose("passes/filter/filter_detail.frag", "passes/filter/filter_shade_detail.frag")
-            } else {
-                into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")
-            }),
+            fragment: Some(into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")),
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
@@ -254,23 +248,16 @@ impl FilterPass {
                 ("coarse_mixed", Descriptor::Sampled(maps.atlas.mixed.whole(), &self.linear)),
                 ("coarse_weighted", Descriptor::Sampled(maps.atlas.weighted.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                ("emission_map", Descriptor::Sampled(maps.material.emission.whole(), emission)),
+                ("occlusion_map", Descriptor::Sampled(maps.material.occlusion.whole(), occlusion)),
+                ("Charts", Descriptor::Storage(&maps.charts)),
+                ("coarse_light", Descriptor::Sampled(maps.atlas.light.whole(), &self.linear)),
+                ("Detail", Descriptor::Storage(&maps.detail.layout)),
+                ("detail_a", Descriptor::Sampled(maps.detail.maps.slopes().whole(), &maps.detail.sampler)),
+                ("detail_b", Descriptor::Sampled(maps.detail.maps.joint().whole(), &maps.detail.sampler)),
+                ("detail_colors", Descriptor::Sampled(maps.detail.material.color.whole(), &maps.detail.sampler)),
+                ("detail_mask", Descriptor::Sampled(maps.detail.mask.whole(), &maps.detail.sampler)),
             ];
-            if object.kind.detail.is_some() {
-                bindings.extend([
-                    ("Detail", Descriptor::Storage(&maps.detail.layout)),
-                    ("detail_a", Descriptor::Sampled(maps.detail.maps.slopes().whole(), &maps.detail.sampler)),
-                    ("detail_b", Descriptor::Sampled(maps.detail.maps.joint().whole(), &maps.detail.sampler)),
-                    ("detail_colors", Descriptor::Sampled(maps.detail.material.color.whole(), &maps.detail.sampler)),
-                    ("detail_mask", Descriptor::Sampled(maps.detail.mask.whole(), &maps.detail.sampler)),
-                ]);
-            } else {
-                bindings.extend([
-                    ("emission_map", Descriptor::Sampled(maps.material.emission.whole(), emission)),
-                    ("occlusion_map", Descriptor::Sampled(maps.material.occlusion.whole(), occlusion)),
-                    ("Charts", Descriptor::Storage(&maps.charts)),
-                    ("coarse_light", Descriptor::Sampled(maps.atlas.light.whole(), &self.linear)),
-                ]);
-            }
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
             bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
             cmd.bind(&self.pipelines[&object.kind], &bindings);

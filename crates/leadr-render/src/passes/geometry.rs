@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::targets::GeometryTargets;
 use crate::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES};
+use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::{ChartsGpu, SurfaceKind};
 use crate::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS};
 use crate::surfaces::posed::PosedObject;
@@ -275,7 +276,7 @@ impl PipelineSet {
 impl GeometryPass {
     /// The pass for objects of these kinds. It draws both sides of a surface unless that says otherwise: a closed surface hides its own
     /// inside.
-    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind]) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind], numbering: Numbering) -> Result<Self> {
         let desc = GraphicsDesc {
             fragment: Some("passes/geometry/geometry.frag"),
             colors: &GeometryTargets::FORMATS,
@@ -284,7 +285,7 @@ impl GeometryPass {
             depth: Some(Depth::default()),
             samples: kind.samples(),
             wires: kind == GeometryKind::Wires,
-            spec: &[kind.pixels()],
+            spec: &[kind.pixels(), numbering.spec()],
             ..Default::default()
         };
         let name = match kind {

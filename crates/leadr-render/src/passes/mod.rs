@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::surfaces::numbering::Numbering;
 use leadr_gpu::{Gpu, Result};
 
 pub mod accumulate;
@@ -34,12 +35,12 @@ pub struct CommonPasses {
 
 impl CommonPasses {
     /// Makes the passes of a scene with such casters.
-    pub fn new(gpu: &Arc<Gpu>, casters: geometry::CasterKinds) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, casters: geometry::CasterKinds, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             shadow: shadow::ShadowPass::new(gpu, casters)?,
-            tiles: tiles::TilePass::new(gpu)?,
-            objects: object_depth::ObjectDepthPass::new(gpu)?,
-            edges: edges::EdgePass::new(gpu)?,
+            tiles: tiles::TilePass::new(gpu, numbering)?,
+            objects: object_depth::ObjectDepthPass::new(gpu, numbering)?,
+            edges: edges::EdgePass::new(gpu, numbering)?,
         })
     }
 }

@@ -9,6 +9,7 @@
 use std::sync::Arc;
 
 use super::targets::{MultisampleTargets, VisibleSurface};
+use crate::surfaces::numbering::Numbering;
 use crate::view::View;
 use leadr_gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, SharedStruct, SpecValue, Use,
@@ -34,8 +35,8 @@ pub struct MsaaPass {
 
 impl MsaaPass {
     /// The pass for so many samples of each pixel.
-    pub fn new(gpu: &Arc<Gpu>, samples: u32) -> Result<Self> {
-        let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed()))];
+    pub fn new(gpu: &Arc<Gpu>, samples: u32, numbering: Numbering) -> Result<Self> {
+        let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed())), numbering.spec()];
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/msaa.comp", &spec, &[MsaaRays::LAYOUT])?,
             nearest: Sampler::new(gpu, "multisampling", Filter::Nearest, AddressMode::ClampToEdge)?,

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::surfaces::numbering::Numbering;
 use leadr_gpu::vk;
 
 use super::targets::{MultisampleTargets, OBJECT_FORMAT, VisibleSurface};
@@ -26,12 +27,13 @@ pub struct ObjectDepthPass {
 
 impl ObjectDepthPass {
     /// The pass.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         let pipeline = |fragment: &str| {
             let desc = GraphicsDesc {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some(fragment),
                 depth: Some(Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::ALWAYS, write: true, bias: None }),
+                spec: &[numbering.spec()],
                 ..Default::default()
             };
             GraphicsPipeline::new(gpu, "object depth", &desc)

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::targets::VisibleSurface;
+use crate::surfaces::numbering::Numbering;
 use leadr_gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, Use};
 
 /// The pass that writes the records.
@@ -13,9 +14,9 @@ pub struct TilePass {
 
 impl TilePass {
     /// The pass.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[], &[])?,
+            pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[numbering.spec()], &[])?,
             nearest: Sampler::new(gpu, "tiles", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }

@@ -11,6 +11,7 @@ mod half_range;
 pub mod horizon;
 pub mod material;
 pub mod moments;
+pub mod numbering;
 pub mod object;
 pub mod object_view;
 pub mod ocean;

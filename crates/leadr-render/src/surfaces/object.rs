@@ -17,8 +17,8 @@ use super::patch_mesh::PatchMesh;
 use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::constants::{
-    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,
-    FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_LOOK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
+    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE,
+    FLAG_MASK, FLAG_ONE_LOOK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, FLAGS_FIT_SHIFT,
 };
 use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
 use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sampler, shared_struct};
@@ -68,9 +68,6 @@ impl ChartsGpu {
     }
 }
 
-/// Largest number of objects in a scene: the G-buffer has six bits for them, the sea and the empty background.
-pub const MAX_OBJECTS: usize = SEA_INDEX as usize - 1;
-
 shared_struct! {
     /// Push constants of the geometry stages (`Object`).
     pub struct ObjectGpu for "Object" {
@@ -78,10 +75,9 @@ shared_struct! {
         pub height_scale: f32,
         /// Specular reflectance at normal incidence.
         pub specular_f0: f32,
-        /// `FLAG_` bits.
+        /// `FLAG_` bits; above `FLAGS_FIT_SHIFT` the number of its measured material.
         pub flags: u32,
-        /// Index of the object in the scene, from 1; above `FIT_SHIFT` the number of its measured material, above `CONDUCTOR_DIP_SHIFT` the
-        /// dip of a conductor.
+        /// Index of the object in the scene, from 1; above `CONDUCTOR_DIP_SHIFT` the dip of a conductor.
         pub index: u32,
         /// Distance from the deepest pit to the highest bump, metres.
         pub relief: f32,
@@ -113,6 +109,8 @@ pub struct GpuObject {
     pub kind: SurfaceKind,
     /// [`ObjectGpu::index`], without the dip.
     index: u32,
+    /// The number of its measured material, from 1; 0 for others.
+    fit: u32,
 }
 
 /// The maps of an object.
@@ -322,7 +320,7 @@ impl ObjectMaps {
 
 impl GpuObject {
     /// Uploads an object and builds its LEADR maps, unless those of another are the same; if it has a coarser mesh, that as well, with the
-    /// same maps. `index` counts the objects of a scene from 0, below [`MAX_OBJECTS`].
+    /// same maps. `index` counts the objects of a scene from 0, below [`MAX_OBJECTS`](super::numbering::MAX_OBJECTS).
     ///
     /// # Errors
     /// [`GpuError::Usage`] for a coarser mesh of an object whose maps follow its finer one; memory or a Vulkan call that failed.
@@ -343,7 +341,8 @@ impl GpuObject {
         }
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
-        let index = (index as u32 + 1) | (upload.fits.number_of(&object) << FIT_SHIFT);
+        let fit = upload.fits.number_of(&object);
+        let index = index as u32 + 1;
         let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
         let maps = match maps {
             Some(maps) => Ok(maps),
@@ -370,16 +369,16 @@ impl GpuObject {
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
-            Self::with_maps(gpu, object, index, kind, carrier, maps.clone())
+            Self::with_maps(gpu, object, [index, fit], kind, carrier, maps.clone())
         });
         let coarse = coarse.transpose()?;
-        Ok((Self::with_maps(gpu, object, index, kind, carrier, maps)?, coarse))
+        Ok((Self::with_maps(gpu, object, [index, fit], kind, carrier, maps)?, coarse))
     }
 
     fn with_maps(
         gpu: &Arc<Gpu>,
         object: Object,
-        index: u32,
+        [index, fit]: [u32; 2],
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
@@ -400,6 +399,7 @@ impl GpuObject {
             maps,
             kind,
             index,
+            fit,
         })
     }
 
@@ -422,7 +422,8 @@ impl GpuObject {
             (FLAG_ONE_LOOK, self.object.tiling == Tiling::OneLook),
             (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
         ];
-        let flags = flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag);
+        let flags =
+            flags.iter().filter(|(_, set)| *set).fold(self.fit << FLAGS_FIT_SHIFT, |flags, (flag, _)| flags | flag);
         ObjectGpu {
             height_scale: height_scale * self.object.height_scale,
             specular_f0: self.object.specular_f0,

@@ -24,7 +24,7 @@ use charts::Charts;
 use leadr_models::Model;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose};
-use leadr_render::surfaces::object::MAX_OBJECTS;
+use leadr_render::surfaces::numbering::MAX_OBJECTS;
 use lights::Lamps;
 use parts::{Parts, Placement};
 use places::Places;

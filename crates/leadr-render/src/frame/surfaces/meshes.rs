@@ -19,13 +19,14 @@ use crate::settings::{Needs, RenderSettings};
 use crate::surfaces::budget::Room;
 use crate::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::surfaces::material::Bases;
-use crate::surfaces::object::{GpuObject, MAX_OBJECTS, ObjectMaps, SurfaceKind, Upload, with_same_maps};
+use crate::surfaces::numbering::Numbering;
+use crate::surfaces::object::{GpuObject, ObjectMaps, SurfaceKind, Upload, with_same_maps};
 use crate::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
 use crate::surfaces::patch_mesh::PosedVertices;
 use crate::surfaces::posed::PosedObject;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
-use leadr_gpu::{Commands, Gpu, GpuError, Result};
+use leadr_gpu::{Commands, Gpu, Result};
 
 /// Texels of a shadow map that casters' vertices are apart at least.
 const CASTER_SPACING: f32 = 4.0;
@@ -42,13 +43,14 @@ pub struct MeshPipelines {
     gpu: Arc<Gpu>,
     kinds: Vec<SurfaceKind>,
     casters: CasterKinds,
+    numbering: Numbering,
     geometry: Cache<GeometryKind, GeometryPass>,
     filters: Cache<(Needs, bool, FilterInto), FilterPass>,
 }
 
 impl MeshPipelines {
     /// Those of objects; none is made yet.
-    pub fn of(gpu: &Arc<Gpu>, objects: &[Object]) -> Self {
+    pub fn of(gpu: &Arc<Gpu>, objects: &[Object], numbering: Numbering) -> Self {
         let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
         for object in objects {
             for mesh in std::iter::once(&object.mesh).chain(&object.coarse_mesh) {
@@ -59,7 +61,7 @@ impl MeshPipelines {
                 }
             }
         }
-        Self { gpu: gpu.clone(), kinds, casters, geometry: Cache::default(), filters: Cache::default() }
+        Self { gpu: gpu.clone(), kinds, casters, numbering, geometry: Cache::default(), filters: Cache::default() }
     }
 
     /// Whether bumps hide the surroundings from each other.
@@ -89,13 +91,14 @@ impl MeshPipelines {
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<(ForViews<GeometryPass>, FilterPass)> {
-        let Self { gpu, kinds, geometry, filters, .. } = self;
+        let Self { gpu, kinds, geometry, filters, numbering, .. } = self;
+        let numbering = *numbering;
         let (needs, filter) = (settings.shading.needs(), drawing.filter);
         let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
         Ok((
-            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, kinds)))?,
+            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, kinds, numbering)))?,
             filters.get((needs, relief_drawn, filter), || {
-                FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied())
+                FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied(), numbering)
             })?,
         ))
     }
@@ -186,7 +189,7 @@ impl Meshes {
     /// `meanwhile` with the pipelines.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`]; memory that is short; those of `meanwhile`.
+    /// Memory that is short; those of `meanwhile`.
     pub fn new(
         mut pipelines: MeshPipelines,
         objects: Vec<Object>,
@@ -194,10 +197,6 @@ impl Meshes {
         meanwhile: impl FnOnce(&mut MeshPipelines) -> Result<()> + Send,
     ) -> Result<Self> {
         let gpu = &pipelines.gpu.clone();
-        if objects.len() > MAX_OBJECTS {
-            let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
-            return Err(GpuError::Usage { name: "scene".to_owned(), fault });
-        }
         Room::on(gpu, upload.format).check(&objects)?;
         let (meshes, done) = rayon::join(|| upload_all(gpu, objects, upload), || meanwhile(&mut pipelines));
         done?;

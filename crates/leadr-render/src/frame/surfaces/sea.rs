@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing, inner_segments};
-use crate::constants::SEA_INDEX;
 use crate::frame::cache::Cache;
 use crate::frame::pool::Pool;
 use crate::frame::timing::Passes;
@@ -17,6 +16,7 @@ use crate::passes::shade::ShadeInputs;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::FrameState;
 use crate::settings::{Needs, RenderSettings};
+use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object_view::Viewpoint;
 use crate::surfaces::ocean::Ocean;
 use crate::surfaces::ocean::mesh::{Laid, Rings, SeaView};
@@ -40,6 +40,7 @@ pub struct Sea {
 /// What does not depend on how the sea is drawn. Clones share it.
 #[derive(Clone)]
 struct Water {
+    numbering: Numbering,
     ocean: Arc<Ocean>,
     rings: Arc<Rings>,
     /// Standard deviation of the height of each cascade, metres.
@@ -74,7 +75,7 @@ impl Sea {
     ///
     /// # Errors
     /// Unusable waves, memory that is short, a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, ocean: Ocean) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, ocean: Ocean, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             gpu: gpu.clone(),
             fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
@@ -83,6 +84,7 @@ impl Sea {
             filters: Cache::default(),
             march: Cache::default(),
             water: Water {
+                numbering,
                 deviations: ocean.cascades.iter().map(|c| c.deviations()[0]).collect(),
                 ocean: Arc::new(ocean),
                 rings: Arc::new(Rings::default()),
@@ -96,15 +98,18 @@ impl Sea {
     }
 
     fn drawing(&mut self, settings: &RenderSettings, drawing: SurfaceDrawing) -> Result<Drawing> {
-        let (gpu, needs, filter) = (&self.gpu, settings.shading.needs(), drawing.filter);
+        let (gpu, needs, filter, numbering) =
+            (&self.gpu, settings.shading.needs(), drawing.filter, self.water.numbering);
         let Ocean { shore, cascades, .. } = &*self.water.ocean;
         // Marched rays know of no beach, and have no triangles.
         if needs.is_finest() && shore.is_none() && drawing.geometry != GeometryKind::Wires {
-            return Ok(Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades))?));
+            return Ok(Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades, numbering))?));
         }
         let beach = shore.is_some();
-        let filter = self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, beach))?;
-        let surface = drawing.geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, beach)))?;
+        let filter =
+            self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, beach, numbering))?;
+        let surface =
+            drawing.geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, beach, numbering)))?;
         Ok(Drawing::Rings { fields: self.fields.clone(), surface, filter })
     }
 }
@@ -171,7 +176,7 @@ impl PreparedSurface for PreparedSea {
     }
 
     fn look(&mut self, view: &View) -> Result<()> {
-        let Water { ocean, rings, deviations } = &self.water;
+        let Water { ocean, rings, deviations, .. } = &self.water;
         let buffers = &self.buffers;
         let from = Viewpoint::from(view);
         let Viewpoint { clip_from_world, lens, .. } = from;
@@ -226,7 +231,13 @@ impl PreparedSurface for PreparedSea {
     }
 
     fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
-        let edges = self.water.rings.topology.patch_edges.get(patch as usize).filter(|_| object == SEA_INDEX)?;
+        let edges = self
+            .water
+            .rings
+            .topology
+            .patch_edges
+            .get(patch as usize)
+            .filter(|_| object == self.water.numbering.sea())?;
         Some(match self.drawing {
             Drawing::Rings { .. } => inner_segments(edges.map(|edge| self.laid.factors[(edge >> 1) as usize])),
             Drawing::March(_) => [0.0; 2],

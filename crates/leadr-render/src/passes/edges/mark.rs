@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::rays::EdgeRays;
 use crate::passes::targets::{SampleTargets, VisibleSurface};
+use crate::surfaces::numbering::Numbering;
 use leadr_gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, SharedStruct, Use};
 
 /// The pass that marks edge samples which need no shading of their own.
@@ -15,9 +16,9 @@ pub struct EdgePass {
 
 impl EdgePass {
     /// The pass.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[], &[EdgeRays::LAYOUT])?,
+            pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[numbering.spec()], &[EdgeRays::LAYOUT])?,
             nearest: Sampler::new(gpu, "edges", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }

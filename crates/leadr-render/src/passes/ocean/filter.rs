@@ -10,6 +10,7 @@ use crate::passes::shade::{LightSamplers, ShadeInputs};
 use crate::passes::targets::VisibleSurface;
 use crate::settings::Needs;
 use crate::surfaces::material::Bases;
+use crate::surfaces::numbering::Numbering;
 use crate::surfaces::ocean::Ocean;
 use crate::surfaces::ocean::mesh::EARTH;
 use crate::surfaces::ocean::shore::ShoreGpu;
@@ -69,8 +70,8 @@ pub struct OceanFilterPass {
 
 impl OceanFilterPass {
     /// The pass, with or without a shore.
-    pub fn new(gpu: &Arc<Gpu>, needs: Needs, into: FilterInto, shore: bool) -> Result<Self> {
-        let own = vec![("HAS_BEACH", SpecValue::Bool(shore))];
+    pub fn new(gpu: &Arc<Gpu>, needs: Needs, into: FilterInto, shore: bool, numbering: Numbering) -> Result<Self> {
+        let own = vec![("HAS_BEACH", SpecValue::Bool(shore)), numbering.spec()];
         Ok(Self {
             pipeline: GraphicsPipeline::new(
                 gpu,

@@ -8,6 +8,7 @@ use glam::Mat3;
 use super::fields::{CascadeGpu, Content, OceanFields, RESOLUTIONS};
 use super::filter::WaterGpu;
 use crate::passes::targets::{GBuffer, GeometryTargets, VisibleSurface};
+use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object_view::Viewpoint;
 use crate::surfaces::ocean::mesh::EARTH;
 use crate::surfaces::ocean::waves::Cascade;
@@ -59,7 +60,7 @@ pub struct OceanMarch {
 
 impl OceanMarch {
     /// The passes for these waves.
-    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], numbering: Numbering) -> Result<Self> {
         let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
         let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
         let finer: Vec<_> = cascades.iter().map(|c| c.oversampled(factor(c))).collect();
@@ -68,6 +69,7 @@ impl OceanMarch {
             fragment: Some("passes/ocean/march.frag"),
             colors: &GeometryTargets::FORMATS,
             depth: Some(Depth::default()),
+            spec: &[numbering.spec()],
             structs: &[RaysGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };
@@ -76,6 +78,7 @@ impl OceanMarch {
             fragment: Some("passes/ocean/exact.frag"),
             colors: &GBuffer::FORMATS,
             topology: Topology::Points,
+            spec: &[numbering.spec()],
             structs: &[WaterGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };

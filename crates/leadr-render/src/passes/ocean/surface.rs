@@ -8,6 +8,7 @@ use super::fields::{CascadeGpu, OceanFields};
 use crate::constants::GUARD_BAND;
 use crate::passes::geometry::{GeometryKind, guard_band};
 use crate::passes::targets::GeometryTargets;
+use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object_view::Viewpoint;
 use crate::surfaces::ocean::mesh::{EARTH, Laid, Rings};
 use crate::surfaces::ocean::shore::ShoreGpu;
@@ -52,7 +53,7 @@ pub struct RingBuffers {
 
 impl OceanSurfacePass {
     /// The pass, with or without a shore.
-    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, shore: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, shore: bool, numbering: Numbering) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/ocean/surface.vert",
             tessellation: Some(["passes/ocean/surface.tesc", "passes/ocean/surface.tese"]),
@@ -62,7 +63,7 @@ impl OceanSurfacePass {
             samples: kind.samples(),
             wires: kind == GeometryKind::Wires,
             topology: Primitive::Patches(4),
-            spec: &[("HAS_BEACH", SpecValue::Bool(shore)), kind.pixels()],
+            spec: &[("HAS_BEACH", SpecValue::Bool(shore)), kind.pixels(), numbering.spec()],
             structs: &[ViewGpu::LAYOUT, VertexGpu::LAYOUT, CascadeGpu::LAYOUT, ShoreGpu::LAYOUT],
             ..Default::default()
         };

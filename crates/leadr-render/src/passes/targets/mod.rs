@@ -14,4 +14,4 @@ pub use multisample::MultisampleTargets;
 pub use radiance::{JoinedEdges, RADIANCE_FORMAT};
 pub use sample::SampleTargets;
 pub use tiles::Tiles;
-pub use visible_surface::{GeometryTargets, OBJECT_FORMAT, VisibleSurface, visible_patch};
+pub use visible_surface::{GeometryTargets, OBJECT_FORMAT, VisibleSurface};

@@ -65,11 +65,6 @@ impl GeometryTargets {
     }
 }
 
-/// The object, from 1, or 0 where nothing is, and its patch, of the first word of [`VisibleSurface::surface`] (`passes/visible.glsl`).
-pub fn visible_patch(word: u32) -> [u32; 2] {
-    [word >> 24 & 0x3f, word & 0x00ff_ffff]
-}
-
 /// The output of the geometry stages for each pixel: 30 bytes. Small triangles write many pixels more than once, so they write
 /// little; the filter pass works out the rest.
 #[derive(Clone)]
