@@ -27,6 +27,7 @@ lint:
 	@scripts/setup build
 	cargo fmt --all --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	cargo clippy --locked --no-default-features --features cli -- -D warnings # as `make demo` builds without a display
 	$(MAKE) doc
 
 doc:
