@@ -42,6 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[ignore = "long"]
     fn the_files_of_assets_are_those_that_this_makes() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
         for (name, bytes) in files() {

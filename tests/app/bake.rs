@@ -62,6 +62,7 @@ fn text_and_quiet() {
 }
 
 #[test]
+#[ignore = "long"]
 fn what_is_baked_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -149,6 +150,7 @@ fn the_bricks_become_a_set_of_textures() {
 }
 
 #[test]
+#[ignore = "long"]
 fn heights_and_cones_of_normals_are_drawn() {
     let bricks = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/bricks");
     let out = tempfile::tempdir().unwrap();

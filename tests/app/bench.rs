@@ -77,6 +77,7 @@ fn rows_of<'a>(report: &'a Value, table: &str, pass: &str) -> Vec<&'a Value> {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_frame_of_a_view_has_triangles_and_time_of_the_processor() {
     let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "plane", "--tables", "views,resolution", "--size", "48x32"];
@@ -109,6 +110,7 @@ fn a_frame_of_a_view_has_triangles_and_time_of_the_processor() {
 }
 
 #[test]
+#[ignore = "long"]
 fn maps_of_all_sizes_are_compared_and_lean_stands_beside_leadr() {
     let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "pillow", "--tables", "maps", "--size", "16x16", "--frames", "1"];
@@ -222,6 +224,7 @@ fn a_forward_pass_is_timed_beside_the_renderer() {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_passes_of_the_sea_are_timed_one_by_one() {
     let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "ocean", "--technique", "lean", "--size", "16x12", "--fft", "64", "--frames", "1"];
@@ -277,6 +280,7 @@ fn frames_leave_nothing_in_memory() {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
     let Some(_) = test_gpu() else { return };
     let report = json(&["bench", "--paper", "--size", "8x8", "--frames", "1", "--json"]);

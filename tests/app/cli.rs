@@ -200,6 +200,7 @@ fn check_fields(command: &str, result: &serde_json::Value) {
 }
 
 #[test]
+#[ignore = "long"]
 fn every_field_of_a_result_is_in_the_guide() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
@@ -422,6 +423,7 @@ fn an_unknown_device_is_named_with_the_choice() {
 }
 
 #[test]
+#[ignore = "long"]
 fn capture_renders_the_same_bytes_twice_and_says_how() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -446,6 +448,7 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_capture_prints_names_of_files_and_nothing_else() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -470,6 +473,7 @@ fn a_capture_prints_names_of_files_and_nothing_else() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_video_on_stdout_is_nothing_else_and_a_closed_pipe_is_a_sentence() {
     let Some(_) = test_gpu() else { return };
     let flags =
@@ -548,6 +552,7 @@ fn roughness_replaces_that_of_displaced_surfaces() {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();

@@ -27,6 +27,7 @@ fn whole_frames(folder: &Path) -> usize {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_device_lost_in_a_sequence_leaves_whole_frames_and_a_line() {
     let Some(_) = test_gpu() else { return };
     // How many submissions come before the first frame is no promise, so the middle is sought.

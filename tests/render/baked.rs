@@ -112,6 +112,7 @@ fn picture(gpu: &Arc<Gpu>, config: &SceneConfig) -> RgbImage {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_file_is_drawn_to_the_last_bit() {
     let Some(gpu) = test_gpu() else { return };
     for (size, all) in [(64, false), (50, true)] {
@@ -159,6 +160,7 @@ fn smaller_numbers_err_as_little_as_they_should() {
 }
 
 #[test]
+#[ignore = "long"]
 fn steep_relief_keeps_its_spread_and_its_place() {
     let Some(gpu) = test_gpu() else { return };
     let files = Files::new(8);

@@ -52,6 +52,7 @@ const TECHNIQUES: [Technique; 3] = [Technique::Leadr, Technique::NormalMip, Tech
 const COSINES: [f32; 4] = [0.2, 0.45, 0.75, 0.98];
 
 #[test]
+#[ignore = "long"]
 fn mirrors_lose_no_light() {
     let Some(gpu) = test_gpu() else { return };
     for alpha in [0.03, 0.3, 0.6, 1.0] {
@@ -101,6 +102,7 @@ fn bodies_return_what_their_bounces_leave() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_cone_leaves_its_share_with_light_from_all_bounces() {
     let Some(gpu) = test_gpu() else { return };
     for share in [1.0f32, 0.6, 0.25] {

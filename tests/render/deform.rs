@@ -36,6 +36,7 @@ fn quad_covariance(gpu: &TestGpu, deformation: Deformation, time: f64) -> [f64; 
 }
 
 #[test]
+#[ignore = "long"]
 fn slopes_follow_the_deformation() {
     let Some(gpu) = test_gpu() else { return };
     let rest = quad_covariance(&gpu, Deformation::Stretch, 0.0);

@@ -57,6 +57,7 @@ pub(crate) fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(
 }
 
 #[test]
+#[ignore = "long"]
 fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
@@ -108,6 +109,7 @@ pub(crate) fn rock(gpu: &TestGpu, distance: f32) -> (Renderer, FrameState) {
 /// On a rough sphere so far away that a pixel covers several patches, one shaded sample is close to many, both by the coarse
 /// levels of its maps and by resolving edge samples.
 #[test]
+#[ignore = "long"]
 fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 20.0);
@@ -131,6 +133,7 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
 
 /// Bumps several pixels wide, tessellated more finely for edge samples than for the shadow map, do not shadow themselves.
 #[test]
+#[ignore = "long"]
 fn fine_bumps_do_not_shade_themselves() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 8.0);
@@ -149,6 +152,7 @@ fn fine_bumps_do_not_shade_themselves() {
 }
 
 #[test]
+#[ignore = "long"]
 fn frames_with_edge_samples_repeat() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);

@@ -84,6 +84,7 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
 }
 
 #[test]
+#[ignore = "long"]
 fn brightness_changes_smoothly_with_distance() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = bumpy_sphere(&gpu);

@@ -183,6 +183,7 @@ fn roughness_scales_a_fit() {
 
 /// The table of the references, with and without shadows of the relief.
 #[test]
+#[ignore = "long"]
 fn references_see_the_table() {
     let Some(gpu) = test_gpu() else { return };
     let alpha = 0.3;
@@ -202,6 +203,7 @@ fn references_see_the_table() {
 
 /// Bumps as narrow as texels: what a map knows of the slopes between them widens a table's facets as it widens a lobe.
 #[test]
+#[ignore = "long"]
 fn references_see_what_lies_between_texels() {
     let Some(gpu) = test_gpu() else { return };
     let alpha = 0.12;
@@ -254,6 +256,7 @@ fn shadows_of_the_relief_leave_the_direction_of_a_table() {
 
 /// Two lobes, on a smooth sphere and on a relief: LEADR with both against the reference with the table.
 #[test]
+#[ignore = "long"]
 fn lobes_are_near_the_table() {
     let Some(gpu) = test_gpu() else { return };
     let lobes = [lobe(0.6, 0.12), lobe(0.4, 0.6)];
@@ -284,6 +287,7 @@ fn lobes_are_near_the_table() {
 /// Where all kinds of surfaces are shaded in one pass, they share the loop of the lobes of measured ones, in which each has all probes of
 /// its own.
 #[test]
+#[ignore = "long"]
 fn surfaces_beside_a_fit_look_as_alone() {
     let Some(gpu) = test_gpu() else { return };
     let away = Pose::Rigid(glam::Affine3A::from_translation(Vec3::new(-40.0, 0.0, 0.0)));

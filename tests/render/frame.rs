@@ -52,6 +52,7 @@ fn a_frame_whose_renderer_went_on_cannot_be_resumed() {
 /// Frames of a moving camera, sun, object and sea, recorded without waiting for the ones before, are those drawn one at a time: none
 /// writes into buffers that the device still reads for another.
 #[test]
+#[ignore = "long"]
 fn frames_on_their_way_do_not_disturb_each_other() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let sphere = Object::new("rock", cube_sphere(4, [0.5, 0.4, 0.3, 0.4])).with_heights(bumps(32, 4.0, 3), 0.05);

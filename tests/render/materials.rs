@@ -134,6 +134,7 @@ fn two_roughnesses_keep_both_highlights() {
 
 /// Where a pixel is as wide as the squares, one tap would blur each with its neighbours.
 #[test]
+#[ignore = "long"]
 fn pixels_as_wide_as_what_changes_stay_sharp() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [2.0, 3.5] {
@@ -181,6 +182,7 @@ fn material() -> Material {
 
 /// Frames that are shaded as they are filtered, and frames that go through the G-buffer, show the same material.
 #[test]
+#[ignore = "long"]
 fn the_g_buffer_keeps_a_material() {
     let Some(gpu) = test_gpu() else { return };
     for mut stage in [dressed::plane_stage(&material(), None), dressed::sphere_stage(&material(), None, 16)] {

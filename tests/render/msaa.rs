@@ -86,6 +86,7 @@ fn samples_of_a_picture_are_multisampled_each() {
 
 /// A rough sphere of few pixels: most blocks of pixels have more surfaces than slots or nearly so.
 #[test]
+#[ignore = "long"]
 fn small_and_rough_objects_are_finite_and_the_same_every_time() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [3.0, 20.0, 100.0] {
@@ -141,6 +142,7 @@ fn it_gives_way_to_edge_samples_and_the_reference_and_wrong_numbers_are_refused(
 
 /// Water beside sand and in front of the sky.
 #[test]
+#[ignore = "long"]
 fn the_sea_has_smooth_outlines() {
     let Some(gpu) = test_gpu() else { return };
     let camera = Camera::looking_at(Vec3::new(16.0, -6.0, 1.0), Vec3::new(-4.0, 6.0, 1.1), 40.0);

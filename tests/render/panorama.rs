@@ -159,6 +159,7 @@ fn largest_step(steps: u32, picture: impl Fn(f64) -> RgbImage) -> f64 {
 
 /// A jump stays as it is when the steps become smaller; a movement shrinks with them.
 #[test]
+#[ignore = "long"]
 fn nothing_pops_when_the_picture_changes_slowly() {
     let sun = DVec3::new(0.8, 0.3, 0.5).normalize();
     let sky = |d: DVec3| DVec3::splat(1.0 + 0.5 * d.z);

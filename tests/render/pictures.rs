@@ -130,6 +130,7 @@ fn culling_changes_no_pixel() {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_same_frame_gives_the_same_bits() {
     let Some(gpu) = test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 4, 16, [0.5; 4]);
@@ -177,6 +178,7 @@ fn coarse_surfaces_do_not_shade_themselves() {
 /// Objects so small that screen tiles show several of them, in a picture whose size is not a multiple of the tile size: as many as the
 /// tiles have bits for, and many more.
 #[test]
+#[ignore = "long"]
 fn every_pixel_of_a_full_scene_is_filtered() {
     let Some(gpu) = test_gpu() else { return };
     for (columns, count) in [(8, 62), (20, 400)] {

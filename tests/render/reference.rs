@@ -56,6 +56,7 @@ pub fn mean(color: &[[f32; 4]]) -> f64 {
 
 /// The same surface ray cast and rasterised, under three lights, with and without shadows of the relief.
 #[test]
+#[ignore = "long"]
 fn lights_agree_with_ray_casts() {
     let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 128, 8.0, 1);

@@ -87,6 +87,7 @@ fn errors(gpu: &TestGpu, paint: impl Fn(f32, f32) -> bool, lights: &[Vec3]) -> [
 }
 
 #[test]
+#[ignore = "long"]
 fn paint_on_tops_and_in_cracks() {
     let Some(gpu) = test_gpu() else { return };
     let [tops, dropped] = errors(&gpu, |rank, _| rank > 0.7, &LIGHTS);
@@ -97,6 +98,7 @@ fn paint_on_tops_and_in_cracks() {
 
 /// Paint on slopes that face one way brightens under light from there, and darkens under light from the other side.
 #[test]
+#[ignore = "long"]
 fn rain_side_flips_with_the_light() {
     let Some(gpu) = test_gpu() else { return };
     let sides = [Vec3::new(-0.8, 0.0, 0.6), Vec3::new(0.8, 0.0, 0.6)];
@@ -170,6 +172,7 @@ fn red_tops(size: u32) -> (Material, MaterialDetail) {
 /// In an atlas of tiles, whose patches are smaller than pixels, and under a detail: the pipelines with most resources, in one pass and in
 /// two.
 #[test]
+#[ignore = "long"]
 fn tops_of_a_sphere_and_under_a_detail() {
     let Some(gpu) = test_gpu() else { return };
     let (bare, detail) = red_tops(128);

@@ -45,6 +45,7 @@ fn settings(shading: Shading) -> RenderSettings {
 
 /// Without shadowing, a white surface in a white room is invisible, because LEADR eq. 16 integrates to one.
 #[test]
+#[ignore = "long"]
 fn a_white_surface_vanishes_in_a_white_room() {
     let Some(gpu) = test_gpu() else { return };
     let (grid, few) = (Quadrature::Grid(5), Quadrature::VisibleSlopes(Probes::Five));
@@ -339,6 +340,7 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
 /// A picture is the sum of its terms. Diffuse terms lose what the mirrors reflect: the mean Fresnel reflectance of the
 /// probes where the specular environment is drawn, and its closed form where it is not. With either, the rest is a sum.
 #[test]
+#[ignore = "long"]
 fn terms_sum_to_the_whole() {
     let Some(gpu) = test_gpu() else { return };
     let object = bumpy_sphere([0.5, 0.5, 0.5, 0.25], 0.05);

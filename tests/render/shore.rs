@@ -137,6 +137,7 @@ fn water_stays_on_its_side_and_above_its_floor() {
 }
 
 #[test]
+#[ignore = "long"]
 fn every_technique_draws_it_at_every_height_of_the_sun() {
     let Some(gpu) = test_gpu() else { return };
     let camera = Camera::looking_at(Vec3::new(16.0, -6.0, 2.5), Vec3::new(-4.0, 6.0, 0.5), 40.0);
@@ -164,6 +165,7 @@ fn every_technique_draws_it_at_every_height_of_the_sun() {
 /// Pixels that are shaded by the pass that filters them have the radiance of those that go through the G-buffer, but for its rounding:
 /// on meshes, on the sea, and in the sky.
 #[test]
+#[ignore = "long"]
 fn one_pass_filters_and_shades_as_two_do() {
     let Some(gpu) = test_gpu() else { return };
     let camera = Camera::looking_at(Vec3::new(16.0, -6.0, 2.5), Vec3::new(-4.0, 6.0, 0.5), 40.0);

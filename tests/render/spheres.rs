@@ -79,6 +79,7 @@ fn filtered(gpu: &TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 
 }
 
 #[test]
+#[ignore = "long"]
 fn the_covariance_of_a_pixel_is_the_prescribed_one() {
     let Some(gpu) = test_gpu() else { return };
     for (sigma, least) in [(Vec2::splat(0.5), [0.8, 0.8]), (Vec2::new(0.2, 0.8), [0.6, 0.8])] {

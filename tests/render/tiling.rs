@@ -138,6 +138,7 @@ fn sand_on_hills_does_not_repeat_itself() {
 
 /// One look everywhere is the map side by side, drawn by other shaders.
 #[test]
+#[ignore = "long"]
 fn one_look_is_the_map_as_it_is() {
     let Some(gpu) = test_gpu() else { return };
     let seen = |tiling: Tiling, layer: Layer| {

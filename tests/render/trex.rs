@@ -96,6 +96,7 @@ fn the_body_is_closed_in_every_pose_at_every_factor() {
 }
 
 #[test]
+#[ignore = "long"]
 fn no_pixel_is_black_or_sparkles() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();
@@ -122,6 +123,7 @@ fn no_pixel_is_black_or_sparkles() {
 
 /// In this sample a triangle of the ground is seen exactly edge-on and must not produce NaN.
 #[test]
+#[ignore = "long"]
 fn the_horizon_is_finite() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();
@@ -133,6 +135,7 @@ fn the_horizon_is_finite() {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_animal_keeps_its_brightness_with_distance() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();

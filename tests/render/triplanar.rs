@@ -67,6 +67,7 @@ fn picture(
 }
 
 #[test]
+#[ignore = "long"]
 fn triangles_show_the_blend_that_tiles_hold() {
     let Some(gpu) = test_gpu() else { return };
     // Tiles look for horizons within a few texels only.
@@ -79,6 +80,7 @@ fn triangles_show_the_blend_that_tiles_hold() {
 }
 
 #[test]
+#[ignore = "long"]
 fn one_sample_is_what_many_of_the_finest_maps_are() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [12.0, 36.0] {

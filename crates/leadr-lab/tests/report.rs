@@ -26,6 +26,7 @@ fn data(folder: &Path) -> Value {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();

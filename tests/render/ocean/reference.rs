@@ -205,6 +205,7 @@ fn rays_meet_the_sea_where_an_independent_march_does() {
 }
 
 #[test]
+#[ignore = "long"]
 fn samples_from_above_have_the_slopes_of_the_spectrum_and_repeat() {
     let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 8.0, wind_direction: 0.4, ..Sea::default() };

@@ -709,6 +709,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long"]
     fn all_shaders_hold_together_whatever_their_constants_are() {
         let mut smaller = 0;
         for shader in shaders() {

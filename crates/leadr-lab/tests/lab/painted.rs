@@ -116,6 +116,7 @@ fn errors(paint: Paint, sigma: f64) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "long"]
 fn paint_is_seen_where_rays_see_it() {
     for (paint, sigma, part) in [
         (Paint::Tops(0.3), 0.5, 0.19),

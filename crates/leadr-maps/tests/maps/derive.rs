@@ -100,6 +100,7 @@ fn error(found: &VisibilityMap, texels: &[[u32; 2]], truth: &[f64]) -> f64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn occlusion_and_cones_are_near_what_rays_see() {
     for file in files("Displacement.png") {
         let (map, scale) = scaled(&file);

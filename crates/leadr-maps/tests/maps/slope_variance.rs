@@ -150,6 +150,7 @@ fn hard_maps_keep_the_variance_of_their_triangles() {
 }
 
 #[test]
+#[ignore = "long"]
 fn scanned_materials_keep_the_variance_of_their_triangles() {
     let Some(folder) = shared_data("displacement") else { return };
     let mut found = 0;

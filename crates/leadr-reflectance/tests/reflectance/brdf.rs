@@ -57,6 +57,7 @@ fn extremes(all: &[(Slopes, DVec3)], f: impl Fn(&Slopes, DVec3) -> f64 + Sync) -
 }
 
 #[test]
+#[ignore = "long"]
 fn white_furnace() {
     let all = configurations();
     let away = all.iter().filter(|(slopes, wo)| slopes.meso_area(*wo) < 0.0).count();
@@ -390,6 +391,7 @@ fn histogram(wo: DVec3, brdf: &dyn Brdf, n: u32) -> Vec<u32> {
 }
 
 #[test]
+#[ignore = "long"]
 fn samples_follow_their_density() {
     let n = 100_000;
     let views = [direction(0.0, 0.0), direction(40.0, 1.0), direction(75.0, 3.5), direction(88.0, 5.0)];

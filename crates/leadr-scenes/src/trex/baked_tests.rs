@@ -86,6 +86,7 @@ fn quick() -> Trex {
 }
 
 #[test]
+#[ignore = "long"]
 fn tiles_agree_on_their_edges_and_do_not_fold() {
     let start = Instant::now();
     let mut trex = quick();
@@ -111,6 +112,7 @@ fn tiles_agree_on_their_edges_and_do_not_fold() {
 }
 
 #[test]
+#[ignore = "long"]
 fn baking_twice_gives_the_same_animal_and_the_cache_returns_it() {
     let dir = tempfile::tempdir().unwrap();
     let cache = MapCache::in_folder(dir.path());

@@ -40,6 +40,7 @@ fn sum_over_area(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn converged_integrals() {
     let data = oracle("leadr_integrals.json");
     let sh: Vec<f64> = rows(&data["sh_smooth"]).iter().map(number).collect();

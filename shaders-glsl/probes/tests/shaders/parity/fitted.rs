@@ -83,6 +83,7 @@ fn check((brdf, lobes): &(FittedBrdf, Vec<Lobe>)) {
 }
 
 #[test]
+#[ignore = "long"]
 fn fitted_parity() {
     let (m, a) = (DVec2::ZERO, DVec3::new(0.09, 0.01, 0.012));
     check(&material(radial(&Ggx::isotropic(m, 0.3)), Masking::SmithCorrelated));

@@ -85,6 +85,7 @@ fn shadowed_environment_parity() {
 }
 
 #[test]
+#[ignore = "long"]
 fn shadowed_specular_parity() {
     parity::<12>(
         "visible/shadowed_specular",
