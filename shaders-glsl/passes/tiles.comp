@@ -21,10 +21,8 @@ void main() {
     for (int i = 0; i < 4; ++i) {
         ivec2 at = tile * TILE_SIZE + ivec2(gl_LocalInvocationID.xy) + ivec2(i & 1, i >> 1) * (TILE_SIZE / 2);
         uint word = texelFetch(visible_surface, min(at, size - 1), 0).x, object = object_of(word);
-        uint bit = object == 0u ? 0u : 1u << (object & 31u);
         bool shaded = word != SURFACE_OF_THE_PIXEL && (word & OF_THE_PIXEL) == 0u;
-        bool is_low = (object & 32u) == 0u;
-        seen |= uvec3(is_low ? bit : 0u, is_low ? 0u : bit, shaded ? TILE_IS_SHADED : 0u);
+        seen |= uvec3(object == 0u ? uvec2(0u) : tile_bit(object), shaded ? TILE_IS_SHADED : 0u);
     }
     atomicOr(low, seen.x);
     atomicOr(high, seen.y);

@@ -4,11 +4,16 @@
 #define LEADR_TILES
 #include "constants.glsl"
 
-// Record of a tile: a bit for each object that it shows (xy), which objects with 64 others between them share, and flags (z).
+// Record of a tile. xy: a bit for each object that it shows; objects whose numbers are 64 apart share one. z: flags.
 const uint TILE_IS_SHADED = 1u; // it contains a sample that must be shaded (edges.comp marks those that need not be)
 
+uvec2 tile_bit(uint object) {
+    uint bit = 1u << (object & 31u);
+    return (object & 32u) == 0u ? uvec2(bit, 0u) : uvec2(0u, bit);
+}
+
 bool tile_shows(uvec4 record, uint object) {
-    return (((object & 32u) == 0u ? record.x : record.y) >> (object & 31u) & 1u) != 0u;
+    return (record.xy & tile_bit(object)) != uvec2(0u);
 }
 
 int tile_columns(ivec2 size) {

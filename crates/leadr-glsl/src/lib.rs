@@ -11,6 +11,7 @@ pub mod constants;
 mod embed;
 pub mod reflect;
 mod shader;
+pub mod spirv;
 
 #[cfg(feature = "compile")]
 pub use embed::embed;

@@ -4,6 +4,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::spirv::{HEADER, all_instructions};
 use crate::{ConstantKind, ResourceKind};
 
 /// What one entry point declares.
@@ -80,7 +81,7 @@ pub struct Member {
 ///
 /// # Errors
 /// What a shader may not contain: two specialization constants of one number, arrays of descriptors, separate samplers
-/// and texel buffers, descriptor sets other than 0, arrays that need padding between plain numbers.
+/// and texel buffers, descriptor sets other than 0, arrays that need padding between plain numbers, a resource in use without a binding.
 pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
@@ -89,20 +90,9 @@ pub fn interface(words: &[u32]) -> Result<Interface, String> {
 pub fn without_lines(words: &[u32]) -> Vec<u32> {
     // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
     const LINES: [u32; 7] = [2, 3, 4, 7, 8, 317, 330];
-    let mut out: Vec<u32> = words.iter().take(HEADER).copied().collect();
-    let mut at = HEADER;
-    while at < words.len() {
-        let end = (at + (words[at] >> 16).max(1) as usize).min(words.len());
-        if !LINES.contains(&(words[at] & 0xffff)) {
-            out.extend_from_slice(&words[at..end]);
-        }
-        at = end;
-    }
-    out
+    let kept = all_instructions(words).filter(|i| !LINES.contains(&i.operation)).flat_map(|i| i.words);
+    words.iter().take(HEADER).chain(kept).copied().collect()
 }
-
-/// Words before the first instruction.
-const HEADER: usize = 5;
 
 #[derive(Clone, Debug)]
 enum Type {
@@ -158,12 +148,11 @@ impl Module {
             return Err("not a SPIR-V module".to_owned());
         }
         let mut module = Self::default();
-        let mut at = HEADER;
-        while at < words.len() {
-            let (length, opcode) = ((words[at] >> 16) as usize, words[at] & 0xffff);
-            let instruction = words.get(at + 1..at + length).ok_or("the SPIR-V module ends within an instruction")?;
-            module.instruction(opcode, instruction, at + 1);
-            at += length;
+        for i in all_instructions(words) {
+            if i.words.len() != (i.words[0] >> 16) as usize {
+                return Err("the SPIR-V module ends within an instruction".to_owned());
+            }
+            module.instruction(i.operation, &i.words[1..], i.at + 1);
         }
         Ok(module)
     }

@@ -73,7 +73,7 @@ struct Globals {
     known: Vec<Known>,
     /// The block of its function that each label begins.
     places: Vec<Option<usize>>,
-    /// Which identifiers are variables of functions and parameters.
+    /// Which identifiers are variables of functions, and parameters that may be.
     addresses: Vec<bool>,
     /// The kind of each type.
     kinds: Vec<Option<Kind>>,
@@ -132,16 +132,14 @@ pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u3
 
 /// The functions from a word on, those that are entered marked as reached; nothing if one holds what is not known here.
 fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option<Vec<Function>> {
-    let entered = |id: u32| {
-        all_instructions(module)
-            .take_while(|i| i.operation != OP_FUNCTION)
-            .any(|i| i.operation == OP_ENTRY_POINT && i.words.get(2) == Some(&id))
-    };
+    let entry_points = all_instructions(module).take_while(|i| i.operation != OP_FUNCTION);
+    let entered: Vec<u32> =
+        entry_points.filter(|i| i.operation == OP_ENTRY_POINT).filter_map(|i| i.words.get(2).copied()).collect();
     let (mut functions, mut at) = (Vec::new(), from);
     while at < module.len() {
         let end = instructions(module, at).find(|i| i.operation == OP_FUNCTION_END).map(|i| i.at + i.words.len())?;
         let mut function = Function::parse(module, at..end, globals)?;
-        function.reached = entered(function.id);
+        function.reached = entered.contains(&function.id);
         functions.push(function);
         at = end;
     }
@@ -310,9 +308,10 @@ impl Globals {
 
     /// Notes a variable of a function or a parameter, of which nothing is known yet.
     fn add_variable(&mut self, words: &[u32]) -> Option<()> {
-        let id = *words.get(2)? as usize;
+        let (of_type, id) = (*words.get(1)? as usize, *words.get(2)? as usize);
         *self.known.get_mut(id)? = Known::Nothing;
-        self.addresses[id] = true;
+        // A parameter may be a value, which nothing writes.
+        self.addresses[id] = self.kinds.get(of_type)?.is_none();
         Some(())
     }
 

@@ -90,7 +90,7 @@ pub enum FresnelTableError {
     },
 }
 
-// By hand: a crate that derives it takes a third of the time that this one takes to build.
+// Written by hand, so that this crate builds without a crate for derive macros.
 impl std::fmt::Display for FresnelTableError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

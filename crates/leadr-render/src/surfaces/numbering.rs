@@ -17,12 +17,6 @@ pub struct Numbering {
     object_bits: u32,
 }
 
-impl Default for Numbering {
-    fn default() -> Self {
-        Self { object_bits: *OBJECT_BITS.start() }
-    }
-}
-
 impl Numbering {
     /// That of a scene.
     ///

@@ -1,0 +1,32 @@
+//! The instructions of a SPIR-V module. Numbers are those of the SPIR-V 1.6 specification.
+
+/// Words before the first instruction.
+pub const HEADER: usize = 5;
+
+/// An instruction of a module.
+#[derive(Clone, Copy)]
+pub struct Instruction<'a> {
+    /// Its opcode.
+    pub operation: u32,
+    /// Where it begins in the module.
+    pub at: usize,
+    /// All of it, its first word included; fewer words than that says where the module ends within it.
+    pub words: &'a [u32],
+}
+
+/// The instructions of a module from one of its words on.
+pub fn instructions(module: &[u32], from: usize) -> impl Iterator<Item = Instruction<'_>> {
+    let mut at = from;
+    std::iter::from_fn(move || {
+        let first = *module.get(at)?;
+        let end = (at + (first >> 16).max(1) as usize).min(module.len());
+        let instruction = Instruction { operation: first & 0xffff, at, words: &module[at..end] };
+        at = end;
+        Some(instruction)
+    })
+}
+
+/// All instructions of a module.
+pub fn all_instructions(module: &[u32]) -> impl Iterator<Item = Instruction<'_>> {
+    instructions(module, HEADER)
+}
