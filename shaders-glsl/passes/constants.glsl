@@ -124,8 +124,6 @@ const uint SKY_NODES = 6000u;
 // Its layers, the denser the nearer to the floor, and how many of them lie below that.
 const uint SKY_LAYERS = 12u;
 const uint SKY_LAYERS_BELOW = 3u;
-// Numbers before the nodes.
-const uint SKY_HEADER = 12u;
 
 // Terms of the light that a picture contains, as bits
 

@@ -85,8 +85,8 @@ fn entry(table: &mut String, name: &str, stage: Stage, binary: &Path, shader: &C
     line(format!("    Shader {{\n        name: {name:?}, stage: Stage::{stage:?},"));
     line(format!("        code: &Aligned(*include_bytes!({binary:?})).0, local_size: {:?},", interface.local_size));
     line("        resources: &[".to_owned());
-    for reflect::Resource { name, kind, .. } in &interface.resources {
-        line(format!("            Resource {{ name: {name:?}, kind: ResourceKind::{kind:?} }},"));
+    for reflect::Resource { name, kind, set, .. } in &interface.resources {
+        line(format!("            Resource {{ name: {name:?}, kind: ResourceKind::{kind:?}, set: {set} }},"));
     }
     line("        ],\n        constants: &[".to_owned());
     for reflect::Constant { name, id, kind } in &interface.constants {

@@ -29,6 +29,8 @@ pub struct Resource {
     pub name: String,
     /// Its kind.
     pub kind: ResourceKind,
+    /// Its descriptor set, 0 to 2.
+    pub set: u32,
     /// Index of the word of the module that holds the binding number; `None` where nothing reads or writes it.
     pub binding_word: Option<usize>,
 }
@@ -81,7 +83,7 @@ pub struct Member {
 ///
 /// # Errors
 /// What a shader may not contain: two specialization constants of one number, arrays of descriptors, separate samplers
-/// and texel buffers, descriptor sets other than 0, arrays that need padding between plain numbers, a resource in use without a binding.
+/// and texel buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, a resource in use without a binding.
 pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
@@ -136,6 +138,9 @@ const MATRIX_STRIDE: u32 = 7;
 const BINDING: u32 = 33;
 const DESCRIPTOR_SET: u32 = 34;
 const OFFSET: u32 = 35;
+
+/// The last set: that of an object.
+const MOST_SETS: u32 = 2;
 
 const UNIFORM_CONSTANT: u32 = 0;
 const UNIFORM: u32 = 2;
@@ -300,8 +305,9 @@ impl Module {
 
     fn resource(&self, variable: u32, target: u32, storage: u32, reached: bool) -> Result<Resource, String> {
         let name = self.name(variable).or_else(|| self.name(target)).ok_or("a resource has no name")?.to_owned();
-        if self.decoration(variable, DESCRIPTOR_SET).is_some_and(|set| set != 0) {
-            return Err(format!("{name} is not in descriptor set 0"));
+        let set = self.decoration(variable, DESCRIPTOR_SET).unwrap_or(0);
+        if set > MOST_SETS {
+            return Err(format!("{name} is in descriptor set {set}, beyond {MOST_SETS}"));
         }
         let kind = match (self.types.get(&target), storage) {
             (Some(Type::SampledImage), _) => ResourceKind::Sampled,
@@ -318,7 +324,7 @@ impl Module {
             None if reached => return Err(format!("the compiler gave {name} no binding")),
             _ => None,
         };
-        Ok(Resource { name, kind, binding_word })
+        Ok(Resource { name, kind, set, binding_word })
     }
 
     /// Adds the structs of a buffer's block. A block that only wraps an array or one struct is not itself among them.

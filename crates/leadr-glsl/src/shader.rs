@@ -65,6 +65,8 @@ pub struct Resource {
     pub name: &'static str,
     /// Its kind.
     pub kind: ResourceKind,
+    /// Its descriptor set, 0 to 2.
+    pub set: u32,
 }
 
 /// Kind of a resource.
@@ -81,6 +83,9 @@ pub enum ResourceKind {
 }
 
 impl ResourceKind {
+    /// Every kind.
+    pub const ALL: [Self; 4] = [Self::Uniform, Self::Storage, Self::Sampled, Self::StorageImage];
+
     /// Its name in messages.
     pub fn words(self) -> &'static str {
         match self {
@@ -166,10 +171,11 @@ mod compiled {
         /// If the name has no extension of a stage; such a file does not compile.
         pub fn from_compiled(name: &str, compiled: Compiled) -> &'static Self {
             let Compiled { code, interface } = compiled;
-            let resources = interface
-                .resources
-                .into_iter()
-                .map(|resource| Resource { name: text(resource.name), kind: resource.kind });
+            let resources = interface.resources.into_iter().map(|resource| Resource {
+                name: text(resource.name),
+                kind: resource.kind,
+                set: resource.set,
+            });
             let constants = interface.constants.into_iter().map(|constant| Constant {
                 name: text(constant.name),
                 id: constant.id,

@@ -1,5 +1,8 @@
 //! Binding: pipelines, their resources by name, and their push constants.
 
+use std::any::Any;
+use std::sync::Arc;
+
 use ash::vk;
 
 use super::pipeline_layout::{PipelineCore, Slot};
@@ -20,7 +23,7 @@ pub enum Descriptor<'a> {
 }
 
 impl Descriptor<'_> {
-    fn kind(&self) -> ResourceKind {
+    pub(crate) fn kind(&self) -> ResourceKind {
         match self {
             Self::Uniform(_) => ResourceKind::Uniform,
             Self::Storage(_) => ResourceKind::Storage,
@@ -28,11 +31,42 @@ impl Descriptor<'_> {
             Self::StorageImage(_) => ResourceKind::StorageImage,
         }
     }
+
+    /// The descriptor in Vulkan's form; hands what it refers to to `keep`.
+    pub(crate) fn info(&self, keep: &mut dyn FnMut(Arc<dyn Any + Send + Sync>)) -> Info {
+        match self {
+            Self::Uniform(buffer) | Self::Storage(buffer) => {
+                keep(buffer.inner.clone());
+                Info::Buffer(vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(vk::WHOLE_SIZE))
+            }
+            Self::Sampled(view, sampler) => {
+                keep(view.inner.clone());
+                keep(sampler.inner.clone());
+                let info = vk::DescriptorImageInfo::default().image_view(view.raw()).sampler(sampler.raw());
+                Info::Image(info.image_layout(Use::Sampled.layout()))
+            }
+            Self::StorageImage(view) => {
+                keep(view.inner.clone());
+                let info = vk::DescriptorImageInfo::default().image_view(view.raw());
+                Info::Image(info.image_layout(vk::ImageLayout::GENERAL))
+            }
+        }
+    }
+}
+
+/// Writes a descriptor to a binding.
+pub(crate) fn write(number: u32, kind: ResourceKind, info: &Info) -> vk::WriteDescriptorSet<'_> {
+    let write = vk::WriteDescriptorSet::default().dst_binding(number).descriptor_type(descriptor_type(kind));
+    match info {
+        Info::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
+        Info::Image(info) => write.image_info(std::slice::from_ref(info)),
+    }
 }
 
 impl Commands {
-    /// Binds a pipeline and all its resources, by their names in its shaders. The name of a block is its instance name or,
-    /// if it has none, the block's own. Names that the shaders declare but do not use have no effect.
+    /// Binds a pipeline and all resources of its set 0, by their names in its shaders. The name of a block is its instance name or,
+    /// if it has none, the block's own. Names that the shaders declare but do not use have no effect. The sets that outlast a pipeline
+    /// are bound after it, by [`bind_set`](Self::bind_set).
     ///
     /// The submission fails if a name is missing, is not declared in any stage, or is given twice.
     pub fn bind(&mut self, pipeline: &impl Pipeline, resources: &[(&str, Descriptor<'_>)]) {
@@ -41,6 +75,7 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_bind_pipeline(self.raw(), core.bind_point, core.raw) };
         self.keep(&core);
         self.pipeline = Some(core.clone());
+        self.bound = 0;
         if let Err(error) = check_names(&core, resources) {
             return self.fail(error);
         }
@@ -55,46 +90,16 @@ impl Commands {
             if let Err(error) = check_kind(core, slot, descriptor) {
                 return self.fail(error);
             }
-            infos.push(self.info(descriptor));
+            infos.push(descriptor.info(&mut |object| self.keep.push(object)));
         }
-        let writes: Vec<_> = (0u32..)
-            .zip(core.slots.iter().zip(&infos))
-            .map(|(number, (slot, info))| {
-                let write =
-                    vk::WriteDescriptorSet::default().dst_binding(number).descriptor_type(descriptor_type(slot.kind));
-                match info {
-                    Info::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
-                    Info::Image(info) => write.image_info(std::slice::from_ref(info)),
-                }
-            })
-            .collect();
+        let numbered = (0u32..).zip(core.slots.iter().zip(&infos));
+        let writes: Vec<_> = numbered.map(|(number, (slot, info))| write(number, slot.kind, info)).collect();
         if writes.is_empty() {
             return;
         }
         let push = self.gpu().push_descriptor();
-        // SAFETY: the command buffer is being recorded, the writes fit the layout, and `info` kept what they refer to.
+        // SAFETY: the command buffer is being recorded, the writes fit the layout, and `keep` holds what they refer to.
         unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout, 0, &writes) };
-    }
-
-    /// Converts a descriptor to Vulkan's form and keeps its resources alive.
-    fn info(&mut self, descriptor: &Descriptor<'_>) -> Info {
-        match descriptor {
-            Descriptor::Uniform(buffer) | Descriptor::Storage(buffer) => {
-                self.keep(&buffer.inner);
-                Info::Buffer(vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(vk::WHOLE_SIZE))
-            }
-            Descriptor::Sampled(view, sampler) => {
-                self.keep(&view.inner);
-                self.keep(&sampler.inner);
-                let info = vk::DescriptorImageInfo::default().image_view(view.raw()).sampler(sampler.raw());
-                Info::Image(info.image_layout(Use::Sampled.layout()))
-            }
-            Descriptor::StorageImage(view) => {
-                self.keep(&view.inner);
-                let info = vk::DescriptorImageInfo::default().image_view(view.raw());
-                Info::Image(info.image_layout(vk::ImageLayout::GENERAL))
-            }
-        }
     }
 
     /// Sets the push constants of the bound pipeline; the type must be the one that the pipeline was made with.
@@ -116,7 +121,7 @@ impl Commands {
 }
 
 /// A descriptor in Vulkan's form.
-enum Info {
+pub(crate) enum Info {
     Buffer(vk::DescriptorBufferInfo),
     Image(vk::DescriptorImageInfo),
 }

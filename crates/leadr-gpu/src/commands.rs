@@ -48,7 +48,9 @@ pub struct Commands {
     gpu: Arc<Gpu>,
     raw: vk::CommandBuffer,
     pub(super) pipeline: Option<Arc<PipelineCore>>,
-    keep: Vec<Arc<dyn Any + Send + Sync>>,
+    /// A bit for each set that is bound to it.
+    pub(super) bound: u32,
+    pub(super) keep: Vec<Arc<dyn Any + Send + Sync>>,
     effects: Effects,
     rendering: bool,
     error: Option<GpuError>,
@@ -87,6 +89,7 @@ impl Commands {
             gpu: gpu.clone(),
             raw,
             pipeline: None,
+            bound: 0,
             keep: Vec::new(),
             effects: Effects::default(),
             rendering: false,
@@ -282,10 +285,19 @@ impl Commands {
     }
 
     fn needs_bound(&mut self, point: vk::PipelineBindPoint) -> bool {
-        let bound = self.error.is_none() && self.pipeline.as_ref().is_some_and(|core| core.bind_point == point);
-        if !bound {
-            self.fail(GpuError::usage("commands", format!("no {point:?} pipeline is bound")));
+        if self.error.is_some() {
+            return false;
         }
-        bound
+        let Some(core) = self.pipeline.as_ref().filter(|core| core.bind_point == point) else {
+            self.fail(GpuError::usage("commands", format!("no {point:?} pipeline is bound")));
+            return false;
+        };
+        let unbound = core.sets.iter().flatten().find(|layout| self.bound >> layout.number & 1 == 0);
+        if let Some(layout) = unbound {
+            let error = GpuError::usage(&core.name, format!("the set {} was not bound", layout.name));
+            self.fail(error);
+            return false;
+        }
+        true
     }
 }

@@ -11,6 +11,7 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use super::error::Doing;
 use super::faults::Faults;
 use super::remake::Remake;
+use super::sets::{SetLayout, SetLayouts};
 use super::shaders::{Shader, Shaders};
 use super::{DriverCall, GpuError, Result, select, validation};
 
@@ -26,11 +27,13 @@ pub struct GpuOptions {
     pub window_extensions: Vec<&'static CStr>,
     /// Tables of the shaders that pipelines name, each sorted by name.
     pub shaders: Vec<&'static [Shader]>,
+    /// Layouts of the sets that outlast a pipeline.
+    pub sets: Vec<&'static SetLayout>,
 }
 
 /// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
 pub struct Gpu {
-    // Torn down by `Drop` in the order: allocator, pipeline cache, device, messenger, instance.
+    // Torn down by `Drop` in the order: allocator, set layouts, pipeline cache, device, messenger, instance.
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
@@ -41,6 +44,7 @@ pub struct Gpu {
     /// How the pipelines are made that there are.
     recipes: Mutex<Vec<Weak<dyn Remake>>>,
     shaders: Shaders,
+    set_layouts: SetLayouts,
     faults: Faults,
     device: ash::Device,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -150,6 +154,7 @@ impl Gpu {
             labels: Mutex::new(()),
             recipes: Mutex::default(),
             shaders: Shaders::new(options.shaders.clone()),
+            set_layouts: SetLayouts::new(options.sets.clone()),
             faults: Faults::wanted(),
             device,
             messenger: unfinished.messenger.take(),
@@ -289,6 +294,10 @@ impl Gpu {
         &self.shaders
     }
 
+    pub(super) fn set_layouts(&self) -> &SetLayouts {
+        &self.set_layouts
+    }
+
     pub(super) fn faults(&self) -> &Faults {
         &self.faults
     }
@@ -313,7 +322,7 @@ impl Gpu {
         self.pipeline_cache
     }
 
-    /// Most resources of a pipeline.
+    /// Most resources that a pipeline has pushed.
     pub(crate) fn most_resources(&self) -> usize {
         self.facts.push_descriptors as usize
     }
@@ -346,10 +355,11 @@ impl Gpu {
 impl Drop for Gpu {
     fn drop(&mut self) {
         // SAFETY: every resource holds an Arc of self, so none is left. The order is allocator (it frees device memory),
-        // pipeline cache, device, messenger (it receives the device's last messages), instance.
+        // set layouts, pipeline cache, device, messenger (it receives the device's last messages), instance.
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            self.set_layouts.destroy(&self.device);
             self.device.destroy_pipeline_cache(self.pipeline_cache, None);
             self.device.destroy_device(None);
             if let Some((functions, messenger)) = self.messenger.take() {

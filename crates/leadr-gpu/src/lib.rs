@@ -31,6 +31,8 @@
 //!   name; a block goes by its instance name or, without one, by its own. Specialization constants are set by name as well,
 //!   with their type. Names that the shaders do not declare, and missing names, are errors; names that a shader declares
 //!   but does not use may be given. Arrays of resources are not supported.
+//! - **Sets by lifetime**: what `bind` is given is pushed, set 0. What lasts longer is in a [`ResourceSet`] of a [`SetLayout`], declared
+//!   with `layout(set = 1)` or `2` in GLSL, written once and bound by `bind_set` after the pipeline.
 //! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline is given the
 //!   twins' [`SharedStruct::LAYOUT`]s, and it is created only if the members' names, offsets and sizes agree and no struct
 //!   is missing. Buffers of plain numbers and vectors need no twin.
@@ -75,6 +77,7 @@ mod reload;
 mod remake;
 mod sampler;
 mod select;
+mod sets;
 #[cfg(feature = "watch")]
 pub mod shader_watch;
 mod shared_struct;
@@ -98,6 +101,7 @@ pub use memory::{MemoryRoom, MemoryUse, machine_memory};
 pub use pipeline::{ComputePipeline, Depth, GraphicsDesc, GraphicsPipeline, Pipeline, Topology};
 pub use pipeline_layout::{PipelineCore, Spec, SpecValue};
 pub use sampler::{AddressMode, Filter, Sampler};
+pub use sets::{ResourceSet, SetLayout};
 pub use shared_struct::{SharedStruct, StructLayout};
 pub use submit::CommandRecorder;
 pub use timestamps::Timestamps;

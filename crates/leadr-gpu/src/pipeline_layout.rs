@@ -7,10 +7,14 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::Doing;
+use super::sets::{SETS, SetLayout};
 use super::shaders::{ConstantKind, ResourceKind, Shader, Stage, descriptor_type, stage_flags};
 use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 use leadr_glsl::reflect::{Interface, interface};
+
+/// Stands for the numbers of sets that a pipeline leaves out.
+static EMPTY: SetLayout = SetLayout { number: 1, name: "nothing", resources: &[] };
 
 /// The value of a specialization constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,8 +61,10 @@ pub struct PipelineCore {
     pub(crate) raw: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
-    /// The resources that must be bound; the index is the binding number.
+    /// The resources of set 0 that must be bound; the index is the binding number.
     pub(crate) slots: Vec<Slot>,
+    /// The layouts of the sets that outlast the pipeline, by number; `None` for those that it does not read.
+    pub(crate) sets: [Option<&'static SetLayout>; SETS],
     /// Resources that the shaders declare, and do not use with these constants: binding them is allowed and has no effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
@@ -120,6 +126,7 @@ impl PipelineCore {
             set_layout: vk::DescriptorSetLayout::null(),
             slots,
             unused,
+            sets: used_sets(gpu, name, stages)?,
             push: push_constants(name, stages, structs)?,
             local_size: [1; 3],
         };
@@ -159,7 +166,12 @@ impl PipelineCore {
     }
 
     fn create_layout(&mut self) -> Result<()> {
-        let sets = [self.set_layout];
+        // Vulkan wants a layout for each number up to the last.
+        let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
+        let mut sets = vec![self.set_layout];
+        for layout in &self.sets[1..=last] {
+            sets.push(self.gpu.set_layouts().raw(&self.gpu, layout.unwrap_or(&EMPTY))?);
+        }
         let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
         let mut ranges = Vec::new();
         if let Some(push) = self.push.as_ref().filter(|push| push.bytes > 0) {
@@ -236,7 +248,11 @@ impl<'a> StageModule<'a> {
     pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, settled: SettledStage) -> Result<Self> {
         let SettledStage { shader, mut words, left } = settled;
         for resource in &left.resources {
-            if let (Some(word), Some(number)) = (resource.binding_word, core.binding(&resource.name)) {
+            let number = match core.sets[resource.set as usize] {
+                Some(layout) => layout.binding(&resource.name),
+                None => core.binding(&resource.name),
+            };
+            if let (Some(word), Some(number)) = (resource.binding_word, number) {
                 words[word] = number;
             }
         }
@@ -303,7 +319,7 @@ pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_
 fn resources(pipeline: &str, stages: &[SettledStage]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
     let mut all: Vec<Slot> = Vec::new();
     for stage @ SettledStage { shader, left, .. } in stages {
-        for resource in shader.resources {
+        for resource in shader.resources.iter().filter(|resource| resource.set == 0) {
             let is_used = left.resources.iter().any(|r| r.name == resource.name && r.binding_word.is_some());
             let used = if is_used { stage.stage() } else { vk::ShaderStageFlags::empty() };
             match all.iter_mut().find(|known| known.name == resource.name) {
@@ -319,6 +335,27 @@ fn resources(pipeline: &str, stages: &[SettledStage]) -> Result<(Vec<Slot>, Vec<
     }
     let (slots, unused): (Vec<Slot>, Vec<Slot>) = all.into_iter().partition(|slot| !slot.stages.is_empty());
     Ok((slots, unused.into_iter().map(|slot| slot.name).collect()))
+}
+
+/// The layouts of the sets beside the pushed one that the stages read, of those that the device was opened with.
+fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SettledStage]) -> Result<[Option<&'static SetLayout>; SETS]> {
+    let mut used = [None; SETS];
+    for SettledStage { shader, left, .. } in stages {
+        for resource in left.resources.iter().filter(|resource| resource.set > 0 && resource.binding_word.is_some()) {
+            let layout = gpu.set_layouts().numbered(resource.set);
+            let known = layout.and_then(|layout| layout.resources.iter().find(|(name, _)| *name == resource.name));
+            match (layout, known) {
+                (Some(layout), Some((_, kind))) if *kind == resource.kind => used[resource.set as usize] = Some(layout),
+                _ => {
+                    let (name, kind, set) = (&resource.name, resource.kind.words(), resource.set);
+                    let fault =
+                        format!("{name} is {kind} of set {set} in {}, which the device has no layout for", shader.name);
+                    return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+                }
+            }
+        }
+    }
+    Ok(used)
 }
 
 /// The push constants of all stages, which share one block.

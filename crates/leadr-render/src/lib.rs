@@ -10,6 +10,7 @@ pub mod passes;
 pub mod pixel_area;
 pub mod sampling;
 pub mod scene;
+pub mod sets;
 pub mod settings;
 pub mod surfaces;
 pub mod view;
@@ -19,12 +20,13 @@ use std::sync::Arc;
 use leadr_gpu::{Gpu, GpuError, GpuOptions};
 pub use leadr_shaders::constants;
 
-/// Opens a device that has the renderer's shaders besides those of the options.
+/// Opens a device that has the renderer's shaders and sets besides those of the options.
 ///
 /// # Errors
 /// No such device, a device without something that the renderer needs, or a failed Vulkan call.
 pub fn open_gpu(options: &GpuOptions) -> Result<Arc<Gpu>, GpuError> {
     let mut options = options.clone();
     options.shaders.push(leadr_shaders::SHADERS);
+    options.sets.extend([&sets::SCENE, &sets::OBJECT]);
     Gpu::new(&options)
 }

@@ -11,20 +11,20 @@ struct PatchLink {
     vec4 turns[8];   // per side, at its two corners: from the neighbour's gradients to this patch's
 };
 
-layout(std430) readonly buffer Atlas {
+layout(set = 2, std430) readonly buffer Atlas {
     uint tile_size;      // texels
     uint tile_gutter;
     uint tile_columns;
     uint finest_coarse;  // binary logarithm of the intervals along a patch in the first coarse level
     PatchLink links[];
 };
-uniform sampler2D coarse_a;
-uniform sampler2D coarse_b;
-uniform sampler2D coarse_color;
-uniform sampler2D coarse_f0;
-uniform sampler2D coarse_mixed;
-uniform sampler2D coarse_light; // rgb emission, a accessibility
-uniform sampler2DArray coarse_weighted; // layers of color_weighted
+layout(set = 2) uniform sampler2D coarse_a;
+layout(set = 2) uniform sampler2D coarse_b;
+layout(set = 2) uniform sampler2D coarse_color;
+layout(set = 2) uniform sampler2D coarse_f0;
+layout(set = 2) uniform sampler2D coarse_mixed;
+layout(set = 2) uniform sampler2D coarse_light; // rgb emission, a accessibility
+layout(set = 2) uniform sampler2DArray coarse_weighted; // layers of color_weighted
 
 // Where a tap lands.
 struct Place {

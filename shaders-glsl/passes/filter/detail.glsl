@@ -18,17 +18,17 @@ struct RestVertex {
     vec4 normal;   // xyz
 };
 
-layout(std430) readonly buffer Detail {
+layout(set = 2, std430) readonly buffer Detail {
     vec4 detail_linear;   // columns: from the surface's coordinates to those of the detail
     vec4 mask_linear;     // columns: and to those of its mask
     vec4 detail_offsets;  // xy: of the detail; zw: of the mask
     vec4 detail_color;    // rgb: factor of its colours; a: reflectance at normal incidence
     RestVertex rest[];    // where it is seen along the axes
 };
-uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], metres per unit of its coordinates
-uniform sampler2D detail_b;     // E[hs ht]
-uniform sampler2D detail_colors; // rgb albedo, a the root of the roughness alpha
-uniform sampler2D detail_mask;  // x: how much of it there is, E[m]; y: E[m^2]
+layout(set = 2) uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], metres per unit of its coordinates
+layout(set = 2) uniform sampler2D detail_b;     // E[hs ht]
+layout(set = 2) uniform sampler2D detail_colors; // rgb albedo, a the root of the roughness alpha
+layout(set = 2) uniform sampler2D detail_mask;  // x: how much of it there is, E[m]; y: E[m^2]
 
 // Of a pixel.
 struct DetailMeans {

@@ -43,21 +43,21 @@ layout(constant_id = 65) const bool GROUND = false; // under the drifts and path
 
 uniform usampler2D visible_surface;   // what the geometry stage wrote
 uniform usampler2D visible_footprint; // of edge samples
-uniform sampler2D height_map;
-uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
-uniform sampler2D moments_b; // E[hs ht]
-uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
-uniform sampler2D f0_map;      // rgb reflectance at normal incidence
-uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
-layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
-uniform sampler2D emission_map;
-uniform sampler2D occlusion_map; // x accessibility; or, of CONES, a cone in the frame of the texture with y up
+layout(set = 2) uniform sampler2D height_map;
+layout(set = 2) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
+layout(set = 2) uniform sampler2D moments_b; // E[hs ht]
+layout(set = 2) uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
+layout(set = 2) uniform sampler2D f0_map;      // rgb reflectance at normal incidence
+layout(set = 2) uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
+layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
+layout(set = 2) uniform sampler2D emission_map;
+layout(set = 2) uniform sampler2D occlusion_map; // x accessibility; or, of CONES, a cone in the frame of the texture with y up
 // Layers, rgb colour times weight, a that weight: those of the height for `low` and for `high` of leadr/visible/relief_color.glsl, if
 // colours follow heights; then slopes along s and along t, if they follow slopes. Large maps begin at a coarser level.
-uniform sampler2DArray color_weighted;
+layout(set = 2) uniform sampler2DArray color_weighted;
 uniform sampler2D visible_depth;
-uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
-uniform sampler2D horizon_b; // their correlation
+layout(set = 2) uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
+layout(set = 2) uniform sampler2D horizon_b; // their correlation
 
 struct Footprint {
     vec2 step;    // between taps along the footprint, texels

@@ -4,8 +4,8 @@
 #define LEADR_GEOMETRY_HOLES
 #include "patch.glsl"
 
-layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
-uniform sampler2D opacity_map; // x: of a mask, with its edge at one half; y: share of the texel that is there
+layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
+layout(set = 2) uniform sampler2D opacity_map; // x: of a mask, with its edge at one half; y: share of the texel that is there
 
 // Share of the surface that is there under a pixel. dx, dy: of the place, by x and y of the image.
 float opacity_at(uint index, vec2 place, vec2 dx, vec2 dy) {

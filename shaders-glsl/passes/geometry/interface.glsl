@@ -8,9 +8,9 @@
 #include "view.glsl"
 
 layout(std430) readonly buffer EdgeFactors { float edge_factors[]; };
-layout(std430) readonly buffer EdgeHeights { float edge_heights[]; };
-layout(std430) readonly buffer VertexHeights { float vertex_heights[]; };
+layout(set = 2, std430) readonly buffer EdgeHeights { float edge_heights[]; };
+layout(set = 2, std430) readonly buffer VertexHeights { float vertex_heights[]; };
 layout(std430) readonly buffer VisiblePatches { uint visible_patches[]; };
-uniform sampler2D height_map;
+layout(set = 2) uniform sampler2D height_map;
 
 #endif

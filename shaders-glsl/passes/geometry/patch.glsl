@@ -23,7 +23,7 @@ struct TriangleCharts {
 };
 
 layout(std430) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430) readonly buffer Patches { PatchData patches[]; };
+layout(set = 2, std430) readonly buffer Patches { PatchData patches[]; };
 
 // Control points of the four boundary curves.
 struct Boundary {

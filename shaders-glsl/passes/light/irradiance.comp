@@ -4,7 +4,7 @@
 layout(local_size_x = 9) in;
 
 layout(std430) readonly buffer Partials { vec4 partials[]; };
-layout(std430) writeonly buffer Coefficients { vec4 coefficients[9]; };
+layout(std430) writeonly buffer Harmonics { vec4 harmonics[9]; };
 layout(push_constant) uniform Push {
     uint rows; // partial sums per coefficient
 };
@@ -21,5 +21,5 @@ void main()
         lost = back - term;
         sum = next;
     }
-    coefficients[k] = vec4(sum, 0.0);
+    harmonics[k] = vec4(sum, 0.0);
 }

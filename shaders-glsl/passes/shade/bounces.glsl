@@ -1,6 +1,7 @@
 // Light that the facets of a base reflect more than once (MULTISCATTERING): what it adds to their mirrors, and to the body below them.
 #ifndef LEADR_SHADE_BOUNCES
 #define LEADR_SHADE_BOUNCES
+#include "energy.glsl"
 #include "surface.glsl"
 #include "leadr/materials/multiscattering.glsl"
 #include "leadr/slopes/grid.glsl"

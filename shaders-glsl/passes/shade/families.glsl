@@ -1,7 +1,9 @@
 // The functions that shade a pixel, one for each family of techniques.
 #ifndef LEADR_SHADE_FAMILIES
 #define LEADR_SHADE_FAMILIES
+#include "energy.glsl"
 #include "facet_frame.glsl"
+#include "harmonics.glsl"
 #include "leadr.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/ggx.glsl"

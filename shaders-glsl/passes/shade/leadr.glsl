@@ -6,6 +6,7 @@
 #include "draws.glsl"
 #include "fitted_facets.glsl"
 #include "bounces.glsl"
+#include "harmonics.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"

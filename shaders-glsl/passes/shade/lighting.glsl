@@ -10,10 +10,10 @@
 #include "sky_visibility.glsl"
 #include "sun.glsl"
 
-uniform samplerCube environment_cube;  // without the panorama's suns, box mips
-uniform samplerCube environment_lobes; // the same, levels of a smooth kernel
-uniform samplerCube irradiance_rest;   // what order 2 leaves out of its irradiance
-uniform samplerCube background_cube;   // with the suns
+layout(set = 1) uniform samplerCube environment_cube;  // without the panorama's suns, box mips
+layout(set = 1) uniform samplerCube environment_lobes; // the same, levels of a smooth kernel
+layout(set = 1) uniform samplerCube irradiance_rest;   // what order 2 leaves out of its irradiance
+layout(set = 1) uniform samplerCube background_cube;   // with the suns
 
 struct Light {
     vec3 wi;         // tangent frame, toward the light

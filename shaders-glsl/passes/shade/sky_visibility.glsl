@@ -1,15 +1,22 @@
 // What large shapes hide of a place's surroundings (crates/leadr-render/src/light/sky_visibility.rs), and what stands in for it.
 #ifndef LEADR_SHADE_SKY_VISIBILITY
 #define LEADR_SHADE_SKY_VISIBILITY
-#include "fits.glsl"
+#include "../constants.glsl"
 #include "settings.glsl"
 #include "leadr/masking/occlusion.glsl"
 
 // Part of its light that what is hidden reflects into mirrors: bodies and ground reflect about a fifth.
 const float HIDDEN_ALBEDO = 0.2;
 
+layout(set = 1, std430) readonly buffer SkyVisibility {
+    vec4 sky_corner; // xyz: lowest corner of the volume, its floor, metres
+    vec4 sky_rates;  // xy: nodes per metre across; zw: one over the reach of the layers above and below the floor
+    vec2 sky_across; // nodes across
+    uint sky_nodes[];
+};
+
 vec4 sky_node(uvec3 at, uvec2 size) {
-    return unpackSnorm4x8(floatBitsToUint(light_words[SKY_WORDS + SKY_HEADER + (at.z * size.y + at.y) * size.x + at.x]));
+    return unpackSnorm4x8(sky_nodes[(at.z * size.y + at.y) * size.x + at.x]);
 }
 
 // What a place of the macrosurface sees of its surroundings. w: the share of a constant environment, weighted by the cosine about its
@@ -18,21 +25,17 @@ vec4 sky_node(uvec3 at, uvec2 size) {
 // The normal is that of the macrosurface, which hides half of the directions from its bumps in any case: their slope statistics know.
 // Places are looked up a node away from the surface, so that it does not darken itself; nodes are close where matter stands on ground.
 vec4 sky_seen(vec3 position, vec3 normal) {
-    vec3 origin = vec3(light_words[SKY_WORDS], light_words[SKY_WORDS + 1u], light_words[SKY_WORDS + 2u]);
-    vec2 rate = vec2(light_words[SKY_WORDS + 3u], light_words[SKY_WORDS + 4u]);
-    vec2 reach = vec2(light_words[SKY_WORDS + 5u], light_words[SKY_WORDS + 6u]); // above and below, one over it
-    vec2 across = vec2(light_words[SKY_WORDS + 7u], light_words[SKY_WORDS + 8u]);
     const float below = float(SKY_LAYERS_BELOW), above = float(SKY_LAYERS - 1u - SKY_LAYERS_BELOW);
-    float up = position.z - origin.z;
-    float layer = sqrt(abs(up) * (up < 0.0 ? reach.y : reach.x));
-    vec3 at = vec3((position.xy - origin.xy) * rate, below + (up < 0.0 ? -layer * below : layer * above)) + normal;
-    vec3 last = vec3(across, float(SKY_LAYERS)) - 1.0;
+    float up = position.z - sky_corner.z;
+    float layer = sqrt(abs(up) * (up < 0.0 ? sky_rates.w : sky_rates.z));
+    vec3 at = vec3((position.xy - sky_corner.xy) * sky_rates.xy, below + (up < 0.0 ? -layer * below : layer * above)) + normal;
+    vec3 last = vec3(sky_across, float(SKY_LAYERS)) - 1.0;
     // It fades to its rim.
     vec3 beside = clamp(min(at, last - at) / vec3(0.2 * last.xy, 1.5), 0.0, 1.0);
     float weight = min(min(beside.x, beside.y), beside.z);
     at = clamp(at, vec3(0.0), last - 1e-3);
     uvec3 base = uvec3(at);
-    uvec2 size = uvec2(across);
+    uvec2 size = uvec2(sky_across);
     vec3 part = at - vec3(base);
     vec4 seen[2];
     for (uint k = 0u; k < 2u; ++k) {

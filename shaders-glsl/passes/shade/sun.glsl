@@ -5,7 +5,7 @@
 #include "../constants.glsl"
 #include "leadr/frame.glsl"
 
-layout(std140) uniform Lighting {
+layout(set = 1, std140) uniform Lighting {
     vec4 rays[3];                 // see surface_at
     mat4 shadow_from_world[MAX_SHADOW_MAPS]; // of each light in their order, to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz; w: radiance of an emission of 1
@@ -20,7 +20,7 @@ layout(std140) uniform Lighting {
     uvec4 draws;                  // sample, seed
 } lighting;
 
-uniform sampler2DArray shadow_maps; // a layer per light: suns, then point lights
+layout(set = 1) uniform sampler2DArray shadow_maps; // a layer per light: suns, then point lights
 
 // Width of a pixel of this image at a point, in world units.
 float pixel_width(vec3 position) {

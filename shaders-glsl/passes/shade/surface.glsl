@@ -1,7 +1,9 @@
 // The surface that a pixel is shaded from.
 #ifndef LEADR_SHADE_SURFACE
 #define LEADR_SHADE_SURFACE
+#include "../bases.glsl"
 #include "../gbuffer.glsl"
+#include "../technique.glsl"
 #include "fits.glsl"
 #include "leadr/facets/fresnel.glsl"
 

@@ -3,3 +3,4 @@
 mod device;
 mod names;
 mod recording;
+mod sets;

@@ -14,6 +14,7 @@ mod prepared;
 mod record;
 mod render;
 mod renderer;
+mod scene_set;
 mod sky;
 mod surfaces;
 mod targets;

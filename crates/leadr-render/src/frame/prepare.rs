@@ -4,6 +4,7 @@ use super::drawing::{Demands, Purpose, drawing, shade_kind};
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
+use super::scene_set::FrameLight;
 use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
 use crate::passes::accumulate::PartsKind;
@@ -77,6 +78,14 @@ impl Renderer {
         let block = || Buffer::new(&self.gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload);
         let lighting = self.lighting.take(block)?;
         let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.shadows().len() as u32)?;
+        let sky = match light {
+            Light::Mapped { .. } if kind.shading.options().sky_occlusion => {
+                self.sky.around(&self.gpu, &casters(&surfaces))?
+            }
+            _ => None,
+        };
+        let frame_light = FrameLight { lighting: &lighting, shadow_maps: shadow_maps.array(), sky: sky.as_ref() };
+        let scene = self.tables.set(&self.gpu, &self.environment, &self.irradiance, &frame_light)?;
         let (state, number) = (state.clone(), self.prepared);
         let plan = FramePlan {
             state,
@@ -86,6 +95,7 @@ impl Renderer {
             light,
             shadow_maps,
             lighting,
+            scene,
             multisample,
             edges,
             accumulate,
@@ -183,10 +193,8 @@ impl Renderer {
             FilterInto::GBuffer => Some(self.pipelines.shade(&self.gpu, kind)?),
             FilterInto::Radiance(_) => None,
         };
-        let sky =
-            if kind.shading.options().sky_occlusion { self.sky.around(&self.gpu, &casters(surfaces))? } else { None };
         let behind = self.pipelines.sky(&self.gpu, settings.msaa > 1)?;
-        Ok(Light::Mapped { shadows, sky, shade, behind })
+        Ok(Light::Mapped { shadows, shade, behind })
     }
 
     /// Finds where edge samples are needed and makes what draws them into `targets`.

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::edge_samples::EdgeSamples;
 use super::renderer::Renderer;
-use super::sky::SkyBuffer;
 use super::surfaces::PreparedSurface;
 use super::targets::Targets;
 use crate::passes::accumulate::AccumulatePass;
@@ -14,7 +13,7 @@ use crate::passes::shade::{ShadePass, SkyBehindPass};
 use crate::passes::shadow::{ShadowMaps, ShadowView};
 use crate::scene::FrameState;
 use crate::settings::RenderSettings;
-use leadr_gpu::{Buffer, GpuError, Image, Result};
+use leadr_gpu::{Buffer, GpuError, Image, ResourceSet, Result};
 
 /// A frame that is ready to be drawn, and the only thing that can be: its scene is posed, its targets and pipelines are made. Comes from
 /// [`Renderer::prepare`].
@@ -38,6 +37,8 @@ pub(super) struct FramePlan {
     pub shadow_maps: ShadowMaps,
     /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: Arc<Buffer>,
+    /// The set of its light.
+    pub scene: ResourceSet,
     /// Where the geometry is multisampled.
     pub multisample: Option<MsaaPass>,
     pub edges: Option<EdgeSamples>,
@@ -54,8 +55,6 @@ pub(super) enum Light {
     Mapped {
         /// Where the lights look from, if they throw shadows: suns, then point lights.
         shadows: Vec<ShadowView>,
-        /// What large shapes hide of the surroundings, if that is shaded.
-        sky: Option<Arc<SkyBuffer>>,
         /// `None` where the filter passes shade what they filter.
         shade: Option<ShadePass>,
         behind: SkyBehindPass,

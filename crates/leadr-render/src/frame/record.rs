@@ -8,9 +8,8 @@ use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
 use crate::passes::accumulate::{EdgeSum, Parts};
-use crate::passes::edges::JoinLight;
-use crate::passes::shade::{LightingGpu, ShadeInputs};
-use crate::passes::targets::{Begin, GeometryTargets, JoinedEdges, SampleTargets};
+use crate::passes::shade::LightingGpu;
+use crate::passes::targets::{Begin, GeometryTargets, SampleTargets};
 use crate::view::View;
 use leadr_gpu::{Commands, GpuError, Result, Timestamps};
 
@@ -123,7 +122,7 @@ impl PreparedFrame<'_> {
     /// every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, light, shadow_maps, drawn, .. } = &self.plan;
-        let Renderer { environment, irradiance, common, sky: seen_sky, .. } = &mut *self.renderer;
+        let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
         let first = *drawn == 0;
         for surface in surfaces.iter().filter(|_| first) {
             surface.record_motion(passes);
@@ -133,7 +132,7 @@ impl PreparedFrame<'_> {
                 let casters = casters(surfaces);
                 passes.run("shadow", |cmd| pass.record_maps(cmd, lights, &casters));
             }
-            Light::Mapped { shadows, sky, .. } if first => {
+            Light::Mapped { shadows, .. } if first => {
                 if let Some(sky) = &state.sky {
                     let mut moved = false;
                     passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
@@ -143,12 +142,7 @@ impl PreparedFrame<'_> {
                         }
                     });
                 }
-                passes.run("irradiance", |cmd| {
-                    irradiance.record(cmd, environment);
-                    if let Some(sky) = sky {
-                        seen_sky.record(cmd, irradiance, sky);
-                    }
-                });
+                passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
                 let casters = |light| surfaces.iter().flat_map(move |surface| surface.casters_under(light));
                 passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..shadows.len()).map(casters)));
             }
@@ -199,7 +193,7 @@ impl PreparedFrame<'_> {
     /// Statistics, and shading by them at once; and the sky where no surface is.
     fn record_filter_and_shade(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
         let Light::Mapped { behind, .. } = &self.plan.light else { return };
-        let (visible, inputs) = (&target.visible, self.shade_inputs(None));
+        let (visible, scene) = (&target.visible, &self.plan.scene);
         for (i, surface) in self.plan.surfaces.iter().enumerate() {
             passes.run(surface.names().filter_and_shade, |cmd| {
                 if i == 0 {
@@ -208,9 +202,9 @@ impl PreparedFrame<'_> {
                 let begin = if i == 0 { Begin::Clear } else { Begin::Continue };
                 target.draw_radiance_of_objects(cmd, begin, |cmd| {
                     if i == 0 {
-                        behind.draw(cmd, visible, inputs);
+                        behind.draw(cmd, visible, scene);
                     }
-                    surface.draw_filter(cmd, visible, view, Some(inputs));
+                    surface.draw_filter(cmd, visible, view, Some(scene));
                 });
             });
         }
@@ -224,34 +218,31 @@ impl PreparedFrame<'_> {
         self.record_geometry(passes, &samples.visible.geometry(), &image.view);
         passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
         self.record_filter(passes, samples, &image.view, scissor);
-        let inputs = self.shade_inputs(None);
+        let scene = &self.plan.scene;
         passes.run("shade", |cmd| {
-            samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, inputs));
+            samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, scene, None));
         });
-        let light = JoinLight { lighting: &self.plan.lighting, shadow_maps: self.plan.shadow_maps.array() };
         let joined = &targets.joined;
-        passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
+        passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, scene, &image.rays));
     }
 
     /// Shading of the pixels, and the mean of the samples.
     fn record_shading(&self, passes: &mut Passes<'_>) {
-        let FramePlan { targets, light, edges, accumulate, drawn, .. } = &self.plan;
+        let FramePlan { targets, light, edges, accumulate, drawn, scene, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
         let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
         if !light.shades_with_filter() {
             let pixels = &targets.pixels;
             passes.run("shade", |cmd| match light {
                 Light::Relief { pass, lights } => {
-                    let fits = self.renderer.irradiance.coefficients();
-                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, fits));
+                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, scene));
                 }
                 Light::Mapped { shade, behind, .. } => {
-                    let inputs = self.shade_inputs(edges.map(|edges| edges.joined));
                     common.objects.record(cmd, &pixels.visible, None);
                     pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
-                        behind.draw(cmd, &pixels.visible, inputs);
+                        behind.draw(cmd, &pixels.visible, scene);
                         if let Some(shade) = shade {
-                            shade.draw(cmd, pixels, inputs);
+                            shade.draw(cmd, pixels, scene, edges.map(|edges| edges.joined));
                         }
                     });
                 }
@@ -264,20 +255,6 @@ impl PreparedFrame<'_> {
         };
         let pixels = &targets.pixels;
         passes.run("accumulate", |cmd| accumulate.record(cmd, pixels, parts, &targets.mean, *drawn));
-    }
-
-    fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
-        let Renderer { environment, irradiance, .. } = &*self.renderer;
-        ShadeInputs {
-            lighting: &self.plan.lighting,
-            cube: environment.cube(),
-            background: environment.background(),
-            lobes: environment.lobes().cube(),
-            irradiance_rest: environment.irradiance_rest().cube(),
-            radiance_sh: irradiance.coefficients(),
-            shadow_maps: self.plan.shadow_maps.array(),
-            joined,
-        }
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::drawing::{Demands, Purpose, drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
+use super::scene_set::SceneTables;
 use super::sky::SkyPast;
 use super::surfaces::Surface;
 use super::surfaces::meshes::{MeshPipelines, Meshes};
@@ -32,6 +33,7 @@ pub struct Renderer {
     pub(super) casters: CasterKinds,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
+    pub(super) tables: SceneTables,
     /// What large shapes hide of the surroundings.
     pub(super) sky: SkyPast,
     pub(super) common: CommonPasses,
@@ -120,14 +122,15 @@ impl Renderer {
             }
             Ok(sea)
         };
-        let passes =
-            || Ok((IrradiancePass::with_fits(gpu, &fits.words())?, CommonPasses::new(gpu, casters, numbering)?));
+        let passes = || {
+            Ok((IrradiancePass::new(gpu)?, SceneTables::new(gpu, &fits)?, CommonPasses::new(gpu, casters, numbering)?))
+        };
         // Meshes last: they are many pieces of work, which fill the time that one thread would wait for another.
         let ((sea, passes), meshes) = rayon::join(
             || rayon::join(|| ocean.map(sea).transpose(), passes),
             || Meshes::new(pipelines, objects, upload, of_meshes),
         );
-        let (irradiance, common) = passes?;
+        let (irradiance, tables, common) = passes?;
         let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes?)];
         if let Some(sea) = sea? {
             surfaces.push(Box::new(sea));
@@ -137,6 +140,7 @@ impl Renderer {
             casters,
             environment,
             irradiance,
+            tables,
             sky: SkyPast::default(),
             common,
             pipelines: Pipelines::default(),

@@ -14,14 +14,10 @@ use leadr_gpu::{
     AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Memory, Result, Sampler, SharedStruct,
     Use, shared_struct,
 };
-use leadr_reflectance::materials::energy::EnergyTable;
 
 /// Faces of at most this many texels are projected. Order-2 harmonics cannot resolve anything finer: the levels have the
 /// same means, and a sun is displaced by less than a texel, 1.4°.
 const FACE_SIZE: u32 = 64;
-
-/// Bytes before the visibility of the sky in the buffer of the coefficients: these, and the tables of energies.
-const SKY_OFFSET: u64 = 9 * 16 + (2 * EnergyTable::TEXELS * size_of::<[f32; 2]>()) as u64;
 
 shared_struct! {
     struct Push for "Push" {
@@ -42,21 +38,12 @@ pub struct IrradiancePass {
 impl IrradiancePass {
     /// Creates the pipelines and buffers.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        Self::with_fits(gpu, &[])
-    }
-
-    /// The same, with the numbers of measured materials behind the coefficients (`passes/shade/fits.glsl`).
-    pub fn with_fits(gpu: &Arc<Gpu>, fits: &[f32]) -> Result<Self> {
-        let coefficients = Buffer::new(gpu, "irradiance", 9 * 16 + size_of_val(fits) as u64, Memory::Device)?;
-        if !fits.is_empty() {
-            coefficients.write(9 * 16, fits)?;
-        }
         Ok(Self {
             rows: ComputePipeline::new(gpu, "passes/light/irradiance_rows.comp", &[], &[])?,
             sum: ComputePipeline::new(gpu, "passes/light/irradiance.comp", &[], &[Push::LAYOUT])?,
             sampler: Sampler::new(gpu, "irradiance", Filter::Nearest, AddressMode::ClampToEdge)?,
             partials: Buffer::new(gpu, "irradiance partials", 9 * 16 * 6 * u64::from(FACE_SIZE), Memory::Device)?,
-            coefficients,
+            coefficients: Buffer::new(gpu, "irradiance", 9 * 16, Memory::Device)?,
         })
     }
 
@@ -76,7 +63,7 @@ impl IrradiancePass {
             &self.sum,
             &[
                 ("Partials", Descriptor::Storage(&self.partials)),
-                ("Coefficients", Descriptor::Storage(&self.coefficients)),
+                ("Harmonics", Descriptor::Storage(&self.coefficients)),
             ],
         );
         cmd.push_constants(&Push { rows });
@@ -85,20 +72,12 @@ impl IrradiancePass {
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
 
-    /// Copies the visibility of the sky past large shapes into its place behind the tables of energies, where there is one.
-    pub fn record_sky(&self, cmd: &mut Commands, sky: &Buffer) {
-        // An earlier frame may still be reading.
-        cmd.memory_barrier(Use::Undefined, Use::CopyTarget);
-        cmd.copy_buffer(sky, 0, &self.coefficients, SKY_OFFSET, sky.size());
-        cmd.memory_barrier(Use::CopyTarget, Use::GraphicsRead);
-    }
-
     /// The mip level that is projected.
     pub fn level(&self, environment: &Environment) -> u32 {
         (environment.face_size() / FACE_SIZE).max(1).ilog2()
     }
 
-    /// `vec4[9]`, device-local; behind them the measured materials, if there are any.
+    /// `vec4[9]`, device-local.
     pub fn coefficients(&self) -> &Buffer {
         &self.coefficients
     }

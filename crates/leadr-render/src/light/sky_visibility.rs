@@ -13,7 +13,8 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::casters::Columns;
-use crate::constants::{SKY_HEADER, SKY_LAYERS, SKY_LAYERS_BELOW, SKY_NODES};
+use crate::constants::{SKY_LAYERS, SKY_LAYERS_BELOW, SKY_NODES};
+use leadr_gpu::shared_struct;
 
 /// Nodes along x and y together at most.
 const MOST_ACROSS: f32 = (SKY_NODES / SKY_LAYERS) as f32;
@@ -26,6 +27,18 @@ const GROWTH: f32 = 0.2;
 const ASIDE: f32 = 0.9;
 const ABOVE: f32 = 1.4;
 const BELOW: f32 = 0.4;
+
+shared_struct! {
+    /// The head of the volume on the device.
+    pub struct SkyVisibilityGpu for "SkyVisibility" {
+        /// Its lowest corner and its floor, metres.
+        sky_corner: [f32; 4],
+        /// Nodes per metre across; one over the reach of the layers above and below the floor.
+        sky_rates: [f32; 4],
+        /// Nodes across.
+        sky_across: [f32; 2],
+    }
+}
 
 /// The volume.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,27 +121,18 @@ impl SkyVisibility {
         })
     }
 
-    /// As `passes/shade/sky_visibility.glsl` reads it: the header, then the nodes in bytes.
-    pub fn words(&self) -> Vec<u32> {
-        let mut header = vec![0.0; SKY_HEADER as usize];
-        let numbers = [
-            self.origin.x,
-            self.origin.y,
-            self.floor,
-            self.step.x.recip(),
-            self.step.y.recip(),
-            self.reach[0].recip(),
-            self.reach[1].recip(),
-            self.size[0] as f32,
-            self.size[1] as f32,
-        ];
-        header[..numbers.len()].copy_from_slice(&numbers);
-        let byte = |v: f32| u32::from(((v.clamp(-1.0, 1.0) * 127.0).round() as i8).cast_unsigned());
-        let word = |&[x, y, z, a]: &[f32; 4]| {
-            let [x, y, z] = [x, y, z].map(|b| byte(b / 1.5));
-            x | y << 8 | z << 16 | byte(2.0 * a - 1.0) << 24
+    /// As `passes/shade/sky_visibility.glsl` reads it: the head, then the nodes, eight bits for each number.
+    pub fn bytes(&self) -> Vec<u8> {
+        let [rate, above_and_below] = [self.step, Vec2::from(self.reach)].map(Vec2::recip);
+        let head = SkyVisibilityGpu {
+            sky_corner: [self.origin.x, self.origin.y, self.floor, 0.0],
+            sky_rates: [rate.x, rate.y, above_and_below.x, above_and_below.y],
+            sky_across: self.size.map(|nodes| nodes as f32),
         };
-        header.into_iter().map(f32::to_bits).chain(self.nodes.iter().map(word)).collect()
+        let byte = |v: f32| ((v.clamp(-1.0, 1.0) * 127.0).round() as i8).cast_unsigned();
+        let node = |&[x, y, z, a]: &[f32; 4]| [x / 1.5, y / 1.5, z / 1.5, 2.0 * a - 1.0].map(byte);
+        let nodes: Vec<[u8; 4]> = self.nodes.iter().map(node).collect();
+        [bytemuck::bytes_of(&head), nodes.as_flattened()].concat()
     }
 
     /// Visibility to first order at a place, `b` and `a`, between nodes: the twin of `sky_seen` in `passes/shade/sky_visibility.glsl`.
@@ -293,6 +297,6 @@ mod tests {
         let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
         let rim = volume.nodes.iter().take(volume.size[0]).map(|node| cosine_share(*node, Vec3::Z));
         assert!(rim.into_iter().all(|seen| seen > 0.9));
-        assert!(volume.words().len() <= (SKY_HEADER + SKY_NODES) as usize);
+        assert!(volume.nodes.len() <= SKY_NODES as usize);
     }
 }

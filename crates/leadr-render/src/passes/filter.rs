@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::object_depth::OBJECT_TEST;
-use super::shade::{LightSamplers, LightingGpu, ShadeInputs, ShadeKind};
+use super::shade::{SCENE_STRUCTS, ShadeKind};
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::surfaces::numbering::Numbering;
 use glam::Vec3;
@@ -25,8 +25,8 @@ use crate::surfaces::object_view::DrawnObject;
 use crate::surfaces::posed::PosedObject;
 use crate::view::{Samples, View};
 use leadr_gpu::{
-    AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
-    SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
+    AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ResourceSet, Result,
+    Sampler, SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
 };
 
 /// What becomes of what a filter pass finds under the pixels.
@@ -69,7 +69,7 @@ impl FilterInto {
     pub fn structs(self) -> &'static [StructLayout] {
         match self {
             Self::GBuffer => &[],
-            Self::Radiance(_) => &[LightingGpu::LAYOUT],
+            Self::Radiance(_) => &SCENE_STRUCTS,
         }
     }
 
@@ -118,8 +118,6 @@ fn tap_rows(kind: SurfaceKind) -> i32 {
 pub struct FilterPass {
     pipelines: HashMap<SurfaceKind, GraphicsPipeline>,
     nearest: Sampler,
-    linear: Sampler,
-    light: LightSamplers,
 }
 
 impl FilterPass {
@@ -139,8 +137,6 @@ impl FilterPass {
         Ok(Self {
             pipelines: kinds.into_par_iter().map(pipeline).collect::<Result<_>>()?,
             nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
-            linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
-            light: LightSamplers::new(gpu)?,
         })
     }
 
@@ -211,8 +207,8 @@ impl FilterPass {
         GraphicsPipeline::new(gpu, name, &desc)
     }
 
-    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `light` is what the pass shades
-    /// with, if it does. The pass must know the kinds of all objects.
+    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `light` is the set of the scene, where
+    /// the pass shades. The pass must know the kinds of all objects.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -220,47 +216,22 @@ impl FilterPass {
         view: &View,
         objects: impl Iterator<Item = DrawnObject<'a>>,
         shown: Shown,
-        light: Option<ShadeInputs<'_>>,
+        light: Option<&ResourceSet>,
     ) {
         for DrawnObject { posed, divided, .. } in objects {
-            let object = &posed.object;
-            let maps = &object.maps;
-            let [colors, emission, occlusion, _] = &maps.material.samplers;
-            let mut bindings = vec![
+            let pixels = [
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
-                ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
-                ("Patches", Descriptor::Storage(&object.patches)),
-                ("height_map", Descriptor::Sampled(maps.leadr.heights().whole(), &maps.sampler)),
-                ("moments_a", Descriptor::Sampled(maps.leadr.slopes().whole(), &maps.sampler)),
-                ("moments_b", Descriptor::Sampled(maps.leadr.joint().whole(), &maps.sampler)),
-                ("horizon_a", Descriptor::Sampled(maps.horizons.leans().whole(), &maps.sampler)),
-                ("horizon_b", Descriptor::Sampled(maps.horizons.correlations().whole(), &maps.sampler)),
-                ("color_map", Descriptor::Sampled(maps.material.color.whole(), colors)),
-                ("f0_map", Descriptor::Sampled(maps.material.f0.whole(), colors)),
-                ("mixed_map", Descriptor::Sampled(maps.material.mixed.whole(), colors)),
-                ("color_weighted", Descriptor::Sampled(maps.relief_color.weighted.whole(), colors)),
-                ("Atlas", Descriptor::Storage(&maps.atlas.links)),
-                ("coarse_a", Descriptor::Sampled(maps.atlas.slopes.whole(), &self.linear)),
-                ("coarse_b", Descriptor::Sampled(maps.atlas.joint.whole(), &self.linear)),
-                ("coarse_color", Descriptor::Sampled(maps.atlas.color.whole(), &self.linear)),
-                ("coarse_f0", Descriptor::Sampled(maps.atlas.f0.whole(), &self.linear)),
-                ("coarse_mixed", Descriptor::Sampled(maps.atlas.mixed.whole(), &self.linear)),
-                ("coarse_weighted", Descriptor::Sampled(maps.atlas.weighted.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-                ("emission_map", Descriptor::Sampled(maps.material.emission.whole(), emission)),
-                ("occlusion_map", Descriptor::Sampled(maps.material.occlusion.whole(), occlusion)),
-                ("Charts", Descriptor::Storage(&maps.charts)),
-                ("coarse_light", Descriptor::Sampled(maps.atlas.light.whole(), &self.linear)),
-                ("Detail", Descriptor::Storage(&maps.detail.layout)),
-                ("detail_a", Descriptor::Sampled(maps.detail.maps.slopes().whole(), &maps.detail.sampler)),
-                ("detail_b", Descriptor::Sampled(maps.detail.maps.joint().whole(), &maps.detail.sampler)),
-                ("detail_colors", Descriptor::Sampled(maps.detail.material.color.whole(), &maps.detail.sampler)),
-                ("detail_mask", Descriptor::Sampled(maps.detail.mask.whole(), &maps.detail.sampler)),
+                ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
+                ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ];
-            let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
-            bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
-            cmd.bind(&self.pipelines[&object.kind], &bindings);
+            // Who shades covers the screen, and needs no tiles.
+            cmd.bind(&self.pipelines[&posed.object.kind], if light.is_some() { &pixels[..4] } else { &pixels });
+            cmd.bind_set(&posed.object.set);
+            if let Some(scene) = light {
+                cmd.bind_set(scene);
+            }
             cmd.push_constants(&FilteredObjectGpu::new(posed, shown, view));
             match light {
                 None => visible.tiles.draw(cmd),

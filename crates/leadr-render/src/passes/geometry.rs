@@ -200,7 +200,7 @@ impl PatchPipelines {
         let found = self.0.iter().find(|(drawn, _)| *drawn == wanted);
         debug_assert!(found.is_some(), "no pipelines draw {wanted:?}");
         if let Some((_, set)) = found {
-            set.draw(cmd, drawn, wanted.holes, mode == PatchMode::Seen { mark_inside: true });
+            set.draw(cmd, drawn, mode == PatchMode::Seen { mark_inside: true });
         }
     }
 }
@@ -242,29 +242,21 @@ impl PipelineSet {
         })
     }
 
-    fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, holes: bool, mark_inside: bool) {
+    fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mark_inside: bool) {
         let DrawnObject { posed, divided, view } = drawn;
         let PosedObject { object, height_scale, .. } = posed;
-        let mut bindings = vec![
+        let bindings = [
             ("view", Descriptor::Uniform(&view.buffers.view)),
             ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
-            ("Patches", Descriptor::Storage(&object.patches)),
             ("EdgeFactors", Descriptor::Storage(&divided.buffers.edge_factors)),
-            ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
-            ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
             ("VisiblePatches", Descriptor::Storage(&view.buffers.visible)),
-            ("height_map", Descriptor::Sampled(object.maps.leadr.heights().whole(), &object.maps.sampler)),
         ];
-        if holes {
-            let [.., sampler] = &object.maps.material.samplers;
-            bindings.push(("Charts", Descriptor::Storage(&object.maps.charts)));
-            bindings.push(("opacity_map", Descriptor::Sampled(object.maps.material.opacity.whole(), sampler)));
-        }
         let at_texels = self.at_texels.as_ref().filter(|_| view.at_texels);
         let divided = at_texels.unwrap_or(&self.divided);
         let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
             cmd.bind(pipeline, &bindings);
+            cmd.bind_set(&object.set);
             cmd.push_constants(&object.constants(*height_scale, mark_inside, posed.tiling_shift()));
             for &(first, count) in draws {
                 cmd.draw(first * vertices..(first + count) * vertices, 0..1);

@@ -33,8 +33,8 @@ use crate::surfaces::posed::PosedObject;
 use crate::surfaces::sphere::Sphere;
 use crate::view::View;
 use leadr_gpu::{
-    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
-    SharedStruct, SpecValue, shared_struct,
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, ResourceSet,
+    Result, Sampler, SharedStruct, SpecValue, shared_struct,
 };
 
 const MAX_LIGHTS: usize = MAX_RELIEF_LIGHTS as usize;
@@ -145,14 +145,14 @@ impl ReferencePass {
         self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Shades every pixel of the sample's G-buffer into its begun radiance. `irradiance`: what measured materials follow in.
+    /// Shades every pixel of the sample's G-buffer into its begun radiance. `scene`: its set, for measured materials.
     pub fn draw(
         &self,
         cmd: &mut Commands,
         sample: &SampleTargets,
         lights: &ReliefLights,
         environment: &Environment,
-        irradiance: &Buffer,
+        scene: &ResourceSet,
     ) {
         let SampleTargets { visible, gbuffer, .. } = sample;
         cmd.bind(
@@ -169,9 +169,9 @@ impl ReferencePass {
                 ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),
                 ("depth_maps", Descriptor::Sampled(lights.maps.array(), &self.nearest)),
                 ("EnvironmentTexels", Descriptor::Storage(&lights.texels)),
-                ("Irradiance", Descriptor::Storage(irradiance)),
             ],
         );
+        cmd.bind_set(scene);
         cmd.draw(0..3, 0..1);
     }
 }

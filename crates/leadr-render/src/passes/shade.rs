@@ -8,14 +8,15 @@ use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets, VisibleSurface
 use crate::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SHADOW_MAPS, MAX_SUNS};
 use crate::light::environment::Environment;
 use crate::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
+use crate::light::sky_visibility::SkyVisibilityGpu;
 use crate::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::settings::Shading;
 use crate::surfaces::material::Bases;
 use crate::view::View;
 use glam::{Mat4, Vec3};
 use leadr_gpu::{
-    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView, Result, Sampler,
-    SharedStruct, SpecValue, Topology, shared_struct,
+    AddressMode, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ResourceSet, Result, Sampler,
+    SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
 };
 
 const SUNS: usize = MAX_SUNS as usize;
@@ -174,27 +175,6 @@ pub enum Edges {
     Joined = EDGES_ARE_JOINED as isize,
 }
 
-/// The inputs of the shading pass.
-#[derive(Clone, Copy)]
-pub struct ShadeInputs<'a> {
-    /// The [`LightingGpu`] block.
-    pub lighting: &'a Buffer,
-    /// The environment cube, with mips.
-    pub cube: &'a ImageView,
-    /// The cube that is seen behind all surfaces.
-    pub background: &'a ImageView,
-    /// The environment, with levels blurred for few lookups.
-    pub lobes: &'a ImageView,
-    /// What order 2 leaves out of its irradiance.
-    pub irradiance_rest: &'a ImageView,
-    /// Its nine SH coefficients of radiance, `vec4` each.
-    pub radiance_sh: &'a Buffer,
-    /// The shadow maps, a layer per light.
-    pub shadow_maps: &'a ImageView,
-    /// The joined sums of each pixel's edge samples, if there are any.
-    pub joined: Option<&'a JoinedEdges>,
-}
-
 /// The options that decide the pipelines of the shading pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadeKind {
@@ -226,44 +206,18 @@ impl ShadeKind {
     }
 }
 
-/// The samplers that light is read with.
-#[derive(Clone)]
-pub struct LightSamplers {
-    nearest: Sampler,
-    trilinear: Sampler,
-}
+/// The structs of the [scene's set](crate::sets::SCENE).
+pub const SCENE_STRUCTS: [StructLayout; 2] = [LightingGpu::LAYOUT, SkyVisibilityGpu::LAYOUT];
 
-impl LightSamplers {
-    /// The samplers.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        Ok(Self {
-            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
-            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
-        })
-    }
-}
-
-impl<'a> ShadeInputs<'a> {
-    /// What a fragment stage that includes `passes/shade/shaded.glsl` reads about the light.
-    pub fn bindings(&self, samplers: &'a LightSamplers) -> [(&'static str, Descriptor<'a>); 7] {
-        let LightSamplers { nearest, trilinear } = samplers;
-        [
-            ("lighting", Descriptor::Uniform(self.lighting)),
-            ("background_cube", Descriptor::Sampled(self.background, trilinear)),
-            ("environment_cube", Descriptor::Sampled(self.cube, trilinear)),
-            ("environment_lobes", Descriptor::Sampled(self.lobes, trilinear)),
-            ("irradiance_rest", Descriptor::Sampled(self.irradiance_rest, trilinear)),
-            ("Irradiance", Descriptor::Storage(self.radiance_sh)),
-            ("shadow_maps", Descriptor::Sampled(self.shadow_maps, nearest)),
-        ]
-    }
+fn nearest(gpu: &Arc<Gpu>) -> Result<Sampler> {
+    Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)
 }
 
 /// The pipeline that shades the pixels of the G-buffer.
 #[derive(Clone)]
 pub struct ShadePass {
     pipeline: GraphicsPipeline,
-    samplers: LightSamplers,
+    nearest: Sampler,
 }
 
 impl ShadePass {
@@ -276,19 +230,20 @@ impl ShadePass {
             depth: (kind.edges != Edges::Shaded).then_some(ANY_OBJECT_TEST),
             topology: Topology::Points,
             spec: &kind.spec(),
-            structs: &[LightingGpu::LAYOUT],
+            structs: &SCENE_STRUCTS,
             ..Default::default()
         };
-        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, samplers: LightSamplers::new(gpu)? })
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, nearest: nearest(gpu)? })
     }
 
     /// Shades the pixels of a filtered sample that show a surface into its begun radiance; of edge samples all that need it.
-    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, inputs: ShadeInputs<'_>) {
+    /// `joined`: the sums of each pixel's edge samples, if there are any.
+    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, scene: &ResourceSet, joined: Option<&JoinedEdges>) {
         let SampleTargets { visible, gbuffer, .. } = sample;
-        let nearest = &self.samplers.nearest;
+        let nearest = &self.nearest;
         // Pipelines without joined edge samples still need some float image bound in their place.
-        let shares = inputs.joined.map_or(&visible.depth, |joined| &joined.shares);
-        let more_suns = inputs.joined.map_or(&visible.depth, |joined| &joined.more_suns);
+        let shares = joined.map_or(&visible.depth, |joined| &joined.shares);
+        let more_suns = joined.map_or(&visible.depth, |joined| &joined.more_suns);
         let filtered = [
             ("visible_surface", Descriptor::Sampled(visible.surface.whole(), nearest)),
             ("visible_depth", Descriptor::Sampled(visible.depth.whole(), nearest)),
@@ -303,7 +258,8 @@ impl ShadePass {
             ("more_suns", Descriptor::Sampled(more_suns.whole(), nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
         ];
-        cmd.bind(&self.pipeline, &[&inputs.bindings(&self.samplers)[..], &filtered].concat());
+        cmd.bind(&self.pipeline, &filtered);
+        cmd.bind_set(scene);
         visible.tiles.draw(cmd);
     }
 }
@@ -312,7 +268,7 @@ impl ShadePass {
 #[derive(Clone)]
 pub struct SkyBehindPass {
     pipeline: GraphicsPipeline,
-    samplers: LightSamplers,
+    nearest: Sampler,
 }
 
 impl SkyBehindPass {
@@ -324,17 +280,16 @@ impl SkyBehindPass {
             colors: &[RADIANCE_FORMAT],
             depth: Some(OBJECT_TEST),
             spec: &[("MULTISAMPLED", SpecValue::Bool(multisampled))],
-            structs: &[LightingGpu::LAYOUT],
+            structs: &SCENE_STRUCTS,
             ..Default::default()
         };
-        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade sky", &desc)?, samplers: LightSamplers::new(gpu)? })
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade sky", &desc)?, nearest: nearest(gpu)? })
     }
 
     /// Draws the pixels that show no object into the begun radiance of a sample whose objects are known.
-    pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, inputs: ShadeInputs<'_>) {
-        let background = ("background_cube", Descriptor::Sampled(inputs.background, &self.samplers.trilinear));
-        let surface = ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.samplers.nearest));
-        cmd.bind(&self.pipeline, &[("lighting", Descriptor::Uniform(inputs.lighting)), background, surface]);
+    pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, scene: &ResourceSet) {
+        cmd.bind(&self.pipeline, &[("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest))]);
+        cmd.bind_set(scene);
         cmd.draw(0..3, 0..1);
     }
 }

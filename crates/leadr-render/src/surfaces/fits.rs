@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::constants::{MAX_FITS, SKY_HEADER, SKY_NODES};
+use crate::constants::MAX_FITS;
 use crate::scene::Object;
 use leadr_gpu::{GpuError, Result};
-use leadr_reflectance::materials::energy::EnergyTable;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
 /// Most numbers of all together: where each begins is a float, which counts so far.
@@ -45,12 +44,10 @@ impl Fits {
         place.map_or(0, |place| place as u32 + 1)
     }
 
-    /// The tables of energies; room for the [visibility of the sky](crate::light::sky_visibility); where each material begins,
-    /// from there; then one after another (`passes/shade/fits.glsl`).
+    /// Where each material begins, then one after another (`passes/shade/fits.glsl`).
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
-        let mut words = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();
-        words.resize(words.len() + (SKY_HEADER + SKY_NODES) as usize, 0.0);
+        let mut words = Vec::new();
         for fit in &self.0 {
             words.push(at as f32);
             at += fit.words().len();

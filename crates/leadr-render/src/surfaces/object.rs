@@ -21,7 +21,10 @@ use crate::constants::{
     FLAG_MASK, FLAG_ONE_LOOK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, FLAGS_FIT_SHIFT,
 };
 use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
-use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sampler, shared_struct};
+use crate::sets::OBJECT;
+use leadr_gpu::{
+    AddressMode, Buffer, Descriptor, Filter, Gpu, GpuError, Image, Memory, ResourceSet, Result, Sampler, shared_struct,
+};
 use leadr_maps::LeadrMap;
 use leadr_maps::cache::MapCache;
 use leadr_maps::checksum::checksum;
@@ -97,14 +100,10 @@ pub struct GpuObject {
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
-    /// `PatchData` of every patch.
-    pub patches: Buffer,
-    /// Baked heights of the edges.
-    pub edge_heights: Buffer,
-    /// Baked heights of the vertices.
-    pub vertex_heights: Buffer,
     /// Its maps, which its coarser mesh shares, and objects with the [same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
+    /// Its mesh and its maps as the shaders read them.
+    pub set: ResourceSet,
     /// What the filter pass has to fetch for it.
     pub kind: SurfaceKind,
     /// [`ObjectGpu::index`], without the dip.
@@ -118,19 +117,20 @@ pub struct ObjectMaps {
     /// The LEADR maps; a 1×1 placeholder for smooth objects.
     pub leadr: LeadrMapGpu,
     /// What its relief hides from itself; placeholders for smooth objects.
-    pub horizons: HorizonMaps,
+    horizons: HorizonMaps,
     /// Links and coarse levels that let the filter pass look beyond a patch's tile.
-    pub atlas: AtlasGpu,
+    atlas: AtlasGpu,
     /// Its material.
-    pub material: MaterialImages,
+    material: MaterialImages,
     /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
-    pub charts: Buffer,
+    charts: Buffer,
     /// A finer relief that repeats; placeholders for objects without.
-    pub detail: DetailImages,
+    detail: DetailImages,
     /// How its colours follow its relief.
-    pub relief_color: ReliefColorImages,
+    relief_color: ReliefColorImages,
     /// Sampler of the maps of its relief.
-    pub sampler: Sampler,
+    sampler: Sampler,
+    of_coarse_levels: Sampler,
 }
 
 /// How the maps of objects are made.
@@ -314,7 +314,43 @@ impl ObjectMaps {
             detail,
             relief_color,
             sampler: Sampler::with_modes(gpu, &format!("{name} sampler"), Filter::Trilinear, modes)?,
+            of_coarse_levels: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
+    }
+
+    /// The images and layouts by their names in the shaders.
+    fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
+        let Self { leadr, horizons, atlas, material, detail, relief_color, sampler, of_coarse_levels, .. } = self;
+        let [colors, emission, occlusion, opacity] = &material.samplers;
+        let images: [(&str, &Image, &Sampler); 23] = [
+            ("height_map", leadr.heights(), sampler),
+            ("moments_a", leadr.slopes(), sampler),
+            ("moments_b", leadr.joint(), sampler),
+            ("horizon_a", horizons.leans(), sampler),
+            ("horizon_b", horizons.correlations(), sampler),
+            ("color_map", &material.color, colors),
+            ("f0_map", &material.f0, colors),
+            ("mixed_map", &material.mixed, colors),
+            ("color_weighted", &relief_color.weighted, colors),
+            ("emission_map", &material.emission, emission),
+            ("occlusion_map", &material.occlusion, occlusion),
+            ("opacity_map", &material.opacity, opacity),
+            ("coarse_a", &atlas.slopes, of_coarse_levels),
+            ("coarse_b", &atlas.joint, of_coarse_levels),
+            ("coarse_color", &atlas.color, of_coarse_levels),
+            ("coarse_f0", &atlas.f0, of_coarse_levels),
+            ("coarse_mixed", &atlas.mixed, of_coarse_levels),
+            ("coarse_weighted", &atlas.weighted, of_coarse_levels),
+            ("coarse_light", &atlas.light, of_coarse_levels),
+            ("detail_a", detail.maps.slopes(), &detail.sampler),
+            ("detail_b", detail.maps.joint(), &detail.sampler),
+            ("detail_colors", &detail.material.color, &detail.sampler),
+            ("detail_mask", &detail.mask, &detail.sampler),
+        ];
+        let images =
+            images.into_iter().map(|(name, image, sampler)| (name, Descriptor::Sampled(image.whole(), sampler)));
+        let layouts = [("Atlas", &atlas.links), ("Detail", &detail.layout)];
+        images.chain(layouts.map(|(name, buffer)| (name, Descriptor::Storage(buffer)))).collect()
     }
 }
 
@@ -386,10 +422,14 @@ impl GpuObject {
         let name = &object.name;
         let (low, high) =
             boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
+        let patches = Buffer::from_slice(gpu, &format!("{name} patches"), &patches(&object, &topology))?;
+        let edges = Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?;
+        let vertices = Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?;
+        let buffers =
+            [("Patches", &patches), ("EdgeHeights", &edges), ("VertexHeights", &vertices), ("Charts", &maps.charts)];
+        let buffers = buffers.map(|(name, buffer)| (name, Descriptor::Storage(buffer)));
         Ok(Self {
-            patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches(&object, &topology))?,
-            edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
-            vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
+            set: ResourceSet::new(gpu, &OBJECT, &[&buffers[..], &maps.bindings()[..]].concat())?,
             relief: high - low,
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,

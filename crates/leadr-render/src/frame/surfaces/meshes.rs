@@ -11,7 +11,6 @@ use crate::frame::pool::Pool;
 use crate::passes::edges::edge_tessellation;
 use crate::passes::filter::{FilterInto, FilterPass, Shown};
 use crate::passes::geometry::{CasterKinds, GeometryKind, GeometryPass};
-use crate::passes::shade::ShadeInputs;
 use crate::passes::shadow::ShadowView;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::{FrameState, Object, Pose};
@@ -26,7 +25,7 @@ use crate::surfaces::patch_mesh::PosedVertices;
 use crate::surfaces::posed::PosedObject;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
-use leadr_gpu::{Commands, Gpu, Result};
+use leadr_gpu::{Commands, Gpu, ResourceSet, Result};
 
 /// Texels of a shadow map that casters' vertices are apart at least.
 const CASTER_SPACING: f32 = 4.0;
@@ -346,7 +345,7 @@ impl PreparedSurface for PreparedMeshes {
         self.geometry.of(view.samples).draw(cmd, target, drawn, self.shown.mark_inside);
     }
 
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>) {
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
         let drawn = seen.map(PreparedMesh::seen);
         self.filter.draw(cmd, visible, view, drawn, self.shown, light);

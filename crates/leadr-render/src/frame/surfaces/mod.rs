@@ -7,7 +7,6 @@ use crate::frame::timing::Passes;
 use crate::passes::edges::MAX_GRID;
 use crate::passes::filter::FilterInto;
 use crate::passes::geometry::GeometryKind;
-use crate::passes::shade::ShadeInputs;
 use crate::passes::shadow::ShadowView;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::FrameState;
@@ -18,7 +17,7 @@ use crate::surfaces::posed::PosedObject;
 use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::Lens;
 use crate::view::{Samples, View};
-use leadr_gpu::{Commands, Result};
+use leadr_gpu::{Commands, ResourceSet, Result};
 
 /// A kind of surface on the device, as it is whatever the frame.
 pub(super) trait Surface {
@@ -132,8 +131,8 @@ pub(super) trait PreparedSurface {
     /// Draws its geometry into the begun targets.
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
 
-    /// Filters its maps under the pixels that see it into the begun targets. `light`: what the filter pass shades with, if it does.
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>);
+    /// Filters its maps under the pixels that see it into the begun targets. `light`: the set of the scene, where the filter pass shades.
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>);
 
     /// Upper bound on the triangles of one sample, all views together.
     fn triangles(&self) -> u64;

@@ -12,7 +12,6 @@ use crate::passes::ocean::fields::{Content, OceanFields};
 use crate::passes::ocean::filter::{OceanFilterPass, SeaInputs, WaterGpu};
 use crate::passes::ocean::march::{OceanMarch, RaysGpu};
 use crate::passes::ocean::surface::{OceanSurfacePass, RingBuffers};
-use crate::passes::shade::ShadeInputs;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::FrameState;
 use crate::settings::{Needs, RenderSettings};
@@ -23,7 +22,7 @@ use crate::surfaces::ocean::mesh::{Laid, Rings, SeaView};
 use crate::surfaces::ocean::shore::ShoreGpu;
 use crate::surfaces::tessellation::TessellationSettings;
 use crate::view::View;
-use leadr_gpu::{Buffer, Commands, Gpu, Memory, Result};
+use leadr_gpu::{Buffer, Commands, Gpu, Memory, ResourceSet, Result};
 
 /// A sea on the device, and what draws it.
 pub struct Sea {
@@ -212,7 +211,7 @@ impl PreparedSurface for PreparedSea {
         }
     }
 
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, _: &View, light: Option<ShadeInputs<'_>>) {
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, _: &View, light: Option<&ResourceSet>) {
         let SeaBuffers { water, shore, .. } = &*self.buffers;
         match &self.drawing {
             Drawing::Rings { fields, filter, .. } => {

@@ -3,22 +3,13 @@
 use std::sync::Arc;
 
 use super::rays::EdgeRays;
-use crate::passes::shade::LightingGpu;
+use crate::passes::shade::SCENE_STRUCTS;
 use crate::passes::targets::{GBuffer, JoinedEdges, SampleTargets};
 use crate::settings::Needs;
 use leadr_gpu::{
-    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, SharedStruct,
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, ResourceSet, Result, Sampler, SharedStruct,
     SpecValue, Use,
 };
-
-/// The inputs that tell sunlit edge samples from those in shadow.
-#[derive(Clone, Copy)]
-pub struct JoinLight<'a> {
-    /// The [`LightingGpu`] block of the edge samples.
-    pub lighting: &'a Buffer,
-    /// The shadow maps; those of suns come first.
-    pub shadow_maps: &'a ImageView,
-}
 
 /// The options that decide the pipeline of the joining pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,7 +36,7 @@ impl JoinPass {
                 gpu,
                 "passes/edges/join.comp",
                 &spec,
-                &[EdgeRays::LAYOUT, LightingGpu::LAYOUT],
+                &[&[EdgeRays::LAYOUT][..], &SCENE_STRUCTS].concat(),
             )?,
             nearest: Sampler::new(gpu, "join", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
@@ -59,11 +50,10 @@ impl JoinPass {
         edges: &SampleTargets,
         pixel: &GBuffer,
         joined: &JoinedEdges,
-        light: JoinLight<'_>,
+        scene: &ResourceSet,
         rays: &EdgeRays,
     ) {
         let SampleTargets { visible: edge, gbuffer: filtered, radiance } = edges;
-        let JoinLight { lighting, shadow_maps } = light;
         cmd.transition(radiance, Use::Sampled);
         for image in [&joined.others, &joined.shares, &joined.more_suns] {
             if rays.edge[3] == 0.0 {
@@ -84,17 +74,16 @@ impl JoinPass {
                 ("edge_slopes", Descriptor::Sampled(filtered.slopes.whole(), &self.nearest)),
                 ("edge_material", Descriptor::Sampled(filtered.material.whole(), &self.nearest)),
                 ("edge_joined", Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
-                ("lighting", Descriptor::Uniform(lighting)),
                 ("others", Descriptor::StorageImage(joined.others.whole())),
                 ("shares", Descriptor::StorageImage(joined.shares.whole())),
                 ("more_suns", Descriptor::StorageImage(joined.more_suns.whole())),
-                ("shadow_maps", Descriptor::Sampled(shadow_maps, &self.nearest)),
                 ("slopes", Descriptor::StorageImage(pixel.slopes.whole())),
                 ("material", Descriptor::StorageImage(pixel.material.whole())),
                 ("edge_depth", Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
                 ("pixel_surface", Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
             ],
         );
+        cmd.bind_set(scene);
         cmd.push_constants(rays);
         let [width, height] = joined.others.mip_extent(0);
         cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);

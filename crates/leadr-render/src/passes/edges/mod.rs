@@ -18,7 +18,7 @@ mod layout;
 mod mark;
 mod rays;
 
-pub use join::{JoinKind, JoinLight, JoinPass};
+pub use join::{JoinKind, JoinPass};
 pub use layout::{MAX_GRID, edge_grid, edge_tessellation};
 pub use mark::EdgePass;
 pub use rays::EdgeRays;

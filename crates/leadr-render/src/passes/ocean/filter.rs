@@ -6,7 +6,6 @@ use glam::Vec2;
 
 use super::fields::{CascadeGpu, OceanFields};
 use crate::passes::filter::FilterInto;
-use crate::passes::shade::{LightSamplers, ShadeInputs};
 use crate::passes::targets::VisibleSurface;
 use crate::settings::Needs;
 use crate::surfaces::material::Bases;
@@ -15,8 +14,8 @@ use crate::surfaces::ocean::Ocean;
 use crate::surfaces::ocean::mesh::EARTH;
 use crate::surfaces::ocean::shore::ShoreGpu;
 use leadr_gpu::{
-    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
-    SharedStruct, SpecValue, shared_struct,
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ResourceSet, Result,
+    Sampler, SharedStruct, SpecValue, shared_struct,
 };
 
 /// Beckmann roughness of the water surface itself, without any waves.
@@ -65,7 +64,6 @@ pub struct OceanFilterPass {
     pipeline: GraphicsPipeline,
     trilinear: Sampler,
     nearest: Sampler,
-    light: LightSamplers,
 }
 
 impl OceanFilterPass {
@@ -89,18 +87,11 @@ impl OceanFilterPass {
             )?,
             trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, AddressMode::Repeat)?,
             nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
-            light: LightSamplers::new(gpu)?,
         })
     }
 
-    /// Filters the waves under the sea's pixels into the begun targets. `light`: what the pass shades with, if it does.
-    pub fn draw(
-        &self,
-        cmd: &mut Commands,
-        visible: &VisibleSurface,
-        sea: SeaInputs<'_>,
-        light: Option<ShadeInputs<'_>>,
-    ) {
+    /// Filters the waves under the sea's pixels into the begun targets. `light`: the set of the scene, where the pass shades.
+    pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, sea: SeaInputs<'_>, light: Option<&ResourceSet>) {
         let SeaInputs { fields, water, shore } = sea;
         let mut bindings = vec![
             ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
@@ -111,14 +102,14 @@ impl OceanFilterPass {
             ("water", Descriptor::Uniform(water)),
             ("Beach", Descriptor::Uniform(shore)),
         ];
-        match light {
-            None => bindings.push(("TileRecords", Descriptor::Storage(&visible.tiles.records))),
-            Some(light) => {
-                bindings.push(("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)));
-                bindings.extend(light.bindings(&self.light));
-            }
-        }
+        bindings.push(match light {
+            None => ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
+            Some(_) => ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+        });
         cmd.bind(&self.pipeline, &bindings);
+        if let Some(scene) = light {
+            cmd.bind_set(scene);
+        }
         match light {
             None => visible.tiles.draw(cmd),
             Some(_) => cmd.draw(0..3, 0..1),

@@ -1,0 +1,235 @@
+//! Descriptor sets that outlast a pipeline: what a scene or an object binds is written once, and bound as a whole.
+//!
+//! Set 0 of every pipeline is pushed by [`Commands::bind`]; sets 1 and 2 are [`ResourceSet`]s, whose layouts are the same for all
+//! pipelines that read them.
+
+use std::any::Any;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+use ash::vk;
+
+use super::bind::{Descriptor, write};
+use super::error::Doing;
+use super::shaders::{ResourceKind, descriptor_type};
+use super::{Commands, DriverCall, Gpu, GpuError, Result};
+
+/// Sets of a pipeline: the pushed one, and two that outlast it.
+pub(crate) const SETS: usize = 3;
+
+/// Sets in one descriptor pool.
+const POOL_SETS: u32 = 64;
+
+/// The layout of a set: what `layout(set = number)` declares in GLSL, by name. The binding number of a resource is its place in the list.
+#[derive(Debug)]
+pub struct SetLayout {
+    /// 1 or 2.
+    pub number: u32,
+    /// What it is of, for messages.
+    pub name: &'static str,
+    /// Its resources.
+    pub resources: &'static [(&'static str, ResourceKind)],
+}
+
+impl SetLayout {
+    /// The binding number of a resource.
+    pub(crate) fn binding(&self, name: &str) -> Option<u32> {
+        self.resources.iter().position(|(known, _)| *known == name).map(|place| place as u32)
+    }
+}
+
+/// The set layouts of a device, and the pools that sets come from.
+pub(crate) struct SetLayouts {
+    all: Vec<&'static SetLayout>,
+    made: Mutex<Vec<Known>>,
+}
+
+struct Known {
+    layout: &'static SetLayout,
+    raw: vk::DescriptorSetLayout,
+    pool: Weak<SetPool>,
+}
+
+impl SetLayouts {
+    pub(crate) fn new(all: Vec<&'static SetLayout>) -> Self {
+        Self { all, made: Mutex::default() }
+    }
+
+    /// The layout of the sets of this number.
+    pub(crate) fn numbered(&self, number: u32) -> Option<&'static SetLayout> {
+        self.all.iter().copied().find(|layout| layout.number == number)
+    }
+
+    /// The device's object for a layout, which it keeps.
+    pub(crate) fn raw(&self, gpu: &Gpu, layout: &'static SetLayout) -> Result<vk::DescriptorSetLayout> {
+        self.with(gpu, layout, |known| Ok(known.raw))
+    }
+
+    fn with<R>(&self, gpu: &Gpu, layout: &'static SetLayout, then: impl FnOnce(&mut Known) -> Result<R>) -> Result<R> {
+        let mut all = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = match all.iter().position(|known| std::ptr::eq(known.layout, layout)) {
+            Some(place) => place,
+            None => {
+                all.push(Known { layout, raw: create(gpu, layout)?, pool: Weak::new() });
+                all.len() - 1
+            }
+        };
+        then(&mut all[place])
+    }
+
+    /// Destroys the layouts.
+    ///
+    /// # Safety
+    /// No pipeline and no set of this device may be left.
+    pub(crate) unsafe fn destroy(&self, device: &ash::Device) {
+        for known in self.made.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            // SAFETY: as above.
+            unsafe { device.destroy_descriptor_set_layout(known.raw, None) };
+        }
+    }
+}
+
+fn create(gpu: &Gpu, layout: &SetLayout) -> Result<vk::DescriptorSetLayout> {
+    let textures = layout.resources.iter().filter(|(_, kind)| *kind == ResourceKind::Sampled).count();
+    let limits = gpu.limits();
+    let most = limits.max_per_stage_descriptor_sampled_images.min(limits.max_per_stage_descriptor_samplers) as usize;
+    if textures > most {
+        return Err(GpuError::usage(layout.name, format!("its {textures} textures are more than the device's {most}")));
+    }
+    let bindings: Vec<_> = (0u32..)
+        .zip(layout.resources)
+        .map(|(number, (_, kind))| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(number)
+                .descriptor_type(descriptor_type(*kind))
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::ALL)
+        })
+        .collect();
+    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+    // SAFETY: the device is alive, and `bindings` outlives the call; the device destroys the layout when it goes.
+    let raw = unsafe { gpu.raw().create_descriptor_set_layout(&info, None) }
+        .doing(format!("creating the layout of the set {}", layout.name))?;
+    gpu.name(raw, layout.name);
+    Ok(raw)
+}
+
+/// Sets of one layout; they go together when the last of them is let go of.
+struct SetPool {
+    gpu: Arc<Gpu>,
+    raw: vk::DescriptorPool,
+    /// Sets that are left; the lock keeps two threads from taking one at a time.
+    left: Mutex<u32>,
+}
+
+impl Drop for SetPool {
+    fn drop(&mut self) {
+        // SAFETY: commands that use a set of the pool hold it until they are done.
+        unsafe { self.gpu.raw().destroy_descriptor_pool(self.raw, None) };
+    }
+}
+
+impl SetPool {
+    fn new(gpu: &Arc<Gpu>, layout: &SetLayout) -> Result<Arc<Self>> {
+        let size = |kind: ResourceKind| {
+            let count = layout.resources.iter().filter(|(_, other)| *other == kind).count() as u32;
+            vk::DescriptorPoolSize::default().ty(descriptor_type(kind)).descriptor_count(count * POOL_SETS)
+        };
+        let mut sizes = ResourceKind::ALL.map(size).to_vec();
+        sizes.retain(|size| size.descriptor_count > 0);
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(POOL_SETS).pool_sizes(&sizes);
+        let made = gpu.faults().check(DriverCall::Allocation);
+        // SAFETY: the device is alive, and `sizes` outlives the call.
+        let made = made.and_then(|()| unsafe { gpu.raw().create_descriptor_pool(&info, None) });
+        let raw = made.doing(format!("creating a pool of sets {}", layout.name))?;
+        Ok(Arc::new(Self { gpu: gpu.clone(), raw, left: Mutex::new(POOL_SETS) }))
+    }
+
+    /// The next set, if there is one.
+    fn take(&self, raw: vk::DescriptorSetLayout) -> Option<Result<vk::DescriptorSet>> {
+        let mut left = self.left.lock().unwrap_or_else(PoisonError::into_inner);
+        *left = left.checked_sub(1)?;
+        let layouts = [raw];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.raw).set_layouts(&layouts);
+        // SAFETY: pool and layout are alive, `left` is held, and the pool has room for another set.
+        let sets = unsafe { self.gpu.raw().allocate_descriptor_sets(&info) };
+        Some(sets.map(|sets| sets[0]).doing("allocating a descriptor set"))
+    }
+}
+
+/// Resources that are bound together. Clones share them.
+#[derive(Clone)]
+pub struct ResourceSet {
+    inner: Arc<SetInner>,
+}
+
+struct SetInner {
+    layout: &'static SetLayout,
+    raw: vk::DescriptorSet,
+    _pool: Arc<SetPool>,
+    _resources: Vec<Arc<dyn Any + Send + Sync>>,
+}
+
+impl ResourceSet {
+    /// A set of all resources of a layout, which stay what they are. It keeps them alive.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout; memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, layout: &'static SetLayout, resources: &[(&str, Descriptor<'_>)]) -> Result<Self> {
+        if let Some((stranger, _)) = resources.iter().find(|(name, _)| layout.binding(name).is_none()) {
+            return Err(GpuError::usage(layout.name, format!("its set has no resource {stranger}")));
+        }
+        let (mut kept, mut infos) = (Vec::new(), Vec::new());
+        for (name, kind) in layout.resources {
+            let mut given = resources.iter().filter(|(given, _)| given == name).map(|(_, descriptor)| descriptor);
+            let fault = match (given.next(), given.next()) {
+                (Some(descriptor), None) if descriptor.kind() == *kind => {
+                    infos.push((*kind, descriptor.info(&mut |object| kept.push(object))));
+                    continue;
+                }
+                (Some(other), None) => format!("{name} is {}, not {}", kind.words(), other.kind().words()),
+                (Some(_), Some(_)) => format!("{name} was given twice"),
+                (None, _) => format!("{name} ({}) was not given", kind.words()),
+            };
+            return Err(GpuError::usage(layout.name, fault));
+        }
+        let (pool, raw) = gpu.set_layouts().with(gpu, layout, |known| {
+            if let Some(pool) = known.pool.upgrade()
+                && let Some(set) = pool.take(known.raw)
+            {
+                return Ok((pool, set?));
+            }
+            let pool = SetPool::new(gpu, layout)?;
+            known.pool = Arc::downgrade(&pool);
+            let set =
+                pool.take(known.raw).ok_or_else(|| GpuError::usage(layout.name, "an empty pool has no set"))??;
+            Ok((pool, set))
+        })?;
+        let writes: Vec<_> =
+            (0u32..).zip(&infos).map(|(number, (kind, info))| write(number, *kind, info).dst_set(raw)).collect();
+        // SAFETY: the set is new, so nothing uses it, and `kept` holds what the writes refer to.
+        unsafe { gpu.raw().update_descriptor_sets(&writes, &[]) };
+        Ok(Self { inner: Arc::new(SetInner { layout, raw, _pool: pool, _resources: kept }) })
+    }
+}
+
+impl Commands {
+    /// Binds a set to the bound pipeline, until another pipeline is bound. Sets that the pipeline does not read have no effect.
+    pub fn bind_set(&mut self, set: &ResourceSet) {
+        let SetInner { layout, raw, .. } = &*set.inner;
+        let Some(core) = self.pipeline.clone() else {
+            return self.fail(GpuError::usage(layout.name, "its set was given before a pipeline was bound"));
+        };
+        let Some(known) = core.sets[layout.number as usize] else { return };
+        if !std::ptr::eq(known, *layout) {
+            let fault = format!("its set {} is {}, not {}", layout.number, known.name, layout.name);
+            return self.fail(GpuError::usage(&core.name, fault));
+        }
+        self.keep(&set.inner);
+        self.bound |= 1 << layout.number;
+        // SAFETY: the command buffer is being recorded, and the pipeline's layout has this layout in this place.
+        unsafe {
+            let device = self.gpu().raw();
+            device.cmd_bind_descriptor_sets(self.raw(), core.bind_point, core.layout, layout.number, &[*raw], &[]);
+        }
+    }
+}

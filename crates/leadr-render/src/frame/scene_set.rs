@@ -1,0 +1,73 @@
+//! The set of a frame's light: what all passes that shade read alike.
+
+use std::sync::Arc;
+
+use crate::light::environment::Environment;
+use crate::light::irradiance::IrradiancePass;
+use crate::light::sky_visibility::SkyVisibilityGpu;
+use crate::sets::SCENE;
+use crate::surfaces::fits::Fits;
+use leadr_gpu::{AddressMode, Buffer, Descriptor, Filter, Gpu, ImageView, Memory, ResourceSet, Result, Sampler};
+use leadr_reflectance::materials::energy::EnergyTable;
+
+/// The tables of a scene that stay from frame to frame.
+pub struct SceneTables {
+    energies: Buffer,
+    fits: Buffer,
+    /// Where nothing hides the sky.
+    no_sky: Buffer,
+    nearest: Sampler,
+    trilinear: Sampler,
+}
+
+/// What of a frame's light does not follow from the scene and its environment.
+pub struct FrameLight<'a> {
+    /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
+    pub lighting: &'a Buffer,
+    /// A layer per light.
+    pub shadow_maps: &'a ImageView,
+    /// What large shapes hide of the sky, if that is shaded.
+    pub sky: Option<&'a Buffer>,
+}
+
+impl SceneTables {
+    /// Uploads the tables of a scene with these measured materials.
+    pub fn new(gpu: &Arc<Gpu>, fits: &Fits) -> Result<Self> {
+        let energies = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();
+        let fits = fits.words();
+        Ok(Self {
+            energies: Buffer::from_slice(gpu, "energies of facets", &energies)?,
+            fits: Buffer::from_slice(gpu, "measured materials", if fits.is_empty() { &[0.0] } else { &fits[..] })?,
+            no_sky: Buffer::new(gpu, "no sky visibility", size_of::<SkyVisibilityGpu>() as u64, Memory::Upload)?,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// The set of a frame.
+    pub fn set(
+        &self,
+        gpu: &Arc<Gpu>,
+        environment: &Environment,
+        irradiance: &IrradiancePass,
+        light: &FrameLight<'_>,
+    ) -> Result<ResourceSet> {
+        let of_environment = |view| Descriptor::Sampled(view, &self.trilinear);
+        ResourceSet::new(
+            gpu,
+            &SCENE,
+            &[
+                ("lighting", Descriptor::Uniform(light.lighting)),
+                ("shadow_maps", Descriptor::Sampled(light.shadow_maps, &self.nearest)),
+                ("environment_cube", of_environment(environment.cube())),
+                ("environment_lobes", of_environment(environment.lobes().cube())),
+                ("irradiance_rest", of_environment(environment.irradiance_rest().cube())),
+                ("background_cube", of_environment(environment.background())),
+                ("Harmonics", Descriptor::Storage(irradiance.coefficients())),
+                ("SkyVisibility", Descriptor::Storage(light.sky.unwrap_or(&self.no_sky))),
+                ("Energies", Descriptor::Storage(&self.energies)),
+                ("Fits", Descriptor::Storage(&self.fits)),
+            ],
+        )
+    }
+}

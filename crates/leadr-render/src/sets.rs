@@ -1,0 +1,60 @@
+//! The descriptor sets of the renderer by lifetime: what a pass draws into and reads is pushed, set 0; a frame has one set of its light,
+//! and an object one of its maps.
+
+use leadr_gpu::SetLayout;
+use leadr_gpu::shaders::ResourceKind::{Sampled, Storage, Uniform};
+
+/// The light of a scene, the same for all its surfaces: `layout(set = 1)` in `passes/shade`.
+pub static SCENE: SetLayout = SetLayout {
+    number: 1,
+    name: "scene",
+    resources: &[
+        ("lighting", Uniform),
+        ("shadow_maps", Sampled),
+        ("environment_cube", Sampled),
+        ("environment_lobes", Sampled),
+        ("irradiance_rest", Sampled),
+        ("background_cube", Sampled),
+        ("Harmonics", Storage),
+        ("SkyVisibility", Storage),
+        ("Energies", Storage),
+        ("Fits", Storage),
+    ],
+};
+
+/// The mesh and the maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Placeholders stand for what it lacks.
+pub static OBJECT: SetLayout = SetLayout {
+    number: 2,
+    name: "object",
+    resources: &[
+        ("Patches", Storage),
+        ("EdgeHeights", Storage),
+        ("VertexHeights", Storage),
+        ("Charts", Storage),
+        ("height_map", Sampled),
+        ("moments_a", Sampled),
+        ("moments_b", Sampled),
+        ("horizon_a", Sampled),
+        ("horizon_b", Sampled),
+        ("color_map", Sampled),
+        ("f0_map", Sampled),
+        ("mixed_map", Sampled),
+        ("color_weighted", Sampled),
+        ("emission_map", Sampled),
+        ("occlusion_map", Sampled),
+        ("opacity_map", Sampled),
+        ("Atlas", Storage),
+        ("coarse_a", Sampled),
+        ("coarse_b", Sampled),
+        ("coarse_color", Sampled),
+        ("coarse_f0", Sampled),
+        ("coarse_mixed", Sampled),
+        ("coarse_weighted", Sampled),
+        ("coarse_light", Sampled),
+        ("Detail", Storage),
+        ("detail_a", Sampled),
+        ("detail_b", Sampled),
+        ("detail_colors", Sampled),
+        ("detail_mask", Sampled),
+    ],
+};
