@@ -23,11 +23,6 @@ const uint FLAG_MASK = 64u;
 const uint FLAG_TRIPLANAR = 128u;
 // What could be shown without repeats is shown as it is.
 const uint FLAG_ONE_LOOK = 256u;
-// Above the flags, the number of its measured material, from 1; above that, where edge samples are drawn, their number across a pixel.
-const uint FLAGS_FIT_SHIFT = 9u;
-const uint FLAGS_GRID_SHIFT = 17u;
-// Bits of Object.index above the index: dip of a conductor.
-const uint CONDUCTOR_DIP_SHIFT = 16u;
 // Most measured materials of a scene.
 const uint MAX_FITS = 255u;
 
@@ -107,6 +102,8 @@ const int MAX_SHADOW_MAPS = MAX_SUNS + MAX_POINT_LIGHTS;
 const int ENVIRONMENT_DRAWS = 4;
 // Most lights of such a sample: point lights, the sun, those of the panorama, those drawn from the environment.
 const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + MAX_SUNS + ENVIRONMENT_DRAWS;
+// Most views of a frame: its maps of relief are more than the camera and its shadow maps.
+const int MAX_VIEWS = MAX_RELIEF_LIGHTS;
 // Beckmann roughness from which on a base material's specular environment has shadows of the relief where these come from depth maps.
 // Smoother materials mirror the environment as if nothing shadowed it: lights drawn from it would almost never meet their lobe.
 const float MIRROR_ALPHA = 0.15;

@@ -32,7 +32,7 @@ DirectionArea displaced_ggx_area(vec3 w, vec2 m, DisplacedGgx d, vec3 cholesky) 
 // Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. o: displaced_ggx_area
 // of wo.
 vec3 displaced_ggx_light(int shadowing, DirectionArea o, vec3 wo, vec3 wi, vec2 m, DisplacedGgx d, vec3 cholesky,
-                         vec3 f0) {
+                         const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float lit = masking_shadowing_factor(shadowing, o, displaced_ggx_area(wi, m, d, cholesky));

@@ -69,7 +69,7 @@ vec3 first_albedo(FacetBounces bounces, vec3 albedo) {
 // The BRDF, per steradian; 0 where a direction is not above the horizon. entered_o, entered_i, entered_average: what enters along the
 // viewer's direction, along the light's, and on average (`entered` of energy.glsl).
 vec3 multiscattering_diffuse(vec3 wo, vec3 wi, FacetBounces bounces, vec3 f0, vec3 albedo, vec3 entered_o, vec3 entered_i,
-                             vec3 entered_average) {
+                             const vec3 entered_average) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec3(0.0);
     float c_o = min(wo.z, 1.0), c_i = min(wi.z, 1.0);
     float d = wo.x * wi.x + wo.y * wi.y;

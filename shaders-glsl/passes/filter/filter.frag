@@ -7,12 +7,12 @@
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec4 seen = texelFetch(visible_surface, pixel, 0);
-    if (object_of(seen.x) != object_index()) {
+    if (object_of(seen.x) != OBJECT.number) {
         discard;
     }
     float area;
     FilteredSurface filtered = filtered_mesh(pixel, gl_FragCoord.xy, seen, area);
-    bool of_an_edge = object.flags >> FLAGS_GRID_SHIFT > 0u;
+    bool of_an_edge = VIEW.edge_grid > 0u;
     uvec2 surface = of_an_edge ? pack_edge(filtered) : pack_surface(filtered);
     write_gbuffer(filtered, (seen.x & OF_THE_PIXEL) != 0u ? pack_joined_edge(area, filtered.relief) : surface);
 }

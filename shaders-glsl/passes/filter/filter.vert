@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Draws the tiles that show an object.
-#define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
 #include "../tiles.glsl"
 
@@ -9,7 +8,7 @@ uniform usampler2D visible_surface;
 layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
-    bool seen = tile_shows(tile_records[gl_VertexIndex], object_index());
+    bool seen = tile_shows(tile_records[gl_VertexIndex], OBJECT.number);
     gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), seen);
     gl_PointSize = float(TILE_SIZE);
 }

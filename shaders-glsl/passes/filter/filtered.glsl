@@ -1,7 +1,6 @@
 // Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
 #ifndef LEADR_FILTER_FILTERED
 #define LEADR_FILTER_FILTERED
-#define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
 #include "../geometry/place.glsl"
 #include "../geometry/rest_triangle.glsl"
@@ -249,7 +248,7 @@ Footprint footprint_in(Chart chart, sampler2D map, float own, int rows) {
 
 // Where an object lies on the lattice of its looks, in repeats.
 vec2 tiling_shift() {
-    return FLAT ? vec2(object.eye[0], object.eye[1]) : object.tangent_s.xy;
+    return OBJECT.shift;
 }
 
 // The moments of a relief that is shown without repeats. passing: see tiled_height; so little that the middle of the footprint stands for all
@@ -526,14 +525,14 @@ const float LEAST_CLOSING = 0.3;
 float relief_height(uint index, PlacedLooks looks, vec2 texcoord, float lod, out vec2 passing) {
     passing = vec2(0.0);
     if (TRIPLANAR) {
-        return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * object.height_scale;
+        return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * OBJECT.height_scale;
     }
     if (BY_EXAMPLE) {
-        return tiled_height(height_map, looks, texcoord + tiling_shift(), lod, passing) * object.height_scale;
+        return tiled_height(height_map, looks, texcoord + tiling_shift(), lod, passing) * OBJECT.height_scale;
     }
     vec4 tile = ATLAS ? patch_tile(patches[index]) : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
-    return textureLod(height_map, at, lod).x * object.height_scale;
+    return textureLod(height_map, at, lod).x * OBJECT.height_scale;
 }
 
 // The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
@@ -561,18 +560,18 @@ float joined_part(float lod) {
 FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) {
     // Helper invocations, and pixels that a `discard` has ended, come here with what another object wrote, whose patches may lie beyond
     // the end of this one's buffers.
-    seen.xyz = object_of(seen.x) == object_index() ? seen.xyz : uvec3(0u);
+    seen.xyz = object_of(seen.x) == OBJECT.number ? seen.xyz : uvec3(0u);
     // The ray through the pixel, up to the surface.
-    vec2 step = vec2(object.ray_x.w, object.ray_y.w), ndc = at * step - 1.0;
-    vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
-    float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
+    vec2 step = vec2(VIEW.ray_x.w, VIEW.ray_y.w), ndc = at * step - 1.0;
+    vec3 ray = VIEW.ray_middle.xyz + ndc.x * VIEW.ray_x.xyz + ndc.y * VIEW.ray_y.xyz;
+    float along = VIEW.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
     uint index = seen.x & PATCH_BITS;
     vec2 place = uintBitsToFloat(seen.yz);
     Macrosurface surface = macrosurface_at(index, place, ray * along, (seen.x & INSIDE) != 0u);
 
     // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
     bool joined = (seen.x & OF_THE_PIXEL) != 0u;
-    uint grid = EDGE_SAMPLES ? object.flags >> FLAGS_GRID_SHIFT : 0u;
+    uint grid = EDGE_SAMPLES ? VIEW.edge_grid : 0u;
     // Edge samples are drawn with finer geometry and take the derivatives of its triangles: the area of surface that each
     // contains is what counts (join.comp).
     mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, step)
@@ -602,7 +601,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     PlacedLooks looks = NO_LOOKS;
     vec2 passing = vec2(0.0);
     if (BY_EXAMPLE) {
-        looks = placed_looks(surface.texcoord + tiling_shift(), object.flags);
+        looks = placed_looks(surface.texcoord + tiling_shift(), OBJECT.flags);
     }
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
@@ -649,7 +648,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             }
         }
     }
-    float scale = object.height_scale * surface.slopes;
+    float scale = OBJECT.height_scale * surface.slopes;
     vec2 mean_gradient = means.mean * scale;
     vec3 gradient_covariance = scale_height(covariance_from_moments(means.mean, means.second), scale);
     vec4 color = surface.color;
@@ -658,7 +657,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
     vec3 tinted = vec3(1.0);
     if (GROUND) {
-        mat2 metres = mat2(length(object.tangent_s.xyz), 0.0, 0.0, length(object.tangent_t.xyz));
+        mat2 metres = mat2(length(OBJECT.tangent_s.xyz), 0.0, 0.0, length(OBJECT.tangent_t.xyz));
         tinted = ground_tint(metres * (surface.texcoord + tiling_shift()), metres * texcoord_across);
         color.rgb *= tinted;
     }
@@ -702,17 +701,17 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.mean_slope = mean_slope;
     filtered.covariance = covariance;
     filtered.material = color;
-    filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(object.specular_f0);
-    filtered.body_f0 = object.specular_f0;
-    filtered.dip = unpack_dip(object.index >> CONDUCTOR_DIP_SHIFT);
-    filtered.fit = object_fit();
+    filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(OBJECT.specular_f0);
+    filtered.body_f0 = OBJECT.specular_f0;
+    filtered.dip = unpack_dip(OBJECT.dip);
+    filtered.fit = OBJECT.fit;
     filtered.mixed = MixedRoughness(0.0, color.a, color.a);
     if (MIXED_ROUGHNESS) {
         filtered.mixed = mixed_roughness(means.mixed);
         filtered.mixed.smooth_alpha *= surface.color.a;
         filtered.mixed.rough_alpha *= surface.color.a;
     }
-    vec3 tint = (object.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
+    vec3 tint = (OBJECT.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
     if (DETAIL_COLORS == DETAIL_COVERS) {
@@ -727,7 +726,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         filtered.mixed.smooth_alpha = alphas.x;
         filtered.mixed.rough_alpha = alphas.y;
     }
-    filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (object.flags & FLAG_MARK_INSIDE) != 0u);
+    filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (OBJECT.flags & FLAG_MARK_INSIDE) != 0u);
     vec3 kept = surface.color.rgb * tinted;
     if (DETAIL_COLORS == DETAIL_VARIES) {
         kept *= mix(vec3(1.0), covering.color.rgb * detail_color.rgb, covering.cover);
@@ -738,7 +737,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {
         mat2 linear = mat2(chart.linear_s, chart.linear_t);
-        float height = abs(object.height_scale);
+        float height = abs(OBJECT.height_scale);
         filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
                          : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, looks, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);
@@ -752,7 +751,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
     filtered.lod = footprint.level;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
-    filtered.relief = object.relief;
+    filtered.relief = OBJECT.relief;
     area = abs(determinant(texcoord_across) * chart_area);
     return filtered;
 }

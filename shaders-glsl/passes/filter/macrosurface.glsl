@@ -23,21 +23,21 @@ struct Macrosurface {
 Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
     Macrosurface surface;
     surface.slopes = 1.0;
-    surface.color = object.color;
-    surface.accessibility = object.tangent_t.w;
+    surface.color = OBJECT.color;
+    surface.accessibility = OBJECT.tangent_t.w;
     PatchData data;
     if (!FLAT || !PLAIN) {
         data = patches[index];
     }
     if (FLAT) {
-        surface.tangent_s = object.tangent_s.xyz;
-        surface.tangent_t = object.tangent_t.xyz;
-        surface.normal = normalize(cross(surface.tangent_s, surface.tangent_t)) * object.tangent_s.w;
+        surface.tangent_s = OBJECT.tangent_s.xyz;
+        surface.tangent_t = OBJECT.tangent_t.xyz;
+        surface.normal = normalize(cross(surface.tangent_s, surface.tangent_t)) * OBJECT.tangent_s.w;
         surface.by_place = mat2x3(surface.tangent_s, surface.tangent_t);
         surface.normal_by_place = mat2x3(0.0);
         surface.texcoord_by_place = mat2(1.0);
         surface.texcoord = place;
-        surface.height = dot(reach, surface.normal) + object.eye[2];
+        surface.height = dot(reach, surface.normal) + OBJECT.viewer_above;
     } else if (TRIANGLES) {
         Vertex a = vertices[data.vertices[0]], b = vertices[data.vertices[1]], c = vertices[data.vertices[3]];
         surface.by_place = mat2x3(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz);
@@ -51,8 +51,7 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
         if (DISPLACED) {
             TriangleNormal along = triangle_normal(vec3[3](a.normal.xyz, b.normal.xyz, c.normal.xyz),
                                                    vec3[3](a.facing.xyz, b.facing.xyz, c.facing.xyz), place);
-            vec3 eye = vec3(object.eye[0], object.eye[1], object.eye[2]);
-            surface.height = dot(reach + (eye - a.position.xyz - surface.by_place * place), along.normal);
+            surface.height = dot(reach + (VIEW.eye.xyz - a.position.xyz - surface.by_place * place), along.normal);
             surface.by_place += along.by_place * surface.height;
         }
         if (TRIPLANAR) {
@@ -84,8 +83,7 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
         }
         PatchPoint point = patch_point(Boundary(position, toward_next, toward_previous), place.x, place.y);
         PatchNormal normal = patch_normal(normals, place.x, place.y);
-        vec3 eye = vec3(object.eye[0], object.eye[1], object.eye[2]);
-        surface.height = DISPLACED ? dot(reach + (eye - point.position), normal.normal) : 0.0;
+        surface.height = DISPLACED ? dot(reach + (VIEW.eye.xyz - point.position), normal.normal) : 0.0;
         surface.normal = normal.normal;
         surface.normal_by_place = mat2x3(normal.du, normal.dv);
         surface.by_place = mat2x3(point.du, point.dv) + surface.normal_by_place * surface.height;
@@ -128,7 +126,7 @@ mat2 pixel_footprint(Macrosurface surface, vec3 ray, float along, vec2 pixel) {
     vec3 normal = cross(du, dv);
     float square = max(dot(normal, normal), 1e-30);
     vec3 by_u = cross(dv, normal) / square, by_v = cross(normal, du) / square;
-    vec3 x = object.ray_x.xyz * (pixel.x * along), y = object.ray_y.xyz * (pixel.y * along);
+    vec3 x = VIEW.ray_x.xyz * (pixel.x * along), y = VIEW.ray_y.xyz * (pixel.y * along);
     float facing = dot(normal, ray), nx = dot(normal, x), ny = dot(normal, y);
     float least = 1e-4 * sqrt(square * dot(ray, ray));
     if (!FLAT) {

@@ -1,10 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Draws the pixels of an object.
-#define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
 #include "../object_depth.glsl"
 
 void main() {
-    gl_Position = object_corner(gl_VertexIndex, object_index());
+    gl_Position = object_corner(gl_VertexIndex, OBJECT.number);
 }

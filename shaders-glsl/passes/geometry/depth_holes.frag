@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 // The depth of a surface with holes, for the maps of lights.
 #include "object.glsl"
-#include "view.glsl"
 #include "holes.glsl"
 
 layout(location = 0) in vec2 in_place;

@@ -31,7 +31,7 @@ invariant gl_Position;
 void main() {
     float u = gl_TessCoord.x, v = gl_TessCoord.y;
     PatchData data = patches[in_patch];
-    bool displaced = (object.flags & FLAG_DISPLACED) != 0u;
+    bool displaced = (OBJECT.flags & FLAG_DISPLACED) != 0u;
     Boundary boundary = Boundary(vec3[](in_position[0], in_position[1], in_position[2], in_position[3]),
                                  vec3[](in_toward_next[0], in_toward_next[1], in_toward_next[2], in_toward_next[3]),
                                  vec3[](in_toward_previous[0], in_toward_previous[1], in_toward_previous[2], in_toward_previous[3]));
@@ -55,7 +55,7 @@ void main() {
         vec2 middle = (floor(texcoord.at * size + 0.49) + 0.5) / size, moved = middle - texcoord.at;
         place += inverse(mat2(texcoord.du, texcoord.dv)) * moved;
         texcoord.at = middle;
-        position = vec3(middle * view.texel_repeat, 0.0);
+        position = vec3(middle * OBJECT.texel_repeat, 0.0);
         normal = vec3(0.0, 0.0, 1.0);
         tiled_at = middle;
         height = BY_EXAMPLE ? 0.0 : textureLod(height_map, middle, 0.0).x;
@@ -104,15 +104,15 @@ void main() {
         }
     }
     if (BY_EXAMPLE) {
-        height = tiled_height(height_map, object.flags, tiled_at + vec2(object.shift[0], object.shift[1]), tiled_lod);
+        height = tiled_height(height_map, OBJECT.flags, tiled_at + OBJECT.shift, tiled_lod);
     }
-    precise float scaled = height * object.height_scale;
+    precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = position + normal * scaled;
 
-    out_place = (object.flags & FLAG_FLAT) != 0u ? texcoord.at : place;
+    out_place = (OBJECT.flags & FLAG_FLAT) != 0u ? texcoord.at : place;
     out_normal = normal;
     out_patch = in_patch;
-    gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+    gl_Position = VIEW.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position, view.size);
+    out_window = window_place(gl_Position, VIEW.size);
 }

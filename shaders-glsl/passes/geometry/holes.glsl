@@ -13,16 +13,16 @@ float opacity_at(uint index, vec2 place, vec2 dx, vec2 dy) {
     vec2 at = place;
     mat2 by_place = mat2(1.0);
     float whole = 1.0;
-    if ((object.flags & FLAG_TRIANGLES) != 0u) {
+    if ((OBJECT.flags & FLAG_TRIANGLES) != 0u) {
         TriangleTexcoord texcoord = triangle_texcoord(data);
-        if ((object.flags & FLAG_CHARTED) != 0u) {
+        if ((OBJECT.flags & FLAG_CHARTED) != 0u) {
             texcoord = charted_texcoord(charts[index], CHART_OPACITY);
         }
         by_place = texcoord.by_place;
         at = texcoord.first + by_place * place;
         float o = vertices[data.vertices.x].position.w;
         whole = o + (vertices[data.vertices.y].position.w - o) * place.x + (vertices[data.vertices.w].position.w - o) * place.y;
-    } else if ((object.flags & FLAG_FLAT) == 0u) {
+    } else if ((OBJECT.flags & FLAG_FLAT) == 0u) {
         PatchTexcoord texcoord = patch_texcoord(data, place.x, place.y);
         at = texcoord.at;
         by_place = mat2(texcoord.du, texcoord.dv);
@@ -33,7 +33,7 @@ float opacity_at(uint index, vec2 place, vec2 dx, vec2 dy) {
     // As wide as the texels under the pixel are many; below 0 texels are wider than pixels.
     float lod = 0.5 * log2(max(abs(determinant(texels)), 1e-12));
     float share = textureLod(opacity_map, at, max(lod, 0.0)).y;
-    if ((object.flags & FLAG_MASK) == 0u) {
+    if ((OBJECT.flags & FLAG_MASK) == 0u) {
         return share * whole;
     }
     // Close by, the edge is as sharp as the pixels, wherever between the texels it runs.
@@ -56,7 +56,7 @@ uint mixed_bits(uint x) {
 float first_threshold(uint index) {
     float noise = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
     uvec2 square = uvec2(gl_FragCoord.xy) / 4u;
-    uint bits = mixed_bits(mixed_bits(index * 64u + object_index()) ^ mixed_bits(square.x | square.y << 16) ^ floatBitsToUint(view.draw));
+    uint bits = mixed_bits(mixed_bits(index * 64u + OBJECT.number) ^ mixed_bits(square.x | square.y << 16) ^ floatBitsToUint(VIEW.eye.w));
     return fract(noise + float(bits >> 8) / 16777216.0);
 }
 

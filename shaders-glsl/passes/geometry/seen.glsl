@@ -4,7 +4,6 @@
 
 #include "object.glsl"
 #include "place.glsl"
-#include "view.glsl"
 #define LEADR_FRAGMENT
 #include "../reached.glsl"
 #include "../visible.glsl"
@@ -23,21 +22,21 @@ layout(location = 1) out uvec2 out_footprint; // of an edge sample; of a multisa
 void write_seen() {
     // A triangle seen exactly edge-on can be rasterised with a meaningless depth: nothing lies at or before the near plane.
     bool broken = PIXELS != PIXELS_ARE_MULTISAMPLED && !(gl_FragCoord.z < 1.0);
-    bool inside = (object.flags & (FLAG_MARK_INSIDE | FLAG_TRIANGLES)) != 0u && !gl_FrontFacing;
-    uint seen = broken ? 0u : object_index() << OBJECT_SHIFT | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u);
+    bool inside = (OBJECT.flags & (FLAG_MARK_INSIDE | FLAG_TRIANGLES)) != 0u && !gl_FrontFacing;
+    uint seen = broken ? 0u : OBJECT.number << OBJECT_SHIFT | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u);
     vec2 place = in_place;
     uint last = pack_position(gl_FragCoord.xy);
     if (PIXELS == PIXELS_ARE_EDGES) {
         last = packSnorm2x16(octahedral_encode(normalize(in_normal)));
         // Over a whole pixel.
-        float across = view.grid;
+        float across = VIEW.grid;
         out_footprint = pack_footprint(dFdx(in_place) * across, dFdy(in_place) * across);
     }
     if (PIXELS == PIXELS_ARE_MULTISAMPLED) {
         // A triangle need not reach the middle of the pixel: the place is one that it does reach.
         vec2 location = in_window.xy / in_window.z - gl_FragCoord.xy;
         place = in_place_reached / perspective_at(location, in_window.z);
-        bool on_patch = (object.flags & FLAG_FLAT) != 0u || clamp(in_place, 0.0, 1.0) == in_place;
+        bool on_patch = (OBJECT.flags & FLAG_FLAT) != 0u || clamp(in_place, 0.0, 1.0) == in_place;
         seen |= on_patch ? 0u : BESIDE;
         last = floatBitsToUint(gl_FragCoord.z);
         out_footprint = pack_reached(location, normalize(in_normal), place - in_place);

@@ -31,7 +31,7 @@ void main() {
     PatchData data = patches[in_patch];
     uint corner[3] = uint[3](data.vertices.x, data.vertices.y, data.vertices.w);
     vec3 facing[3] = vec3[3](vertices[corner[0]].facing.xyz, vertices[corner[1]].facing.xyz, vertices[corner[2]].facing.xyz);
-    bool displaced = (object.flags & FLAG_DISPLACED) != 0u;
+    bool displaced = (OBJECT.flags & FLAG_DISPLACED) != 0u;
     float height = 0.0;
     vec3 position, normal;
     // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower place), so that all
@@ -58,7 +58,7 @@ void main() {
         normal = triangle_normal(vec3[3](in_normal[0], in_normal[1], in_normal[2]), facing, share.yz).normal;
         // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
         vec2 size = vec2(textureSize(height_map, 0));
-        if (displaced && (object.flags & FLAG_TRIPLANAR) != 0u) {
+        if (displaced && (OBJECT.flags & FLAG_TRIPLANAR) != 0u) {
             RestTriangle rest = rest_triangle(data);
             vec3 b = rest.by_place[0], c = rest.by_place[1];
             float texels = max(max(length(b), length(c)), length(c - b)) * max(size.x, size.y);
@@ -70,7 +70,7 @@ void main() {
             height = textureLod(height_map, texcoord.first + texcoord.by_place * share.yz, height_lod(texels)).x;
         }
     }
-    precise float scaled = height * object.height_scale;
+    precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = position + normal * scaled;
 
     vec3 facing_here = facing[0] * share.x + facing[1] * share.y + facing[2] * share.z;
@@ -78,7 +78,7 @@ void main() {
     // Bounded below, since opposite normals may meet.
     out_normal = facing_here * inversesqrt(max(dot(facing_here, facing_here), 1e-12));
     out_patch = in_patch;
-    gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+    gl_Position = VIEW.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position, view.size);
+    out_window = window_place(gl_Position, VIEW.size);
 }

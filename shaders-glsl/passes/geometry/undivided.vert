@@ -24,17 +24,17 @@ void main() {
     Vertex vertex = vertices[index];
     precise vec3 normal = displacement_normal(vertex.normal.xyz);
     vec2 place = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
-    float height = (object.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0;
+    float height = (OBJECT.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0;
     if (BY_EXAMPLE) {
-        height = tiled_height(height_map, object.flags, patch_texcoord(data, place.x, place.y).at + vec2(object.shift[0], object.shift[1]), height);
+        height = tiled_height(height_map, OBJECT.flags, patch_texcoord(data, place.x, place.y).at + OBJECT.shift, height);
     }
-    precise float scaled = height * object.height_scale;
+    precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = vertex.position.xyz + normal * scaled;
 
-    out_place = (object.flags & FLAG_FLAT) != 0u ? patch_texcoord(data, place.x, place.y).at : place;
-    out_normal = (object.flags & FLAG_TRIANGLES) != 0u ? vertex.facing.xyz : normal;
+    out_place = (OBJECT.flags & FLAG_FLAT) != 0u ? patch_texcoord(data, place.x, place.y).at : place;
+    out_normal = (OBJECT.flags & FLAG_TRIANGLES) != 0u ? vertex.facing.xyz : normal;
     out_patch = patch_index;
-    gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+    gl_Position = VIEW.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position, view.size);
+    out_window = window_place(gl_Position, VIEW.size);
 }

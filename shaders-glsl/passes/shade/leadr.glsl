@@ -416,7 +416,7 @@ vec3 mean_fresnel(Surface surface, Base base) {
 
 // What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.
 vec3 mirrored_light(Surface surface, Base base, int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
-                    vec3 diffuse_cholesky) {
+                    const vec3 diffuse_cholesky) {
     vec3 wo = surface.wo, f0 = surface.f0;
     vec2 m = surface.mean_slope;
     if (!in_mirrors(number)) {
@@ -526,7 +526,7 @@ vec3 smooth_fresnel(Surface surface, Bounces bounces) {
 
 // A light in the mirrors of all bases, per unit of irradiance; the arguments as in mirrored_light.
 vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
-                      vec3 diffuse_cholesky) {
+                      const vec3 diffuse_cholesky) {
     vec3 sum = vec3(0.0);
     if (BASES > 2) {
         for (int i = 0; i < BASES; ++i) {

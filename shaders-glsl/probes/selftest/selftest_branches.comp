@@ -72,7 +72,7 @@ float at_least_once(float v) {
     return v;
 }
 
-bool either(const bool a, bool b) {
+bool either(bool a, bool b) {
     b = b && ONCE;
     return a || b;
 }

@@ -8,25 +8,22 @@ use super::object_depth::OBJECT_TEST;
 use super::shade::{SCENE_STRUCTS, ShadeKind};
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::surfaces::numbering::Numbering;
-use glam::Vec3;
 use leadr_gpu::vk;
 use rayon::prelude::*;
 
-use crate::constants::FLAGS_GRID_SHIFT;
 use crate::pixel_area::PixelArea;
 use crate::settings::{Needs, ShadingOptions};
 use crate::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::surfaces::detail::{DetailHeadGpu, RestVertexGpu};
 use crate::surfaces::divided::VertexGpu;
-use crate::surfaces::flat::Chart;
 use crate::surfaces::material::Bases;
-use crate::surfaces::object::{ChartsGpu, ObjectGpu, PatchGpu, SurfaceKind};
+use crate::surfaces::object::{ChartsGpu, PatchGpu, SurfaceKind};
 use crate::surfaces::object_view::DrawnObject;
-use crate::surfaces::posed::PosedObject;
+use crate::surfaces::records::{DrawGpu, ObjectRecordGpu, ViewRecordGpu};
 use crate::view::{Samples, View};
 use leadr_gpu::{
     AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ResourceSet, Result,
-    Sampler, SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
+    Sampler, SharedStruct, SpecValue, StructLayout, Topology,
 };
 
 /// What becomes of what a filter pass finds under the pixels.
@@ -98,15 +95,6 @@ impl FilterInto {
     }
 }
 
-/// How a frame shows all objects.
-#[derive(Clone, Copy, Debug)]
-pub struct Shown {
-    /// What multiplies the height scale of every object.
-    pub height_scale: f32,
-    /// Whether back faces have the marker colour.
-    pub mark_inside: bool,
-}
-
 /// Rows of taps across the footprint, in the maps of slopes and of the material. One row blurs a pixel with its neighbours, which
 /// shows where two roughnesses meet.
 fn tap_rows(kind: SurfaceKind) -> i32 {
@@ -175,7 +163,9 @@ impl FilterPass {
             ("CHARTED", SpecValue::Bool(kind.charted)),
         ];
         let structs = [
-            FilteredObjectGpu::LAYOUT,
+            ObjectRecordGpu::LAYOUT,
+            ViewRecordGpu::LAYOUT,
+            DrawGpu::LAYOUT,
             AtlasHeadGpu::LAYOUT,
             PatchLinkGpu::LAYOUT,
             VertexGpu::LAYOUT,
@@ -215,24 +205,26 @@ impl FilterPass {
         visible: &VisibleSurface,
         view: &View,
         objects: impl Iterator<Item = DrawnObject<'a>>,
-        shown: Shown,
         light: Option<&ResourceSet>,
     ) {
-        for DrawnObject { posed, divided, .. } in objects {
+        for DrawnObject { posed, divided, records, .. } in objects {
+            let [objects, views] = records.bindings();
             let pixels = [
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
+                objects,
+                views,
                 ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ];
             // Who shades covers the screen, and needs no tiles.
-            cmd.bind(&self.pipelines[&posed.object.kind], if light.is_some() { &pixels[..4] } else { &pixels });
+            cmd.bind(&self.pipelines[&posed.object.kind], if light.is_some() { &pixels[..6] } else { &pixels });
             cmd.bind_set(&posed.object.set);
             if let Some(scene) = light {
                 cmd.bind_set(scene);
             }
-            cmd.push_constants(&FilteredObjectGpu::new(posed, shown, view));
+            cmd.push_constants(&records.draw(posed));
             match light {
                 None => visible.tiles.draw(cmd),
                 Some(_) => {
@@ -245,60 +237,6 @@ impl FilterPass {
                     }
                 }
             }
-        }
-    }
-}
-
-shared_struct! {
-    /// Push constants of the pass (`passes/geometry/object.glsl`).
-    struct FilteredObjectGpu for "Object" {
-        height_scale: f32,
-        specular_f0: f32,
-        flags: u32,
-        index: u32,
-        relief: f32,
-        eye: [f32; 3],
-        ray_x: [f32; 4],
-        ray_y: [f32; 4],
-        ray_middle: [f32; 4],
-        tangent_s: [f32; 4],
-        tangent_t: [f32; 4],
-        color: [f32; 4],
-    }
-}
-
-impl FilteredObjectGpu {
-    fn new(posed: &PosedObject, shown: Shown, view: &View) -> Self {
-        let PosedObject { object, vertices, .. } = posed;
-        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief, shift } =
-            object.constants(shown.height_scale, shown.mark_inside, posed.tiling_shift());
-        if let Samples::Edges { grid } = view.samples {
-            flags |= grid << FLAGS_GRID_SHIFT;
-        }
-        let ([x, y, middle], (width, height)) = (view.rays(), view.size());
-        let mesh = &object.object.mesh;
-        let chart = if object.kind.flat { Chart::of(mesh, vertices) } else { None };
-        let Chart { tangent_s, tangent_t, outward } =
-            chart.unwrap_or(Chart { tangent_s: Vec3::X, tangent_t: Vec3::Y, outward: true });
-        let normal = tangent_s.cross(tangent_t).normalize_or_zero() * if outward { 1.0 } else { -1.0 };
-        let above = vertices.positions.first().map_or(0.0, |&p| normal.dot(view.camera.position - p));
-        Self {
-            height_scale,
-            specular_f0,
-            flags,
-            index,
-            relief,
-            eye: if object.kind.flat { [shift[0], shift[1], above] } else { view.camera.position.to_array() },
-            ray_x: x.extend(2.0 / width as f32).to_array(),
-            ray_y: y.extend(2.0 / height as f32).to_array(),
-            ray_middle: middle.extend(view.camera.near).to_array(),
-            tangent_s: if object.kind.flat {
-                tangent_s.extend(if outward { 1.0 } else { -1.0 }).to_array()
-            } else {
-                [shift[0], shift[1], 0.0, 0.0]
-            },
-            tangent_t: tangent_t.extend(mesh.accessibility_of(0)).to_array(),
-            color: mesh.color_of(0),
         }
     }
 }

@@ -7,7 +7,6 @@ use crate::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PI
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::{ChartsGpu, SurfaceKind};
 use crate::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS};
-use crate::surfaces::posed::PosedObject;
 use crate::view::Samples;
 use leadr_gpu::{
     Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SharedStruct, SpecValue, Topology,
@@ -200,7 +199,7 @@ impl PatchPipelines {
         let found = self.0.iter().find(|(drawn, _)| *drawn == wanted);
         debug_assert!(found.is_some(), "no pipelines draw {wanted:?}");
         if let Some((_, set)) = found {
-            set.draw(cmd, drawn, mode == PatchMode::Seen { mark_inside: true });
+            set.draw(cmd, drawn);
         }
     }
 }
@@ -242,22 +241,23 @@ impl PipelineSet {
         })
     }
 
-    fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mark_inside: bool) {
-        let DrawnObject { posed, divided, view } = drawn;
-        let PosedObject { object, height_scale, .. } = posed;
+    fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>) {
+        let DrawnObject { posed, divided, view, records } = drawn;
+        let [objects, views] = records.bindings();
         let bindings = [
-            ("view", Descriptor::Uniform(&view.buffers.view)),
             ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
             ("EdgeFactors", Descriptor::Storage(&divided.buffers.edge_factors)),
-            ("VisiblePatches", Descriptor::Storage(&view.buffers.visible)),
+            ("VisiblePatches", Descriptor::Storage(&view.visible)),
+            objects,
+            views,
         ];
         let at_texels = self.at_texels.as_ref().filter(|_| view.at_texels);
         let divided = at_texels.unwrap_or(&self.divided);
         let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
             cmd.bind(pipeline, &bindings);
-            cmd.bind_set(&object.set);
-            cmd.push_constants(&object.constants(*height_scale, mark_inside, posed.tiling_shift()));
+            cmd.bind_set(&posed.object.set);
+            cmd.push_constants(&records.draw(posed));
             for &(first, count) in draws {
                 cmd.draw(first * vertices..(first + count) * vertices, 0..1);
             }

@@ -10,8 +10,9 @@ use leadr_gpu::vk;
 use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
 use super::shadow::ShadowView;
 use crate::surfaces::divided::{DividedObject, DivisionBuffers};
-use crate::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers};
+use crate::surfaces::object_view::{DrawnObject, ObjectView, Viewpoint};
 use crate::surfaces::posed::PosedObject;
+use crate::surfaces::records::{Records, ViewRecordGpu, ViewRecords};
 use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
@@ -74,11 +75,12 @@ impl ReliefShadowPass {
     /// made.
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
-        for (layer, views) in maps.layers.iter().zip(&maps.views) {
+        for ((layer, views), light) in maps.layers.iter().zip(&maps.views).zip(0..) {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, &maps.image);
             for ((posed, divided), view) in casters.iter().zip(&maps.divided).zip(views) {
-                self.pipelines.draw(cmd, DrawnObject { posed, divided, view }, PatchMode::Caster);
+                let records = Records { objects: &posed.records, views: &maps.records, view: light };
+                self.pipelines.draw(cmd, DrawnObject { posed, divided, view, records }, PatchMode::Caster);
             }
             cmd.end_rendering();
         }
@@ -95,6 +97,8 @@ pub struct ReliefMaps {
     divided: Vec<DividedObject>,
     /// For each light, the views of each object.
     views: Vec<Vec<ObjectView>>,
+    /// The view of each light.
+    records: ViewRecords,
 }
 
 impl ReliefMaps {
@@ -107,7 +111,7 @@ impl ReliefMaps {
             DivisionBuffers::new(gpu, &posed.object).map(|buffers| DividedObject::new(Arc::new(buffers)))
         };
         let view = |posed: &&PosedObject| {
-            ViewBuffers::new(gpu, &posed.object).map(|buffers| ObjectView::new(Arc::new(buffers)))
+            ObjectView::buffer(gpu, &posed.object).map(|buffer| ObjectView::new(Arc::new(buffer)))
         };
         let views = |_| casters.iter().map(view).collect::<Result<_>>();
         Ok(Self {
@@ -115,6 +119,7 @@ impl ReliefMaps {
             layers: (0..layers).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?,
             divided: casters.iter().map(divided).collect::<Result<_>>()?,
             views: (0..lights).map(views).collect::<Result<_>>()?,
+            records: ViewRecords::new(gpu)?,
             image,
         })
     }
@@ -131,9 +136,11 @@ impl ReliefMaps {
         for (divided, posed) in self.divided.iter_mut().zip(casters) {
             divided.divide(posed, lens, &settings)?;
         }
-        for (from, views) in views.iter().zip(&mut self.views) {
+        let from: Vec<Viewpoint> = views.iter().map(|view| view.viewpoint(lens)).collect();
+        self.records.write(0, &from.iter().map(ViewRecordGpu::of_light).collect::<Vec<_>>())?;
+        for (from, views) in from.iter().zip(&mut self.views) {
             for ((view, divided), posed) in views.iter_mut().zip(&self.divided).zip(casters) {
-                view.look(posed, divided, &from.viewpoint(lens), &settings)?;
+                view.look(posed, divided, from, &settings)?;
             }
         }
         Ok(())

@@ -55,8 +55,8 @@ pub struct DividedObject {
     pub buffers: Arc<DivisionBuffers>,
     /// The factors.
     pub division: Division,
-    /// Metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0.
-    pub texel_repeat: f32,
+    /// Whether a vertex stands at the centre of each texel of the heights.
+    pub at_texels: bool,
     /// What it was divided for.
     of: Option<(Lens, TessellationSettings)>,
 }
@@ -64,7 +64,7 @@ pub struct DividedObject {
 impl DividedObject {
     /// A division that is still to be made, in these buffers.
     pub fn new(buffers: Arc<DivisionBuffers>) -> Self {
-        Self { buffers, division: Division::default(), texel_repeat: 0.0, of: None }
+        Self { buffers, division: Division::default(), at_texels: false, of: None }
     }
 
     /// Divides the object, which is always the same in the same pose, unless that was done for the same lens. The device must not
@@ -110,22 +110,20 @@ impl DividedObject {
             .collect();
         self.buffers.vertices.write(0, &vertices)?;
         self.buffers.edge_factors.write(0, edge_factors)?;
-        let at_texels = *every_texel && posed.object.kind.flat;
-        self.texel_repeat = if at_texels { repeat_on_plane(mesh, &posed_vertices.positions) } else { 0.0 };
+        self.at_texels = *every_texel && posed.object.kind.flat && repeats_in_place(mesh, &posed_vertices.positions);
         self.division = division;
         Ok(())
     }
 }
 
-/// [`PatchMesh::flat_repeat`], or 0 where no such plane is left: it was moved or bent.
-fn repeat_on_plane(mesh: &PatchMesh, positions: &[Vec3]) -> f32 {
-    let Some(repeat) = mesh.flat_repeat else { return 0.0 };
+/// Whether a mesh still lies as [`PatchMesh::flat_repeat`] says: it was neither moved nor bent.
+fn repeats_in_place(mesh: &PatchMesh, positions: &[Vec3]) -> bool {
+    let Some(repeat) = mesh.flat_repeat else { return false };
     let mut corners = mesh.patches.iter().flatten().zip(mesh.texcoords.iter().flatten());
-    let in_place = corners.all(|(&vertex, &texcoord)| {
+    corners.all(|(&vertex, &texcoord)| {
         let place = (texcoord * repeat).extend(0.0);
         positions[vertex as usize].distance(place) <= 1e-5 * place.length().max(repeat)
-    });
-    if in_place { repeat } else { 0.0 }
+    })
 }
 
 #[cfg(test)]
@@ -143,9 +141,9 @@ mod tests {
             positions,
             ..Default::default()
         };
-        assert_eq!(repeat_on_plane(&mesh, &mesh.positions), 2.0);
+        assert!(repeats_in_place(&mesh, &mesh.positions));
         let lifted: Vec<Vec3> = mesh.positions.iter().map(|p| *p + 0.1 * Vec3::Z).collect();
-        assert_eq!(repeat_on_plane(&mesh, &lifted), 0.0);
-        assert_eq!(repeat_on_plane(&PatchMesh { flat_repeat: None, ..mesh.clone() }, &mesh.positions), 0.0);
+        assert!(!repeats_in_place(&mesh, &lifted));
+        assert!(!repeats_in_place(&PatchMesh { flat_repeat: None, ..mesh.clone() }, &mesh.positions));
     }
 }

@@ -18,6 +18,7 @@ pub mod ocean;
 pub mod patch;
 pub mod patch_mesh;
 pub mod posed;
+pub mod records;
 pub mod relief_color;
 pub mod skinning;
 pub mod sphere;

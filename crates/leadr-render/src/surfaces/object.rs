@@ -14,11 +14,12 @@ use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
+use super::records::{ObjectRecordGpu, Shown};
 use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::constants::{
-    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE,
-    FLAG_MASK, FLAG_ONE_LOOK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, FLAGS_FIT_SHIFT,
+    CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_LOOK,
+    FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR,
 };
 use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
 use crate::sets::OBJECT;
@@ -71,24 +72,6 @@ impl ChartsGpu {
     }
 }
 
-shared_struct! {
-    /// Push constants of the geometry stages (`Object`).
-    pub struct ObjectGpu for "Object" {
-        /// Height scale `η`.
-        pub height_scale: f32,
-        /// Specular reflectance at normal incidence.
-        pub specular_f0: f32,
-        /// `FLAG_` bits; above `FLAGS_FIT_SHIFT` the number of its measured material.
-        pub flags: u32,
-        /// Index of the object in the scene, from 1; above `CONDUCTOR_DIP_SHIFT` the dip of a conductor.
-        pub index: u32,
-        /// Distance from the deepest pit to the highest bump, metres.
-        pub relief: f32,
-        /// Where the lattice of a map that is shown by example lies, repeats.
-        pub shift: [f32; 2],
-    }
-}
-
 /// The part of an object that stays the same from frame to frame.
 pub struct GpuObject {
     /// The object itself; its height texels are dropped once they are on the device.
@@ -106,8 +89,8 @@ pub struct GpuObject {
     pub set: ResourceSet,
     /// What the filter pass has to fetch for it.
     pub kind: SurfaceKind,
-    /// [`ObjectGpu::index`], without the dip.
-    index: u32,
+    /// From 1.
+    number: u32,
     /// The number of its measured material, from 1; 0 for others.
     fit: u32,
 }
@@ -378,7 +361,7 @@ impl GpuObject {
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let fit = upload.fits.number_of(&object);
-        let index = index as u32 + 1;
+        let number = index as u32 + 1;
         let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
         let maps = match maps {
             Some(maps) => Ok(maps),
@@ -405,16 +388,16 @@ impl GpuObject {
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
-            Self::with_maps(gpu, object, [index, fit], kind, carrier, maps.clone())
+            Self::with_maps(gpu, object, [number, fit], kind, carrier, maps.clone())
         });
         let coarse = coarse.transpose()?;
-        Ok((Self::with_maps(gpu, object, [index, fit], kind, carrier, maps)?, coarse))
+        Ok((Self::with_maps(gpu, object, [number, fit], kind, carrier, maps)?, coarse))
     }
 
     fn with_maps(
         gpu: &Arc<Gpu>,
         object: Object,
-        [index, fit]: [u32; 2],
+        [number, fit]: [u32; 2],
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
@@ -438,7 +421,7 @@ impl GpuObject {
             object,
             maps,
             kind,
-            index,
+            number,
             fit,
         })
     }
@@ -449,12 +432,17 @@ impl GpuObject {
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
-    /// Push constants for a height scale that multiplies the object's own. `shift`: [`PosedObject::tiling_shift`](super::posed::PosedObject::tiling_shift).
-    pub fn constants(&self, height_scale: f32, mark_inside: bool, shift: [f32; 2]) -> ObjectGpu {
+    /// Its number in the scene, from 1.
+    pub(super) fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// What of its record does not follow from its pose.
+    pub(super) fn record(&self, shown: &Shown) -> ObjectRecordGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
             (FLAG_FLAT, self.kind.flat),
-            (FLAG_MARK_INSIDE, mark_inside),
+            (FLAG_MARK_INSIDE, shown.mark_inside),
             (FLAG_TINTED_EMISSION, self.object.tints_emission),
             (FLAG_TRIANGLES, self.kind.triangles),
             (FLAG_TRIPLANAR, self.kind.triplanar),
@@ -462,15 +450,16 @@ impl GpuObject {
             (FLAG_ONE_LOOK, self.object.tiling == Tiling::OneLook),
             (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
         ];
-        let flags =
-            flags.iter().filter(|(_, set)| *set).fold(self.fit << FLAGS_FIT_SHIFT, |flags, (flag, _)| flags | flag);
-        ObjectGpu {
-            height_scale: height_scale * self.object.height_scale,
+        let height_scale = shown.height_scale * self.object.height_scale;
+        ObjectRecordGpu {
+            height_scale,
             specular_f0: self.object.specular_f0,
-            flags,
-            index: self.index | conductor_dip_bits(self.object.conductor_dip) << CONDUCTOR_DIP_SHIFT,
-            relief: self.relief * (height_scale * self.object.height_scale).abs(),
-            shift,
+            flags: flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag),
+            number: self.number,
+            fit: self.fit,
+            dip: conductor_dip_bits(self.object.conductor_dip),
+            relief: self.relief * height_scale.abs(),
+            ..bytemuck::Zeroable::zeroed()
         }
     }
 }

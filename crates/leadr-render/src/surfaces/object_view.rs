@@ -2,36 +2,19 @@
 
 use std::sync::Arc;
 
-use glam::{Mat4, Vec3};
+use glam::Mat4;
 
 use super::divided::{DividedObject, VertexGpu};
-use super::object::{GpuObject, ObjectGpu, PatchGpu};
+use super::object::{GpuObject, PatchGpu};
 use super::posed::PosedObject;
+use super::records::{DrawGpu, ObjectRecordGpu, Records, ViewRecordGpu};
 use super::tessellation::{DrawList, Draws, Lens, TessellationSettings, Viewer};
-use crate::constants::GUARD_BAND;
 use crate::view::View;
-use leadr_gpu::{Buffer, Gpu, Result, SharedStruct, StructLayout, shared_struct};
-
-shared_struct! {
-    /// The view block (`View`).
-    pub struct ViewGpu for "View" {
-        /// World to the clip space of a viewport that is [`GUARD_BAND`] times the size of the image.
-        pub clip_from_world: [[f32; 4]; 4],
-        /// Size of the image, pixels.
-        pub size: [f32; 2],
-        /// Number of samples of this image along a side of a pixel of the picture.
-        pub grid: f32,
-        /// [`DividedObject::texel_repeat`].
-        pub texel_repeat: f32,
-        /// [`Viewpoint::draw`].
-        pub draw: f32,
-        padding: [u32; 3],
-    }
-}
+use leadr_gpu::{Buffer, Gpu, Result, SharedStruct, StructLayout};
 
 /// The structs that the stages of the geometry pass share.
-pub const GEOMETRY_STRUCTS: [StructLayout; 4] =
-    [ViewGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectGpu::LAYOUT];
+pub const GEOMETRY_STRUCTS: [StructLayout; 5] =
+    [ViewRecordGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectRecordGpu::LAYOUT, DrawGpu::LAYOUT];
 
 /// The place from which a surface is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -74,30 +57,14 @@ pub struct DrawnObject<'a> {
     pub divided: &'a DividedObject,
     /// What of it is drawn.
     pub view: &'a ObjectView,
-}
-
-/// The buffers of a view, large enough for every patch of an object.
-pub struct ViewBuffers {
-    /// Patches to draw.
-    pub visible: Buffer,
-    /// The [`ViewGpu`] block.
-    pub view: Buffer,
-}
-
-impl ViewBuffers {
-    /// Buffers for an object.
-    pub fn new(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Self> {
-        Ok(Self {
-            visible: object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)?,
-            view: object.frame_buffer(gpu, "view", 1, size_of::<ViewGpu>())?,
-        })
-    }
+    /// The records of objects and views.
+    pub records: Records<'a>,
 }
 
 /// One object in one view: the camera's, or that of a sun's shadow map.
 pub struct ObjectView {
-    /// What the device reads.
-    pub buffers: Arc<ViewBuffers>,
+    /// Patches to draw, with room for every patch of the object.
+    pub visible: Arc<Buffer>,
     /// Draws over the visible patches.
     pub draws: Draws,
     /// Whether a vertex stands at the centre of each texel of the heights.
@@ -109,9 +76,14 @@ pub struct ObjectView {
 }
 
 impl ObjectView {
-    /// A view that has not looked yet, in these buffers.
-    pub fn new(buffers: Arc<ViewBuffers>) -> Self {
-        Self { buffers, draws: Draws::default(), at_texels: false, triangles: 0, patches: 0 }
+    /// A view that has not looked yet, whose patches fit this buffer.
+    pub fn new(visible: Arc<Buffer>) -> Self {
+        Self { visible, draws: Draws::default(), at_texels: false, triangles: 0, patches: 0 }
+    }
+
+    /// A buffer for the patches of an object.
+    pub fn buffer(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Buffer> {
+        object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)
     }
 
     /// Chooses what is drawn of a divided object, and writes the buffers. The device must not be reading them.
@@ -124,20 +96,10 @@ impl ObjectView {
     ) -> Result<()> {
         let factors = &divided.division.edge_factors;
         let list = DrawList::new(posed.mesh(), factors, from.clip_from_world, from.viewer, settings);
-        let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
-        let view = ViewGpu {
-            clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
-            size: [from.size.0 as f32, from.size.1 as f32],
-            grid: from.grid as f32,
-            texel_repeat: divided.texel_repeat,
-            draw: from.draw,
-            padding: [0; 3],
-        };
-        self.buffers.visible.write(0, &list.visible)?;
-        self.buffers.view.write(0, &[view])?;
+        self.visible.write(0, &list.visible)?;
         self.patches = list.visible.len() as u32;
         self.draws = list.draws;
-        self.at_texels = divided.texel_repeat > 0.0;
+        self.at_texels = divided.at_texels;
         self.triangles = list.triangles;
         Ok(())
     }

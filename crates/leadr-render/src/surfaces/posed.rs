@@ -7,6 +7,7 @@ use glam::{Mat2, Vec2, Vec3};
 use super::flat::Chart;
 use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
+use super::records::ObjectRecords;
 use super::sphere::Sphere;
 use super::tessellation::PosedMesh;
 use crate::scene::Tiling;
@@ -19,6 +20,8 @@ pub struct PosedObject {
     pub vertices: PosedVertices,
     /// Factor on the object's own height scale for the displacement; 0 leaves the geometry smooth.
     pub height_scale: f32,
+    /// The records of all objects of the frame.
+    pub records: Arc<ObjectRecords>,
 }
 
 impl PosedObject {
@@ -76,7 +79,7 @@ impl PosedObject {
 
     /// Its mesh, as it is divided and culled.
     pub(super) fn mesh(&self) -> PosedMesh<'_> {
-        let Self { object, vertices, height_scale } = self;
+        let Self { object, vertices, height_scale, .. } = self;
         PosedMesh {
             mesh: &object.object.mesh,
             topology: &object.topology,

@@ -9,7 +9,7 @@ use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawin
 use crate::frame::cache::Cache;
 use crate::frame::pool::Pool;
 use crate::passes::edges::edge_tessellation;
-use crate::passes::filter::{FilterInto, FilterPass, Shown};
+use crate::passes::filter::{FilterInto, FilterPass};
 use crate::passes::geometry::{CasterKinds, GeometryKind, GeometryPass};
 use crate::passes::shadow::ShadowView;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
@@ -20,12 +20,13 @@ use crate::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::surfaces::material::Bases;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::{GpuObject, ObjectMaps, SurfaceKind, Upload, with_same_maps};
-use crate::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
+use crate::surfaces::object_view::{DrawnObject, ObjectView, Viewpoint};
 use crate::surfaces::patch_mesh::PosedVertices;
 use crate::surfaces::posed::PosedObject;
+use crate::surfaces::records::{ObjectRecordGpu, ObjectRecords, Records, Shown, ViewRecordGpu, ViewRecords};
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
-use leadr_gpu::{Commands, Gpu, ResourceSet, Result};
+use leadr_gpu::{Buffer, Commands, Gpu, ResourceSet, Result};
 
 /// Texels of a shadow map that casters' vertices are apart at least.
 const CASTER_SPACING: f32 = 4.0;
@@ -35,6 +36,8 @@ pub struct Meshes {
     gpu: Arc<Gpu>,
     meshes: Vec<Mesh>,
     pipelines: MeshPipelines,
+    records: Pool<ObjectRecords>,
+    views: Pool<ViewRecords>,
 }
 
 /// What draws the objects of a scene; it is known before they are on the device.
@@ -115,7 +118,7 @@ struct DetailLevel {
     closed: bool,
     divisions: Pool<DivisionBuffers>,
     /// For the camera and for lights.
-    views: Pool<ViewBuffers>,
+    views: Pool<Buffer>,
 }
 
 impl DetailLevel {
@@ -128,7 +131,7 @@ impl DetailLevel {
     fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
         let Self { object, closed, divisions, views } = self;
         let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
-        let mut view = || views.take(|| ViewBuffers::new(gpu, object)).map(ObjectView::new);
+        let mut view = || views.take(|| ObjectView::buffer(gpu, object)).map(ObjectView::new);
         Ok(PreparedMesh {
             posed,
             closed: *closed,
@@ -199,7 +202,7 @@ impl Meshes {
         Room::on(gpu, upload.format).check(&objects)?;
         let (meshes, done) = rayon::join(|| upload_all(gpu, objects, upload), || meanwhile(&mut pipelines));
         done?;
-        Ok(Self { meshes: meshes?, pipelines, gpu: gpu.clone() })
+        Ok(Self { meshes: meshes?, pipelines, records: Pool::default(), views: Pool::default(), gpu: gpu.clone() })
     }
 }
 
@@ -241,20 +244,28 @@ impl Surface for Meshes {
     ) -> Result<Box<dyn PreparedSurface>> {
         let (geometry, filter) = self.pipelines.prepare(state, settings, drawing)?;
         let lens = state.camera.lens(settings.size.1);
-        let mut meshes = Vec::new();
+        let Self { gpu, records, views, .. } = self;
+        let objects = self.meshes.len();
+        let records = records.take(|| ObjectRecords::new(gpu, objects))?;
+        let shown =
+            Shown { height_scale: state.height_scale, mark_inside: settings.mark_inside, eye: state.camera.position };
+        let (mut meshes, mut written) = (Vec::new(), Vec::new());
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
             let (level, vertices) = mesh.posed(pose, &lens, &settings.tessellation, drawing.edges);
             let lights = if level.object.object.casts_shadow { drawing.shadow_maps as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
-            let posed = PosedObject { vertices, object: level.object.clone(), height_scale };
-            meshes.push(level.prepare(&self.gpu, posed, lights)?);
+            let posed = PosedObject { vertices, object: level.object.clone(), height_scale, records: records.clone() };
+            written.push(ObjectRecordGpu::new(&posed, &shown));
+            meshes.push(level.prepare(gpu, posed, lights)?);
         }
+        records.write(&written)?;
         Ok(Box::new(PreparedMeshes {
             meshes,
+            views: views.take(|| ViewRecords::new(gpu))?,
             geometry,
             filter,
             tessellation: settings.tessellation,
-            shown: Shown { height_scale: state.height_scale, mark_inside: settings.mark_inside },
+            mark_inside: settings.mark_inside,
         }))
     }
 }
@@ -265,7 +276,9 @@ struct PreparedMeshes {
     geometry: ForViews<GeometryPass>,
     filter: FilterPass,
     tessellation: TessellationSettings,
-    shown: Shown,
+    mark_inside: bool,
+    /// Of the camera, then of the lights.
+    views: Arc<ViewRecords>,
 }
 
 struct PreparedMesh {
@@ -280,8 +293,9 @@ struct PreparedMesh {
 }
 
 impl PreparedMesh {
-    fn seen(&self) -> DrawnObject<'_> {
-        DrawnObject { posed: &self.posed, divided: &self.divided, view: &self.camera }
+    fn seen<'a>(&'a self, views: &'a ViewRecords) -> DrawnObject<'a> {
+        let records = Records { objects: &self.posed.records, views, view: 0 };
+        DrawnObject { posed: &self.posed, divided: &self.divided, view: &self.camera, records }
     }
 
     fn cast(&mut self, lights: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
@@ -299,9 +313,10 @@ impl PreparedMesh {
         Ok(())
     }
 
-    fn cast_under(&self, light: usize) -> Option<DrawnObject<'_>> {
+    fn cast_under<'a>(&'a self, views: &'a ViewRecords, light: usize) -> Option<DrawnObject<'a>> {
+        let records = Records { objects: &self.posed.records, views, view: light as u32 + 1 };
         let divided = self.caster.as_ref().unwrap_or(&self.divided);
-        Some(DrawnObject { posed: &self.posed, divided, view: self.lights.get(light)? })
+        Some(DrawnObject { posed: &self.posed, divided, view: self.lights.get(light)?, records })
     }
 }
 
@@ -315,6 +330,8 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
+        let views: Vec<_> = lights.iter().map(|light| ViewRecordGpu::of_light(&light.viewpoint(lens))).collect();
+        self.views.write(1, &views)?;
         self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(lights, lens, self.tessellation))
     }
 
@@ -323,11 +340,12 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
-        self.meshes.iter().filter_map(|mesh| mesh.cast_under(light)).collect()
+        self.meshes.iter().filter_map(|mesh| mesh.cast_under(&self.views, light)).collect()
     }
 
     fn look(&mut self, view: &View) -> Result<()> {
         let from = Viewpoint::from(view);
+        self.views.write(0, &[ViewRecordGpu::of_camera(view)])?;
         for PreparedMesh { posed, divided, camera, .. } in &mut self.meshes {
             let tessellation = match view.samples {
                 Samples::Pixels | Samples::Multisampled { .. } => self.tessellation,
@@ -341,14 +359,14 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
-        let drawn = self.meshes.iter().map(PreparedMesh::seen);
-        self.geometry.of(view.samples).draw(cmd, target, drawn, self.shown.mark_inside);
+        let drawn = self.meshes.iter().map(|mesh| mesh.seen(&self.views));
+        self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>) {
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
-        let drawn = seen.map(PreparedMesh::seen);
-        self.filter.draw(cmd, visible, view, drawn, self.shown, light);
+        let drawn = seen.map(|mesh| mesh.seen(&self.views));
+        self.filter.draw(cmd, visible, view, drawn, light);
     }
 
     fn triangles(&self) -> u64 {
