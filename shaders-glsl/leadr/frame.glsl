@@ -9,7 +9,7 @@ struct Frame {
 
 // Orthonormal frame about a unit vector (Frisvad 2012; Duff et al. 2017). 1 / (1 + z) is taken as (1 - z) / (x^2 + y^2)
 // below the equator, which keeps full precision down to the only discontinuity, z = (0, 0, -1).
-Frame frame_about(vec3 z) {
+Frame frame_about(const vec3 z) {
     float r2 = dot(z.xy, z.xy);
     float a = z.z >= 0.0 ? 1.0 / (1.0 + z.z) : (1.0 - z.z) / max(r2, 1e-30);
     float xy = -z.x * z.y * a;
@@ -18,20 +18,20 @@ Frame frame_about(vec3 z) {
 }
 
 // World direction to frame coordinates and back.
-vec3 to_frame(Frame f, vec3 world) {
+vec3 to_frame(const Frame f, const vec3 world) {
     return vec3(dot(world, f.x), dot(world, f.y), dot(world, f.z));
 }
-vec3 from_frame(Frame f, vec3 local) {
+vec3 from_frame(const Frame f, const vec3 local) {
     return f.x * local.x + f.y * local.y + f.z * local.z;
 }
 
 // Octahedral map of a unit vector to [-1, 1]^2 and back (Meyer et al. 2010).
-vec2 octahedral_encode(vec3 n) {
+vec2 octahedral_encode(const vec3 n) {
     vec2 p = n.xy / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);
     vec2 folded = (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);
     return n.z >= 0.0 ? p : folded;
 }
-vec3 octahedral_decode(vec2 e) {
+vec3 octahedral_decode(const vec2 e) {
     vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
     float t = max(-n.z, 0.0);
     n.xy += vec2(n.x >= 0.0 ? -t : t, n.y >= 0.0 ? -t : t);

@@ -21,7 +21,7 @@ struct LeadrSurface {
 
 // Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. Unit directions, tangent
 // frame.
-vec3 leadr_light(LeadrSurface surface, vec3 wo, vec3 wi) {
+vec3 leadr_light(const LeadrSurface surface, const vec3 wo, const vec3 wi) {
     vec2 m = surface.mean_slope;
     vec3 relief = clamp_covariance(surface.slope_covariance);
     vec3 cholesky = slope_cholesky(relief);

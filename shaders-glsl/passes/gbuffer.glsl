@@ -33,130 +33,130 @@ struct FilteredSurface {
 };
 
 // Displacement direction (octahedral, snorm), mean slope, covariance sxy.
-uvec4 pack_slopes(uint direction, vec2 mean_slope, vec3 covariance) {
+uvec4 pack_slopes(const uint direction, const vec2 mean_slope, const vec3 covariance) {
     return uvec4(direction, floatBitsToUint(mean_slope), floatBitsToUint(covariance.z));
 }
 
 // Linear albedo and Beckmann roughness alpha, as halves; variances sxx, syy.
-uvec4 pack_material(vec4 material, vec3 covariance) {
+uvec4 pack_material(const vec4 material, const vec3 covariance) {
     return uvec4(packHalf2x16(material.xy), packHalf2x16(material.zw), floatBitsToUint(covariance.xy));
 }
 
-vec2 mean_slope_of(uvec4 slopes) {
+vec2 mean_slope_of(const uvec4 slopes) {
     return uintBitsToFloat(slopes.yz);
 }
 
-vec3 covariance_of(uvec4 slopes, uvec4 material) {
+vec3 covariance_of(const uvec4 slopes, const uvec4 material) {
     return uintBitsToFloat(uvec3(material.zw, slopes.w));
 }
 
-vec4 material_of(uvec4 material) {
+vec4 material_of(const uvec4 material) {
     return vec4(unpackHalf2x16(material.x), unpackHalf2x16(material.y));
 }
 
 // Ambient accessibility, -1 on the inside of a surface, and the level of detail of the maps, as halves.
-uint pack_place(FilteredSurface f) {
+uint pack_place(const FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
 // As halves: reflectance at normal incidence and the share of the rougher part, or less than 0 by the number of a measured material,
 // which has no such parts; both roughnesses. The body's reflectance.
-uvec4 pack_reflection(FilteredSurface f) {
+uvec4 pack_reflection(const FilteredSurface f) {
     float share = f.fit > 0u ? -float(f.fit) : f.mixed.share;
     return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, share)),
                  packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.body_f0));
 }
 
 // A conductor's dip, 0 to 4: five bits a channel.
-uint pack_dip(vec3 dip) {
+uint pack_dip(const vec3 dip) {
     uvec3 bits = uvec3(round(clamp(dip, 0.0, 4.0) * (31.0 / 4.0)));
     return bits.x | bits.y << 5 | bits.z << 10;
 }
 
-vec3 unpack_dip(uint bits) {
+vec3 unpack_dip(const uint bits) {
     return vec3(uvec3(bits, bits >> 5, bits >> 10) & 31u) * (4.0 / 31.0);
 }
 
 // Emission as halves, and the dip.
-uvec2 pack_emission(FilteredSurface f) {
+uvec2 pack_emission(const FilteredSurface f) {
     vec3 emission = clamp(f.emission, 0.0, 6e4);
     return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_dip(f.dip) << 16);
 }
 
-vec3 emission_of(uvec2 packed) {
+vec3 emission_of(const uvec2 packed) {
     return vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
 }
 
-vec3 dip_of(uvec2 packed) {
+vec3 dip_of(const uvec2 packed) {
     return unpack_dip(packed.y >> 16);
 }
 
-vec3 f0_of(uvec4 reflection) {
+vec3 f0_of(const uvec4 reflection) {
     return vec3(unpackHalf2x16(reflection.x), unpackHalf2x16(reflection.y).x);
 }
 
-MixedRoughness mixed_of(uvec4 reflection) {
+MixedRoughness mixed_of(const uvec4 reflection) {
     vec2 alphas = unpackHalf2x16(reflection.z);
     return MixedRoughness(max(unpackHalf2x16(reflection.y).y, 0.0), alphas.x, alphas.y);
 }
 
-uint fit_of(uvec4 reflection) {
+uint fit_of(const uvec4 reflection) {
     return uint(max(-unpackHalf2x16(reflection.y).y, 0.0));
 }
 
 // Three numbers within -1 and 1, ten bits each.
-uint pack_thrice(vec3 v) {
+uint pack_thrice(const vec3 v) {
     ivec3 bits = ivec3(round(clamp(v, -1.0, 1.0) * 511.0)) & 0x3ff;
     return uint(bits.x) | uint(bits.y) << 10 | uint(bits.z) << 20;
 }
 
-vec3 unpack_thrice(uint bits) {
+vec3 unpack_thrice(const uint bits) {
     return vec3(ivec3(bits << 22, bits << 12, bits << 2) >> 22) / 511.0;
 }
 
 // Covariances of colour and slope in deviations of the slope; half of them at most, since colours lie within 0 and 1.
-uvec4 pack_relief_color(ReliefColor r, vec3 covariance) {
+uvec4 pack_relief_color(const ReliefColor r, const vec3 covariance) {
     vec2 per = 2.0 * inversesqrt(max(covariance.xy, 1e-12));
     return uvec4(pack_thrice(r.low), pack_thrice(r.high), pack_thrice(per.x * r.x), pack_thrice(per.y * r.y));
 }
 
-ReliefColor unpack_relief_color(uvec4 packed, vec3 covariance) {
+ReliefColor unpack_relief_color(const uvec4 packed, const vec3 covariance) {
     vec2 deviation = 0.5 * sqrt(max(covariance.xy, 1e-12));
     return ReliefColor(unpack_thrice(packed.x), unpack_thrice(packed.y), deviation.x * unpack_thrice(packed.z),
                        deviation.y * unpack_thrice(packed.w));
 }
 
 // For a pixel: the weight of its joined edge samples, 0 to 1.
-uvec2 pack_surface(FilteredSurface f) {
+uvec2 pack_surface(const FilteredSurface f) {
     return uvec2(pack_place(f), floatBitsToUint(f.joined));
 }
 
-float joined_part_of(uvec2 surface) {
+float joined_part_of(const uvec2 surface) {
     return uintBitsToFloat(surface.y);
 }
 
 // For an edge sample: the relief of its object, metres.
-uvec2 pack_edge(FilteredSurface f) {
+uvec2 pack_edge(const FilteredSurface f) {
     return uvec2(pack_place(f), floatBitsToUint(f.relief));
 }
 
 // For an edge sample that will be joined: the area of macrosurface within it, square metres, and the relief of its object.
-uvec2 pack_joined_edge(float area, float relief) {
+uvec2 pack_joined_edge(const float area, const float relief) {
     return floatBitsToUint(vec2(area, relief));
 }
 
 // A deviation as 11 bits: half a float without sign and four bits of its fraction.
-uint pack_deviation(float deviation) {
+uint pack_deviation(const float deviation) {
     return min((packHalf2x16(vec2(deviation, 0.0)) + 8u) >> 4, 0x7bfu);
 }
 
-float unpack_deviation(uint bits) {
+float unpack_deviation(const uint bits) {
     return unpackHalf2x16((bits & 0x7ffu) << 4).x;
 }
 
 // The horizon of the relief: lean as halves; deviations of the spread with 11 bits and their correlation with 10. Zero where
 // nothing rises above the plane of the mean slope.
-uvec2 pack_horizon(Horizon h) {
+uvec2 pack_horizon(const Horizon h) {
     vec2 deviations = min(sqrt(max(h.spread.xy, 0.0)), 6e4);
     float correlation = clamp(h.spread.z / max(deviations.x * deviations.y, 1e-20), -1.0, 1.0);
     uint signed_ten = uint(int(round(correlation * 511.0))) & 0x3ffu;
@@ -167,19 +167,19 @@ uvec2 pack_horizon(Horizon h) {
 // A cone in its place: 16 bits for x and y, 10 for z and 11 for the share. No horizon has a deviation of all ones.
 const uint CONE_MARK = 0x7ffu;
 
-uvec2 pack_cone(vec4 cone) {
+uvec2 pack_cone(const vec4 cone) {
     uint z = uint(int(round(clamp(cone.z, -1.0, 1.0) * 511.0))) & 0x3ffu;
     return uvec2(packSnorm2x16(cone.xy), CONE_MARK | uint(round(clamp(cone.w, 0.0, 1.0) * 2047.0)) << 11 | z << 22);
 }
 
-vec4 unpack_cone(uvec2 packed) {
+vec4 unpack_cone(const uvec2 packed) {
     if ((packed.y & CONE_MARK) != CONE_MARK) {
         return NO_CONE;
     }
     return vec4(unpackSnorm2x16(packed.x), float(int(packed.y) >> 22) / 511.0, float(packed.y >> 11 & 0x7ffu) / 2047.0);
 }
 
-Horizon unpack_horizon(uvec2 packed) {
+Horizon unpack_horizon(const uvec2 packed) {
     vec2 deviations = vec2(unpack_deviation(packed.y), unpack_deviation(packed.y >> 11));
     float correlation = float(int(packed.y) >> 22) / 511.0;
     return Horizon(unpackHalf2x16(packed.x), vec3(deviations * deviations, correlation * deviations.x * deviations.y));

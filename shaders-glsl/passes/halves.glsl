@@ -2,7 +2,7 @@
 #define LEADR_HALVES
 
 // The nearest half float, the even one of two: what drivers do where they store one is left to them. crates/leadr-maps/src/halves.rs has a twin.
-float nearest_half(float value)
+float nearest_half(const float value)
 {
     uint bits = floatBitsToUint(value);
     bits += 0xfffu + ((bits >> 13) & 1u);

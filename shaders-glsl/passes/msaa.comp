@@ -29,13 +29,13 @@ const uint ALL_SAMPLES = (1u << SAMPLES) - 1u;
 // A triangle seen edge-on is followed to the middle of the pixel over so many widths of a pixel at most.
 const float FARTHEST = 16.0;
 
-mat2 sea_footprint(uvec2 packed) {
+mat2 sea_footprint(const uvec2 packed) {
     return mat2(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
 }
 
 // Stores a surface as sample `i` of the pixel sees it. alone: the pixel shows nothing else, so that it is looked at in the middle;
 // elsewhere the middle may lie beyond the outline. width: of a pixel, at distance 1.
-void store(ivec2 place, ivec2 pixel, int i, bool alone, float width) {
+void store(const ivec2 place, const ivec2 pixel, const int i, const bool alone, const float width) {
     uvec4 seen = texelFetch(seen_surface, pixel, i);
     uvec2 reached = texelFetch(seen_footprint, pixel, i).xy;
     float z = texelFetch(seen_depth, pixel, i).x, middle = uintBitsToFloat(seen.w);
@@ -63,7 +63,7 @@ struct Seen {
     float facing;  // cosine of the angle to the ray times the ray's length
 };
 
-Seen seen_by(uvec4 surface, uvec2 reached, vec3 ray) {
+Seen seen_by(const uvec4 surface, const uvec2 reached, const vec3 ray) {
     Seen seen;
     seen.word = surface.x;
     seen.normal = object_of(surface.x) == SEA_INDEX ? vec3(0.0, 0.0, 1.0) : direction_of(reached);
@@ -73,7 +73,7 @@ Seen seen_by(uvec4 surface, uvec2 reached, vec3 ray) {
 }
 
 // Two points of one smooth surface on one ray are one; a difference along the normal of less than a pixel does not count.
-bool same_surface(Seen a, Seen b, float width) {
+bool same_surface(const Seen a, const Seen b, const float width) {
     bool one_object = ((a.word ^ b.word) & (OBJECT_BITS | INSIDE)) == 0u;
     float apart = abs((a.facing + b.facing) * (a.away - b.away));
     bool near_enough = dot(a.normal, b.normal) > SAME_NORMAL && apart < 2.0 * width * min(a.away, b.away);
@@ -81,7 +81,7 @@ bool same_surface(Seen a, Seen b, float width) {
 }
 
 // Of the samples whose bits are set, one whose triangle others of them see too, if there is any.
-int sample_of_largest(uint triangles[SAMPLES], uint samples) {
+int sample_of_largest(const uint triangles[SAMPLES], const uint samples) {
     int found = findLSB(samples);
     [[unroll]] for (int i = SAMPLES - 2; i >= 0; --i) {
         bool shared_by_others = false;
@@ -94,7 +94,7 @@ int sample_of_largest(uint triangles[SAMPLES], uint samples) {
 }
 
 // Lists the surfaces of a pixel that may show more than one, and returns the word of those beside its own.
-uint list_surfaces(ivec2 pixel, vec3 ray, float width) {
+uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
     Seen seen[SAMPLES];
     uint triangles[SAMPLES];
     int first[SAMPLES]; // the first sample on the same surface

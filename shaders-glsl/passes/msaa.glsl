@@ -7,32 +7,32 @@
 const int OTHERS_SLOTS = OTHERS_BLOCK * OTHERS_BLOCK;
 
 // Where a slot of the block of a pixel lies in an image of such a height.
-ivec2 slot_place(ivec2 pixel, int slot, int height) {
+ivec2 slot_place(const ivec2 pixel, const int slot, const int height) {
     int square = slot >> 2;
     ivec2 within = ivec2((square & 3) * 2 + (slot & 1), (square >> 2) * 2 + (slot >> 1 & 1));
     return (pixel & ~(OTHERS_BLOCK - 1)) + within + ivec2(0, height / 2);
 }
 
 // The number of the slot at a place below the pixels, in its block.
-int slot_at(ivec2 place) {
+int slot_at(const ivec2 place) {
     ivec2 within = place & (OTHERS_BLOCK - 1);
     return (within.y >> 1) * 16 + (within.x >> 1) * 4 + (within.y & 1) * 2 + (within.x & 1);
 }
 
 // The others of a pixel as one word: the first slot, and how many samples each of them covers.
-uint first_slot_word(int slot) {
+uint first_slot_word(const int slot) {
     return uint(min(slot, 255));
 }
 
-uint samples_word(int i, uint samples) {
+uint samples_word(const int i, const uint samples) {
     return samples << (8 + 4 * i);
 }
 
-int first_slot(uint others) {
+int first_slot(const uint others) {
     return int(others & 0xffu);
 }
 
-int samples_of(uint others, int i) {
+int samples_of(const uint others, const int i) {
     return int(others >> (8 + 4 * i) & 0xfu);
 }
 

@@ -19,7 +19,7 @@ layout(push_constant) uniform Constants {
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_color;
 
-vec3 srgb_from_linear(vec3 x) {
+vec3 srgb_from_linear(const vec3 x) {
     return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
 }
 

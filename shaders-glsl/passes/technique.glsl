@@ -17,7 +17,7 @@ layout(constant_id = 28) const bool USES_RELIEF_COLOR = false;    // colours tha
 
 // The covariance that the technique shades with. S: everything measured under a pixel; in_no_map: the part of it that comes from
 // no map, which every technique treats as roughness.
-vec3 technique_covariance(vec3 S, vec3 in_no_map) {
+vec3 technique_covariance(const vec3 S, const vec3 in_no_map) {
     vec3 kept = USES_COVARIANCE ? S : in_no_map;
     return ISOTROPIC_COVARIANCE ? vec3(vec2(0.5 * (kept.x + kept.y)), 0.0) : kept;
 }

@@ -7,22 +7,22 @@
 // Record of a tile. xy: a bit for each object that it shows; objects whose numbers are 64 apart share one. z: flags.
 const uint TILE_IS_SHADED = 1u; // it contains a sample that must be shaded (edges.comp marks those that need not be)
 
-uvec2 tile_bit(uint object) {
+uvec2 tile_bit(const uint object) {
     uint bit = 1u << (object & 31u);
     return (object & 32u) == 0u ? uvec2(bit, 0u) : uvec2(0u, bit);
 }
 
-bool tile_shows(uvec4 record, uint object) {
+bool tile_shows(const uvec4 record, const uint object) {
     return (record.xy & tile_bit(object)) != uvec2(0u);
 }
 
-int tile_columns(ivec2 size) {
+int tile_columns(const ivec2 size) {
     return (size.x + TILE_SIZE - 1) / TILE_SIZE;
 }
 
 // Position of the point, TILE_SIZE pixels wide, that covers a tile; the viewport is a whole number of tiles. Two triangles would
 // shade the pixels along their diagonal twice. Tiles that are not drawn get a position off the screen.
-vec4 tile_point(int tile, ivec2 size, bool drawn) {
+vec4 tile_point(const int tile, const ivec2 size, const bool drawn) {
     int columns = tile_columns(size), rows = (size.y + TILE_SIZE - 1) / TILE_SIZE;
     vec2 middle = (vec2(tile % columns, tile / columns) + 0.5) / vec2(columns, rows);
     return vec4(drawn ? middle * 2.0 - 1.0 : vec2(2.0), 0.0, 1.0);

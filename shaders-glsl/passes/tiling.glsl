@@ -20,7 +20,7 @@ const PlacedLooks NO_LOOKS = PlacedLooks(TilingLooks(NO_LOOK, NO_LOOK, NO_LOOK),
 const PlacedLooks ONE_LOOK = PlacedLooks(TilingLooks(WHOLE_LOOK, NO_LOOK, NO_LOOK), vec2(0.0), vec2(0.0), vec2(0.0), true);
 
 // flags: of the object.
-PlacedLooks placed_looks(vec2 at, uint flags) {
+PlacedLooks placed_looks(const vec2 at, const uint flags) {
     if ((flags & FLAG_ONE_LOOK) != 0u) {
         return ONE_LOOK;
     }
@@ -28,14 +28,14 @@ PlacedLooks placed_looks(vec2 at, uint flags) {
     return PlacedLooks(looks, look_offset(looks.a.corner), look_offset(looks.b.corner), look_offset(looks.c.corner), false);
 }
 
-PlacedLooks merged_at(PlacedLooks looks, float lod) {
+PlacedLooks merged_at(PlacedLooks looks, const float lod) {
     looks.of = merged_looks(looks.of, lod);
     return looks;
 }
 
 // The rest of a place's looks have no weight: loops end before them, since drivers without divergent branches (lavapipe) run both sides
 // of an `if`.
-int tiling_count(PlacedLooks looks) {
+int tiling_count(const PlacedLooks looks) {
     return looks.of.c.weight > 0.0 ? 3 : (looks.of.b.weight > 0.0 ? 2 : 1);
 }
 
@@ -56,22 +56,22 @@ struct TapLook {
     bool last; // of its tap
 };
 
-TapLook look_of_tap(PlacedLooks looks, int tap, int look) {
+TapLook look_of_tap(const PlacedLooks looks, const int tap, const int look) {
     vec2 from = look == 0 ? looks.from_a : (look == 1 ? looks.from_b : looks.from_c);
     float weight = look == 0 ? looks.of.a.weight : (look == 1 ? looks.of.b.weight : looks.of.c.weight);
     return TapLook(tap, look, from, weight, look + 1 == tiling_count(looks));
 }
 
-TapLook first_look(PlacedLooks looks) {
+TapLook first_look(const PlacedLooks looks) {
     return look_of_tap(looks, 0, 0);
 }
 
-void next_look(inout TapLook now, PlacedLooks looks) {
+void next_look(inout TapLook now, const PlacedLooks looks) {
     now = look_of_tap(looks, now.last ? now.tap + 1 : now.tap, now.last ? 0 : now.look + 1);
 }
 
 // What is left of a map's difference from its mean at this level of detail.
-float tiling_part(PlacedLooks looks, sampler2D map, float lod) {
+float tiling_part(const PlacedLooks looks, sampler2D map, const float lod) {
     return looks.whole ? 1.0 : tiling_fade(lod, float(textureSize(map, 0).x), TILING_CELLS);
 }
 
@@ -81,7 +81,7 @@ vec4 map_mean(sampler2D map) {
 }
 
 // passing: the slope of the height, by texture coordinate, where one look passes into another: the higher one slopes down.
-float tiled_height(sampler2D heights, PlacedLooks looks, vec2 at, float lod, out vec2 passing) {
+float tiled_height(sampler2D heights, PlacedLooks looks, const vec2 at, const float lod, out vec2 passing) {
     float mean = map_mean(heights).x, part = tiling_part(looks, heights, lod);
     passing = vec2(0.0);
     precise float height = mean;

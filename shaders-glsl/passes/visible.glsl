@@ -19,17 +19,17 @@ const uint NOBODY = 0xffffffffu;         // not a pixel (msaa.comp)
 // angle between their displacement directions is above this.
 const float SAME_NORMAL = 0.9;
 
-uint object_of(uint word) {
+uint object_of(const uint word) {
     return (word & OBJECT_BITS) >> OBJECT_SHIFT;
 }
 
 // A place in the picture, in pixels, to a quarter.
-uint pack_position(vec2 position) {
+uint pack_position(const vec2 position) {
     uvec2 quarters = uvec2(round(4.0 * position));
     return quarters.x | quarters.y << 16;
 }
 
-vec2 position_of(uint packed) {
+vec2 position_of(const uint packed) {
     return 0.25 * vec2(packed & 0xffffu, packed >> 16);
 }
 

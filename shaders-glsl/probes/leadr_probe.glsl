@@ -9,6 +9,6 @@ uint at;
 float next() { return x[at++]; }
 vec2 next2() { float a = next(); return vec2(a, next()); }
 vec3 next3() { vec2 a = next2(); return vec3(a, next()); }
-void put(float v) { y[at++] = v; }
-void put(vec2 v) { put(v.x); put(v.y); }
-void put(vec3 v) { put(v.xy); put(v.z); }
+void put(const float v) { y[at++] = v; }
+void put(const vec2 v) { put(v.x); put(v.y); }
+void put(const vec3 v) { put(v.xy); put(v.z); }

@@ -88,11 +88,23 @@ pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
 
-/// A module without the text of its source and the lines that its instructions come from.
+/// A module without the text of its source, the lines that its instructions come from, and the names of functions and what is in them,
+/// which tell the types of all parameters.
 pub fn without_lines(words: &[u32]) -> Vec<u32> {
     // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
     const LINES: [u32; 7] = [2, 3, 4, 7, 8, 317, 330];
-    let kept = all_instructions(words).filter(|i| !LINES.contains(&i.operation)).flat_map(|i| i.words);
+    const NAME: u32 = 5;
+    const FUNCTION: u32 = 54;
+    const PARAMETER: u32 = 55;
+    const VARIABLE: u32 = 59;
+    let in_functions = all_instructions(words).skip_while(|i| i.operation != FUNCTION);
+    let named = in_functions.filter(|i| [FUNCTION, PARAMETER, VARIABLE].contains(&i.operation));
+    let local: HashSet<u32> = named.filter_map(|i| i.words.get(2).copied()).collect();
+    let is_kept = |operation: u32, words: &[u32]| match operation {
+        NAME => words.get(1).is_none_or(|id| !local.contains(id)),
+        _ => !LINES.contains(&operation),
+    };
+    let kept = all_instructions(words).filter(|i| is_kept(i.operation, i.words)).flat_map(|i| i.words);
     words.iter().take(HEADER).chain(kept).copied().collect()
 }
 

@@ -6,7 +6,7 @@
 // Covariance of the mirrors on a relief of mean slope m and covariance S, each of whose facets has a base of Beckmann roughness
 // alpha in its own frame, as a viewer in direction wo sees them. add_roughness is the paper's form, in the macrosurface's frame.
 // crates/leadr-reflectance/src/facets/base_roughness.rs says what the terms stand for and where the constants come from.
-vec3 add_facet_roughness(vec3 S, float alpha, vec3 wo, vec2 m) {
+vec3 add_facet_roughness(const vec3 S, const float alpha, const vec3 wo, const vec2 m) {
     float variance = 0.5 * alpha * alpha;
     float relief = 0.5 * (S.x + S.y);
     float facing = max(wo.z, 0.0);

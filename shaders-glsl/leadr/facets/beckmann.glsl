@@ -7,7 +7,7 @@
 
 // Bivariate Gaussian density of covariance S at the slope offset e / z, divided by `divisor`. z2 = z^2, 1e-8 to 1. Taking z
 // and the divisor in here saves divisions of their own. Variances are at least MIN_VARIANCE.
-float gaussian_over(vec2 e, float z2, vec3 S, float divisor) {
+float gaussian_over(const vec2 e, const float z2, const vec3 S, const float divisor) {
     vec2 v = clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
     float p = sqrt(v.x * v.y);
     float r = clamp(S.z / p, -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
@@ -20,24 +20,24 @@ float gaussian_over(vec2 e, float z2, vec3 S, float divisor) {
 }
 
 // P22(slope): bivariate Gaussian density of slopes (LEADR eq. 8).
-float beckmann_p22(vec2 slope, vec2 m, vec3 S) {
+float beckmann_p22(const vec2 slope, const vec2 m, const vec3 S) {
     return gaussian_over(slope - m, 1.0, S, 1.0);
 }
 
 // D(wh) = P22(slope of wh) / wh.z^4, normals per macro area and solid angle (LEADR eq. 10), divided by `divisor`, which
 // must be at least MIN_AREA (the quotient then stays below 1e32); 0 for wh.z <= 0.
-float beckmann_ndf_over(vec3 wh, vec2 m, vec3 S, float divisor) {
+float beckmann_ndf_over(const vec3 wh, const vec2 m, const vec3 S, const float divisor) {
     if (wh.z <= 0.0) return 0.0;
     float z = max(wh.z, LEADR_MIN_NORMAL_Z);
     float z2 = z * z;
     return gaussian_over(wh.xy + z * m, z2, S, z2 * z2 * divisor);
 }
-float beckmann_ndf(vec3 wh, vec2 m, vec3 S) {
+float beckmann_ndf(const vec3 wh, const vec2 m, const vec3 S) {
     return beckmann_ndf_over(wh, m, S, 1.0);
 }
 
 // Density of visible normals, max(0, wo.wn) D(wn) / A(wo), per solid angle; at most 1e37.
-float beckmann_vndf(vec3 wo, vec3 wn, vec2 m, vec3 S) {
+float beckmann_vndf(const vec3 wo, const vec3 wn, const vec2 m, const vec3 S) {
     return visible_density(wo, wn, beckmann_ndf(wn, m, S), visible_area(wo, m, S));
 }
 

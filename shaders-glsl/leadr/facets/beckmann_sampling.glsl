@@ -9,14 +9,14 @@
 // crates/leadr-reflectance/src/facets/beckmann_sampling.rs.
 
 // Upper-tail quantile, at the normal deviate z, of a gamma distribution (Wilson & Hilferty's cube).
-float gamma_quantile(float z, float mean, float variance) {
+float gamma_quantile(const float z, const float mean, const float variance) {
     float shape = max(mean * mean / max(variance, 1e-30), 2.0);
     float cube = max(1.0 - 1.0 / (9.0 * shape) - z / (3.0 * sqrt(shape)), 0.02);
     return mean * cube * cube * cube;
 }
 
 // (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, F(x) = nu Phi(x) + phi(x); p, n: nu clamped to its sign.
-vec2 visible_part(float w, float p, float n) {
+vec2 visible_part(const float w, const float p, const float n) {
     float x = n + w;
     float y = p - w;
     float e = exp(-w * (n + 0.5 * w));
@@ -27,7 +27,7 @@ vec2 visible_part(float w, float p, float n) {
 
 // The visible slope x <= nu of the unit surface at which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u: a quantile of
 // the visible slopes along the viewer's azimuth. nu: projected area of the mesosurface in units of the spread.
-float visible_slope_quantile(float u, float nu) {
+float visible_slope_quantile(float u, const float nu) {
     u = clamp(u, 2.9802322e-8, 0.99999994);
     float p = clamp(nu, 0.0, 1e15);
     float n = clamp(nu, -1e15, 0.0);
@@ -66,7 +66,7 @@ float visible_slope_quantile(float u, float nu) {
 
 // A visible normal for u in [0, 1)^2, distributed as beckmann_vndf(wo, wn, m, S): u.x gives the slope along the viewer's
 // azimuth, u.y across it.
-vec3 beckmann_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 S) {
+vec3 beckmann_sample_visible(const vec3 wo, const vec2 u, const vec2 m, const vec3 S) {
     vec3 c = slope_cholesky(vec3(max(S.xy, LEADR_MIN_VARIANCE), S.z));
     vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     float b = length(t);

@@ -19,7 +19,7 @@ struct Bivariate {
     float independence;
 };
 
-Bivariate bivariate_from_ellipse(Ellipse e) {
+Bivariate bivariate_from_ellipse(const Ellipse e) {
     float s = sin(e.angle);
     float c = cos(e.angle);
     vec2 alpha = vec2(length(e.radii * vec2(c, s)), length(e.radii * vec2(s, c)));
@@ -29,7 +29,7 @@ Bivariate bivariate_from_ellipse(Ellipse e) {
     return Bivariate(alpha, clamp(difference * s * c / product, -1.0, 1.0), min(e.radii.x * e.radii.y / product, 1.0));
 }
 
-Ellipse ellipse_from_bivariate(Bivariate b) {
+Ellipse ellipse_from_bivariate(const Bivariate b) {
     float product = b.alpha.x * b.alpha.y;
     float difference = (b.alpha.x - b.alpha.y) * (b.alpha.x + b.alpha.y);
     float twice = 2.0 * b.rho * product;
@@ -38,7 +38,7 @@ Ellipse ellipse_from_bivariate(Bivariate b) {
     return Ellipse(vec2(major, min(product * b.independence / max(major, 1e-15), major)), 0.5 * angle);
 }
 
-vec3 roughness_from_ellipse(Ellipse e) {
+vec3 roughness_from_ellipse(const Ellipse e) {
     float s = sin(e.angle);
     float c = cos(e.angle);
     vec2 r = e.radii * e.radii;
@@ -46,13 +46,13 @@ vec3 roughness_from_ellipse(Ellipse e) {
                 (e.radii.x - e.radii.y) * (e.radii.x + e.radii.y) * s * c);
 }
 
-vec3 roughness_from_bivariate(Bivariate b) {
+vec3 roughness_from_bivariate(const Bivariate b) {
     return vec3(b.alpha * b.alpha, b.rho * b.alpha.x * b.alpha.y);
 }
 
 // A matrix that rounding has made indefinite counts as fully correlated. A minor radius below 4e-4 of the major is rounding
 // error.
-Bivariate bivariate_from_roughness(vec3 A) {
+Bivariate bivariate_from_roughness(const vec3 A) {
     vec2 alpha = sqrt(max(A.xy, 0.0));
     float product = alpha.x * alpha.y;
     if (product < 1e-30) return Bivariate(alpha, 0.0, 1.0);
@@ -60,7 +60,7 @@ Bivariate bivariate_from_roughness(vec3 A) {
     return Bivariate(alpha, rho, sqrt((1.0 - rho) * (1.0 + rho)));
 }
 
-Ellipse ellipse_from_roughness(vec3 A) {
+Ellipse ellipse_from_roughness(const vec3 A) {
     return ellipse_from_bivariate(bivariate_from_roughness(A));
 }
 

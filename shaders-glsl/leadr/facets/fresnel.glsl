@@ -2,7 +2,7 @@
 #define LEADR_FRESNEL_GLSL
 
 // Schlick's weight: how far the reflectance has risen toward its value at grazing incidence.
-float schlick_weight(float cosine) {
+float schlick_weight(const float cosine) {
     float k = clamp(1.0 - cosine, 0.0, 1.0);
     float k2 = k * k;
     return k2 * k2 * k;
@@ -10,30 +10,30 @@ float schlick_weight(float cosine) {
 
 // Reflectance at grazing incidence: 1 for every real surface. No material has f0 below 2 %, so smaller values mean that
 // only part of the surface reflects (Lagarde & de Rousiers 2014), and 0 means bare diffuse facets without any reflection.
-vec3 grazing_reflectance(vec3 f0) {
+vec3 grazing_reflectance(const vec3 f0) {
     return vec3(min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0));
 }
 
 // Schlick's Fresnel term. f0: reflectance at normal incidence; cosine: wi.wh.
-vec3 fresnel_schlick(vec3 f0, float cosine) {
+vec3 fresnel_schlick(const vec3 f0, const float cosine) {
     return f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine);
 }
 
 // Weight of a conductor's dip, cos (1 - cos)^6: at most 0.057, at a cosine of 1/7.
-float dip_weight(float cosine) {
+float dip_weight(const float cosine) {
     float c = clamp(cosine, 0.0, 1.0);
     float k = (1.0 - c) * (1.0 - c) * (1.0 - c);
     return c * k * k;
 }
 
 // Schlick's form less the dip of a conductor, whose reflectance falls before it rises (Lazanyi and Szirmay-Kalos 2005; Hoffman 2019).
-vec3 fresnel_dipped(vec3 f0, vec3 dip, float cosine) {
+vec3 fresnel_dipped(const vec3 f0, const vec3 dip, const float cosine) {
     return fresnel_schlick(f0, cosine) - dip * dip_weight(cosine);
 }
 
 // Unpolarised reflectance of a smooth dielectric; eta: index inside over index outside, > 0; 1 at total reflection
 // (Fresnel; Walter et al. 2007, eq. 22).
-float fresnel_dielectric(float cosine, float eta) {
+float fresnel_dielectric(const float cosine, const float eta) {
     float c = clamp(abs(cosine), 0.0, 1.0);
     float g2 = eta * eta - 1.0 + c * c;
     if (g2 <= 0.0) return 1.0;
@@ -44,14 +44,14 @@ float fresnel_dielectric(float cosine, float eta) {
 }
 
 // (difference^2 + b^2) / (sum^2 + b^2) per channel; 0/0 gives the limit, 1.
-vec3 fresnel_ratio(vec3 difference, vec3 sum, vec3 b) {
+vec3 fresnel_ratio(const vec3 difference, const vec3 sum, const vec3 b) {
     return (difference * difference + b * b + 1e-30) / (sum * sum + b * b + 1e-30);
 }
 
 // Unpolarised reflectance of a smooth conductor with complex index eta + i k per channel; both are >= 0 and clamped below
 // 1e4. The amplitude formulas are written as quotients of sums of squares, so nothing cancels
 // (crates/leadr-reflectance/src/facets/fresnel.rs).
-vec3 fresnel_conductor(float cosine, vec3 eta, vec3 k) {
+vec3 fresnel_conductor(const float cosine, vec3 eta, vec3 k) {
     float c = min(abs(cosine), 1.0);
     float s2 = (1.0 - c) * (1.0 + c);
     eta = clamp(eta, 0.0, 1e4);

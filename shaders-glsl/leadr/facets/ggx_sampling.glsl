@@ -8,7 +8,7 @@
 // mesosurface; proof in crates/leadr-reflectance/src/facets/ggx_sampling.rs.
 
 // A visible normal for u in [0, 1)^2, distributed as ggx_vndf(wo, wn, m, A).
-vec3 ggx_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 A) {
+vec3 ggx_sample_visible(const vec3 wo, vec2 u, const vec2 m, const vec3 A) {
     u.x = clamp(u.x, 0.0, 0.99999994);
     vec3 c = slope_cholesky(vec3(max(A.xy, LEADR_MIN_VARIANCE), A.z));
     // Towards the viewer on the standard surface: o = (t, a) / |(t, a)|.

@@ -11,18 +11,18 @@ const vec3 LEADR_GLOSS_WWII = vec3(1.0, 18.0, 0.0);             // Chan 2018, eq
 const vec3 LEADR_GLOSS_BLINN_PHONG = vec3(2.0, 10.0, 1.0);      // exponents 2^(10 g + 1)
 
 // Roughness within the usable range.
-float usable_alpha(float alpha) {
+float usable_alpha(const float alpha) {
     return clamp(alpha, 1e-4, LEADR_MAX_SLOPE);
 }
 
 // alpha of a gloss, which is held within 0..1.
-float gloss_alpha(float gloss, vec3 curve) {
+float gloss_alpha(const float gloss, const vec3 curve) {
     float power = exp2(clamp(curve.y * clamp(gloss, 0.0, 1.0) + curve.z, -60.0, 60.0));
     return usable_alpha(sqrt(2.0 / max(curve.x + power, 1e-9)));
 }
 
 // Gloss of an alpha, 0..1: that of the nearer end where the curve does not reach it.
-float alpha_gloss(float alpha, vec3 curve) {
+float alpha_gloss(const float alpha, const vec3 curve) {
     float used = usable_alpha(alpha);
     float square = used * used;
     float power = max((2.0 - curve.x * square) / square, 1e-30);
@@ -30,12 +30,12 @@ float alpha_gloss(float alpha, vec3 curve) {
 }
 
 // alpha = (1 - g)^2: one minus a perceptual roughness.
-float perceptual_gloss_alpha(float gloss) {
+float perceptual_gloss_alpha(const float gloss) {
     float roughness = 1.0 - clamp(gloss, 0.0, 1.0);
     return usable_alpha(roughness * roughness);
 }
 
-float perceptual_alpha_gloss(float alpha) {
+float perceptual_alpha_gloss(const float alpha) {
     return clamp(1.0 - sqrt(usable_alpha(alpha)), 0.0, 1.0);
 }
 

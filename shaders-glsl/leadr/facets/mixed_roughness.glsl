@@ -13,7 +13,7 @@ struct MixedRoughness {
 const float LEADR_LEAST_SHARE = 1.0 / 512.0;
 
 // means: the filtered p, E[alpha^2 of the rough], E[alpha^2 of the smooth].
-MixedRoughness mixed_roughness(vec3 means) {
+MixedRoughness mixed_roughness(const vec3 means) {
     float share = clamp(means.x, 0.0, 1.0);
     float rough = sqrt(clamp(means.y, 0.0, share) / max(share, LEADR_LEAST_SHARE));
     float even = sqrt(clamp(means.z, 0.0, 1.0 - share) / max(1.0 - share, LEADR_LEAST_SHARE));
@@ -23,7 +23,7 @@ MixedRoughness mixed_roughness(vec3 means) {
 }
 
 // Beckmann alpha of one lobe that stands for both: LEADR section 4.1.
-float joint_alpha(MixedRoughness mixed) {
+float joint_alpha(const MixedRoughness mixed) {
     return sqrt(mix(mixed.smooth_alpha * mixed.smooth_alpha, mixed.rough_alpha * mixed.rough_alpha, mixed.share));
 }
 

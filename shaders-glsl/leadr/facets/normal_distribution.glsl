@@ -6,13 +6,13 @@
 // Beyond 13 the density underflows in 32 bits, so the argument is clamped there.
 
 // phi(x), the density.
-float normal_pdf(float x) {
+float normal_pdf(const float x) {
     float t = clamp(x, -13.0, 13.0);
     return 0.3989422804 * exp(-0.5 * t * t);
 }
 
 // Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Accurate to 1e-4 beyond 14.
-float mills_ratio(float x) {
+float mills_ratio(const float x) {
     float t = clamp(x, 0.0, 1e6);
     float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
     float q = 1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216)));
@@ -21,17 +21,17 @@ float mills_ratio(float x) {
 
 // 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean divided by the density, so it does not underflow. `held`: for
 // 0..1e6.
-float tail_mean_ratio_held(float t) {
+float tail_mean_ratio_held(const float t) {
     float p = 1.0 + t * (0.55532703 + t * (0.15290028 + t * 0.01936395));
     float q = 1.0 + t * (1.80865213 + t * (1.41958115 + t * (0.61708401 + t * (0.1527089 + t * 0.01936814))));
     return p / q;
 }
-float tail_mean_ratio(float x) {
+float tail_mean_ratio(const float x) {
     return tail_mean_ratio_held(clamp(x, 0.0, 1e6));
 }
 
 // Mills' ratio and tail_mean_ratio as x / q and y / q with a common q = y + t x, t within 0..13 (relative error 7e-7 each).
-vec2 tail_quotients(float t) {
+vec2 tail_quotients(const float t) {
     float t2 = t * t;
     return vec2((1.25331473 + 1.24099266 * t) + t2 * ((0.574059982 + 0.143326482 * t) + t2 * 0.0173465204),
                 (1.0 + 0.534757579 * t) + t2 * (0.143585567 + 0.0173404136 * t));
@@ -39,13 +39,13 @@ vec2 tail_quotients(float t) {
 
 // E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: the part of a clamped mean that comes from the tail
 // above x.
-float normal_tail_mean(float x) {
+float normal_tail_mean(const float x) {
     float t = clamp(x, 0.0, 13.0);
     return 0.3989422804 * exp(-0.5 * t * t) * tail_mean_ratio_held(t);
 }
 
 // Phi(x), the cumulative distribution.
-float normal_cdf(float x) {
+float normal_cdf(const float x) {
     float t = min(abs(x), 13.0);
     float tail = normal_pdf(t) * mills_ratio(t);
     return x < 0.0 ? tail : 1.0 - tail;
@@ -59,7 +59,7 @@ struct NormalRamp {
     float ramp;
 };
 
-NormalRamp normal_ramp(float x) {
+NormalRamp normal_ramp(const float x) {
     float t = min(abs(x), 13.0);
     float pdf = 0.3989422804 * exp(-0.5 * t * t);
     vec2 quotients = tail_quotients(t);
@@ -76,7 +76,7 @@ struct ClampedLine {
     float front; // 0..1
 };
 
-ClampedLine clamped_line(float x) {
+ClampedLine clamped_line(const float x) {
     float t = min(abs(x), 13.0);
     float pdf = 0.3989422804 * exp(-0.5 * t * t);
     vec2 tail = tail_quotients(t);

@@ -8,25 +8,25 @@
 // m: mean slope; S: slope covariance (s_xx, s_yy, s_xy). Heitz et al., LEADR 4.3, in a form without cotangents.
 
 // a(w): projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
-float meso_area(vec3 w, vec2 m) {
+float meso_area(const vec3 w, const vec2 m) {
     return w.z - dot(w.xy, m);
 }
 
 // b(w): standard deviation of the slope along w, times sin(theta) (LEADR eq. 15).
-float slope_spread_squared(vec3 w, vec3 S) {
+float slope_spread_squared(const vec3 w, const vec3 S) {
     return w.x * w.x * S.x + w.y * w.y * S.y + 2.0 * w.x * w.y * S.z;
 }
-float slope_spread(vec3 w, vec3 S) {
+float slope_spread(const vec3 w, const vec3 S) {
     return sqrt(max(slope_spread_squared(w, S), 0.0));
 }
 
 // A(w) - max(a, 0) = b h(|a|/b): the area that is visible only because of the roughness. Equals a Lambda(w) for a > 0.
-float rough_area(float a, float b) {
+float rough_area(const float a, const float b) {
     return b * normal_tail_mean(abs(a) / max(b, 1e-18));
 }
 
 // A(w) = a Phi(a/b) + b phi(a/b), the visible projected area, = a (1 + Lambda(w)). Tends to max(a, 0) as b -> 0.
-float visible_area(vec3 w, vec2 m, vec3 S) {
+float visible_area(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     return max(a, 0.0) + rough_area(a, slope_spread(w, S));
 }
@@ -34,7 +34,7 @@ float visible_area(vec3 w, vec2 m, vec3 S) {
 // The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` to have a visible
 // node: a >= 1e-3 - lambda b / 2. Mesosurfaces that face the viewer are unchanged. This replaces the artificial micronormal
 // of the supplement, 3.7; it is continuous and moves the slope in the direction that needs the smallest change.
-vec2 face_viewer(vec3 wo, vec2 m, vec3 S, float lambda) {
+vec2 face_viewer(const vec3 wo, const vec2 m, const vec3 S, const float lambda) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(wo.xy, across), 0.0);
     float lack = 1e-3 - 0.5 * lambda * sqrt(b2) - meso_area(wo, m);
@@ -48,7 +48,7 @@ vec2 face_viewer(vec3 wo, vec2 m, vec3 S, float lambda) {
 // The change of slope that turns a back-facing mesosurface edge-on; 0 for one that faces the viewer. A pixel that shows
 // such a surface also sees facets around it that are turned toward the viewer by about as much:
 //     vec2 d = tilt_to_edge(wo, m);  m += d;  S += vec3(d * d, d.x * d.y);
-vec2 tilt_to_edge(vec3 wo, vec2 m) {
+vec2 tilt_to_edge(const vec3 wo, const vec2 m) {
     return wo.xy * (min(meso_area(wo, m), 0.0) / max(dot(wo.xy, wo.xy), 1e-4));
 }
 

@@ -20,7 +20,7 @@ const int LEADR_BECKMANN_MICRO = 3;
 const float LEADR_LENGTH_SERIES_END = 0.25;
 
 // T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, atan(sqrt(-e)) / sqrt(-e) beyond square = alpha^2 = 1.
-float atanh_ratio(float square) {
+float atanh_ratio(const float square) {
     float e = 1.0 - square;
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
         float tail = 1.0 / 15.0 + e * (1.0 / 17.0 + e * (1.0 / 19.0 + e * (1.0 / 21.0 + e / 23.0)));
@@ -41,12 +41,12 @@ float atanh_ratio(float square) {
 }
 
 // (1 - L) / L of GGX facets by microsurface area: alpha^2 T (Chan eq. 24). square: alpha^2.
-float ggx_normal_odds_micro(float square) {
+float ggx_normal_odds_micro(const float square) {
     return square * atanh_ratio(square);
 }
 
 // (1 - L) / L of GGX facets by macrosurface area (Chan eq. 26).
-float ggx_normal_odds_macro(float square) {
+float ggx_normal_odds_macro(const float square) {
     float e = 1.0 - square;
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
         float tail = 1.0 / 17.0 + e * (1.0 / 19.0 + e * (1.0 / 21.0 + e * (1.0 / 23.0 + e / 25.0)));
@@ -59,7 +59,7 @@ float ggx_normal_odds_macro(float square) {
 }
 
 // (1 - L, L) of Beckmann facets by macrosurface area, each with all its digits.
-vec2 beckmann_lack_length(float square) {
+vec2 beckmann_lack_length(const float square) {
     float u = 0.5 * square;
     if (u < 1.0 / 169.0) {
         // Beyond the range of the rational fits: Mills' asymptotic series.
@@ -72,18 +72,18 @@ vec2 beckmann_lack_length(float square) {
 }
 
 // (1 - L) / L of Beckmann facets by macrosurface area.
-float beckmann_normal_odds_macro(float square) {
+float beckmann_normal_odds_macro(const float square) {
     vec2 parts = beckmann_lack_length(square);
     return parts.x / parts.y;
 }
 
 // (1 - L) / L of Beckmann facets by microsurface area: alpha^2 / 2 times the length by macrosurface area.
-float beckmann_normal_odds_micro(float square) {
+float beckmann_normal_odds_micro(const float square) {
     return 0.5 * square * beckmann_lack_length(square).y;
 }
 
 // (1 - L) / L of any of the four.
-float normal_odds(int shortening, float alpha) {
+float normal_odds(const int shortening, const float alpha) {
     float used = usable_alpha(alpha);
     float square = used * used;
     if (shortening == LEADR_GGX_MACRO) return ggx_normal_odds_macro(square);
@@ -93,18 +93,18 @@ float normal_odds(int shortening, float alpha) {
 }
 
 // 1 - L.
-float normal_lack(int shortening, float alpha) {
+float normal_lack(const int shortening, const float alpha) {
     float odds = normal_odds(shortening, alpha);
     return odds / (1.0 + odds);
 }
 
 // L.
-float normal_length(int shortening, float alpha) {
+float normal_length(const int shortening, const float alpha) {
     return 1.0 / (1.0 + normal_odds(shortening, alpha));
 }
 
 // Slope of log odds over log alpha^2, from 1 (smooth) to 1/2 (rough). odds: of this square.
-float normal_odds_slope(int shortening, float square, float odds) {
+float normal_odds_slope(const int shortening, const float square, const float odds) {
     if (shortening == LEADR_GGX_MICRO) {
         return 1.0 - 0.5 * square / (odds * (1.0 + ggx_normal_odds_macro(square)));
     }
@@ -125,7 +125,7 @@ float normal_odds_slope(int shortening, float square, float odds) {
 
 // alpha of facets whose mean normal lacks this much of the length 1, 1e-4 to 100; lacks outside 0..1 are held there. Newton's method on
 // logarithms, where the curve is nearly straight: three steps leave 7e-11 in exact arithmetic.
-float alpha_of_lack(int shortening, float lack) {
+float alpha_of_lack(const int shortening, const float lack) {
     float held = clamp(lack, 0.0, 1.0);
     float odds = clamp(held / max(1.0 - held, 1e-9), 1e-12, 1e9);
     float wanted = log(odds);
@@ -140,7 +140,7 @@ float alpha_of_lack(int shortening, float lack) {
 }
 
 // alpha of facets that stand on facets of the other roughness: lengths multiply (Chan eq. 34).
-float combine_alpha(int shortening, float alpha, float other) {
+float combine_alpha(const int shortening, const float alpha, const float other) {
     float a = normal_lack(shortening, alpha);
     float b = normal_lack(shortening, other);
     return alpha_of_lack(shortening, a + b - a * b);
@@ -148,7 +148,7 @@ float combine_alpha(int shortening, float alpha, float other) {
 
 // alpha of GGX facets by macrosurface area from .0027 to 1 (lacks of 4e-5 to 1/3; others are held there), off by 1e-4 of itself:
 // two roots and a rational function.
-float ggx_alpha_of_lack_fit(float lack) {
+float ggx_alpha_of_lack_fit(const float lack) {
     float held = clamp(lack, 4.08e-5, 0.33333333);
     float x = sqrt(sqrt(held));
     float p = 0.0996729 + x * (1.6538365 + x * (-0.3396555 - x * 0.7129373));

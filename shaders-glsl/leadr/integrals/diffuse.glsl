@@ -17,7 +17,7 @@ struct NormalMoments {
     vec3 off;  // E[n.y n.z], E[n.x n.z], E[n.x n.y]
 };
 
-NormalMoments visible_normal_moments(vec3 wo, vec2 m, vec3 S, int n, float lambda) {
+NormalMoments visible_normal_moments(const vec3 wo, const vec2 m, const vec3 S, const int n, const float lambda) {
     NormalMoments sum = NormalMoments(vec3(0.0), vec3(0.0), vec3(0.0));
     float norm = 0.0;
     vec3 cholesky = slope_cholesky(S);
@@ -38,7 +38,7 @@ NormalMoments visible_normal_moments(vec3 wo, vec2 m, vec3 S, int n, float lambd
 
 // Environment, with masking only (as in Algorithm 2). c: radiance coefficients in the world; f: the tangent frame.
 // rest: irradiance beyond order 2 for these normals, or 0.
-vec3 leadr_diffuse_environment(NormalMoments v, Frame f, vec3 c[9], vec3 rest) {
+vec3 leadr_diffuse_environment(const NormalMoments v, const Frame f, const vec3 c[9], const vec3 rest) {
     mat3 r = mat3(f.x, f.y, f.z);
     mat3 t = mat3(v.diag.x, v.off.z, v.off.y, v.off.z, v.diag.y, v.off.x, v.off.y, v.off.x, v.diag.z);
     mat3 q = r * t * transpose(r);
@@ -48,14 +48,14 @@ vec3 leadr_diffuse_environment(NormalMoments v, Frame f, vec3 c[9], vec3 rest) {
 
 // One light from wi (tangent frame), of unit irradiance on a plane facing it, by its order-2 harmonics (Algorithm 2),
 // weighted by its masking and shadowing (eq. 20). Up to 9 % off according to the paper; clamped to at least 0.
-float leadr_diffuse_light_sh(NormalMoments v, vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
+float leadr_diffuse_light_sh(const NormalMoments v, const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     float second = dot(wi * wi, v.diag) + 2.0 * dot(wi.yzx * wi.zxy, v.off);
     float e = 0.09375 * (v.diag.x + v.diag.y + v.diag.z) + 0.5 * dot(wi, v.mean) + 0.46875 * second;
     return shadowing_given_masking(wo, wi, m, S, shadowing) * max(e, 0.0) / LEADR_PI;
 }
 
 // The same light with its clamped cosine integrated over the grid instead: use this for a sun.
-float leadr_diffuse_light(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing, int n, float lambda) {
+float leadr_diffuse_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing, const int n, const float lambda) {
     float sum = 0.0;
     float norm = 0.0;
     vec3 cholesky = slope_cholesky(S);

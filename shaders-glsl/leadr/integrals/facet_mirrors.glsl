@@ -30,7 +30,7 @@ struct FacetMirrors {
     float base;     // and without it
 };
 
-FacetMirrors facet_mirrors(vec3 wo, vec3 wi, float alpha, float variance) {
+FacetMirrors facet_mirrors(const vec3 wo, const vec3 wi, const float alpha, const float variance) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     vec3 d = wi - wo;
@@ -46,7 +46,7 @@ FacetMirrors facet_mirrors(vec3 wo, vec3 wi, float alpha, float variance) {
 // Share of the mirrors on a facet that viewer and light see, 0 where they see it from behind. co, ci: cosines with the facet's
 // normal; between: of wo and wi; deviation: of the base's slopes. On a normal map the base alone hides facets, and the viewer sees all
 // that face it in full; the edge-on ones fade out.
-float facet_visibility(int shadowing, float co, float ci, float between, float deviation) {
+float facet_visibility(const int shadowing, const float co, const float ci, const float between, const float deviation) {
     bool mapped = shadowing == LEADR_SHADOWING_NORMAL_MAP;
     float so = sqrt(max(1.0 - co * co, 0.0)), si = sqrt(max(1.0 - ci * ci, 0.0));
     // Across the facet's normal, the first axis toward the viewer.
@@ -67,7 +67,7 @@ struct MirroringFacets {
 };
 
 // As if the slopes u of the mirrors on their facets were linear, as they are about the facet of this slope.
-MirroringFacets mirroring_facets(FacetMirrors f, vec2 about, vec2 m, vec3 cholesky) {
+MirroringFacets mirroring_facets(const FacetMirrors f, const vec2 about, const vec2 m, const vec3 cholesky) {
     vec3 n = vec3(-about, 1.0);
     float per = 1.0 / max(dot(n, f.wh), LEADR_LEAST_LINEAR_COSINE * length(n));
     // In deviations of the base: at the mean slope, and their gradients.
@@ -87,7 +87,7 @@ MirroringFacets mirroring_facets(FacetMirrors f, vec2 about, vec2 m, vec3 choles
 }
 
 // Density of the mirrors at the half vector that viewer and light see on their facets, per area of the macrosurface.
-float facet_mirror_density(FacetMirrors f, vec2 m, vec3 cholesky, int shadowing) {
+float facet_mirror_density(const FacetMirrors f, vec2 m, const vec3 cholesky, const int shadowing) {
     m = clamp(m, -LEADR_MAX_SLOPE, LEADR_MAX_SLOPE);
     vec3 halfway = normalize(vec3(-m, 1.0)) + f.wh;
     vec2 start = mirroring_facets(f, halfway.xy / -max(halfway.z, LEADR_LEAST_HALFWAY_Z), m, cholesky).middle;
@@ -117,7 +117,7 @@ float facet_mirror_density(FacetMirrors f, vec2 m, vec3 cholesky, int shadowing)
 }
 
 // Radiance towards the viewer under the light, per unit of its irradiance on a plane that faces it.
-vec3 facet_mirrors_light(int shadowing, DirectionArea o, DirectionArea i, FacetMirrors f, vec2 m, vec3 cholesky, vec3 f0) {
+vec3 facet_mirrors_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetMirrors f, const vec2 m, const vec3 cholesky, const vec3 f0) {
     float d = facet_mirror_density(f, m, cholesky, shadowing);
     return fresnel_schlick(f0, dot(f.wi, f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i));
 }

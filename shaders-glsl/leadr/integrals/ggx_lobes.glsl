@@ -16,14 +16,14 @@ struct GaussianLobe {
 const int LEADR_GGX_LOBES = 4;
 
 // The Beckmann lobe of d (k = 0), and the three lobes that represent its GGX lobe.
-GaussianLobe ggx_lobe(DisplacedGgx d, int k) {
+GaussianLobe ggx_lobe(const DisplacedGgx d, const int k) {
     const vec2 lobes[4] = vec2[4](vec2(0.0, 1.0), vec2(0.3424, 2.069), vec2(0.4764, 0.5126), vec2(0.1812, 0.0825));
     vec2 lobe = lobes[k]; // share of GGX, and how much smaller than Beckmann's its variance is
     return GaussianLobe(k == 0 ? 1.0 - d.weight : d.weight * lobe.x, d.roughness * (0.5 / lobe.y));
 }
 
 // The visible area of the surface along w. cholesky: of roughness / 2.
-DirectionArea displaced_ggx_area(vec3 w, vec2 m, DisplacedGgx d, vec3 cholesky) {
+DirectionArea displaced_ggx_area(const vec3 w, const vec2 m, const DisplacedGgx d, const vec3 cholesky) {
     vec2 whitened = whitened_direction(w, cholesky);
     float meso = meso_area(w, m);
     return DirectionArea(whitened, length(whitened), meso, max(meso, 0.0) + displaced_rough_area(w, meso, d));
@@ -31,7 +31,7 @@ DirectionArea displaced_ggx_area(vec3 w, vec2 m, DisplacedGgx d, vec3 cholesky) 
 
 // Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. o: displaced_ggx_area
 // of wo.
-vec3 displaced_ggx_light(int shadowing, DirectionArea o, vec3 wo, vec3 wi, vec2 m, DisplacedGgx d, vec3 cholesky,
+vec3 displaced_ggx_light(const int shadowing, const DirectionArea o, const vec3 wo, const vec3 wi, const vec2 m, const DisplacedGgx d, const vec3 cholesky,
                          const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));

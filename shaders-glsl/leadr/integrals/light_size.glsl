@@ -9,7 +9,7 @@
 const float LEADR_LEAST_HALF_Z = 16.0;
 
 // Covariance of the slopes at which facets mirror the light to wo; add it to that of the surface's slopes.
-vec3 light_slope_covariance(vec3 wo, vec3 wi, float variance) {
+vec3 light_slope_covariance(const vec3 wo, const vec3 wi, const float variance) {
     vec3 h = wo + wi;
     float per = 1.0 / max(h.z, max(LEADR_LEAST_HALF_Z * sqrt(variance), 1e-3));
     vec2 s = -h.xy * per;
@@ -18,7 +18,7 @@ vec3 light_slope_covariance(vec3 wo, vec3 wi, float variance) {
 }
 
 // Variance of half vectors per axis, the mean of both. cosine: between wo and the half vector.
-float light_normal_variance(float cosine, float variance) {
+float light_normal_variance(const float cosine, const float variance) {
     return 0.125 * variance * (1.0 + 1.0 / max(cosine * cosine, 1e-3));
 }
 

@@ -5,14 +5,14 @@
 // L2-2, L2-1, L20, L21, L22. Directions and coefficients may be in any frame as long as it is the same one; here it is the
 // world.
 
-float[9] sh_basis(vec3 d) {
+float[9] sh_basis(const vec3 d) {
     return float[9](0.28209479, 0.48860251 * d.y, 0.48860251 * d.z, 0.48860251 * d.x, 1.09254843 * d.x * d.y,
                     1.09254843 * d.y * d.z, 0.31539157 * (3.0 * d.z * d.z - 1.0), 1.09254843 * d.x * d.z,
                     0.54627422 * (d.x * d.x - d.y * d.y));
 }
 
 // Radiance from direction d. Shorter vectors, the mean of several directions, have smaller terms of order 1 and 2.
-vec3 sh_radiance(vec3 c[9], vec3 d) {
+vec3 sh_radiance(const vec3 c[9], const vec3 d) {
     vec3 q = d * d;
     return 0.28209479 * c[0] + 0.48860251 * (c[1] * d.y + c[2] * d.z + c[3] * d.x)
          + 1.09254843 * (c[4] * (d.x * d.y) + c[5] * (d.y * d.z) + c[7] * (d.x * d.z))
@@ -21,7 +21,7 @@ vec3 sh_radiance(vec3 c[9], vec3 d) {
 
 // Adds a light from unit direction wi, of irradiance `irradiance` on a plane facing it (LEADR Algorithm 2, where by an
 // erratum L00 appears on both sides of its own equation).
-void sh_add_light(inout vec3 c[9], vec3 wi, vec3 irradiance) {
+void sh_add_light(inout vec3 c[9], const vec3 wi, const vec3 irradiance) {
     float basis[9] = sh_basis(wi);
     for (int i = 0; i < 9; ++i) c[i] += basis[i] * irradiance;
 }
@@ -29,29 +29,29 @@ void sh_add_light(inout vec3 c[9], vec3 wi, vec3 irradiance) {
 // Irradiance from radiance coefficients c, averaged over normals with mean n and second moments diag = E[xx, yy, zz], off =
 // E[yz, xz, xy]. The cosine convolution is A_l = pi, 2 pi/3, pi/4. The result is linear in the moments; the trace of diag
 // is 1.
-vec3 sh_irradiance_moments(vec3 c[9], vec3 n, vec3 diag, vec3 off) {
+vec3 sh_irradiance_moments(const vec3 c[9], const vec3 n, const vec3 diag, const vec3 off) {
     return 0.88622693 * c[0] + 1.02332671 * (c[3] * n.x + c[1] * n.y + c[2] * n.z)
          + 0.85808553 * (c[4] * off.z + c[7] * off.y + c[5] * off.x)
          + c[6] * (0.74312386 * diag.z - 0.24770795) + c[8] * (0.42904277 * (diag.x - diag.y));
 }
 
 // Irradiance on a plane of unit normal n.
-vec3 sh_irradiance(vec3 c[9], vec3 n) {
+vec3 sh_irradiance(const vec3 c[9], const vec3 n) {
     return sh_irradiance_moments(c, n, n * n, n.yzx * n.zxy);
 }
 
 // The same for one light of unit irradiance, as a polynomial of the cosine: equals sh_add_light followed by sh_irradiance.
-float sh_irradiance_light(float cosine) {
+float sh_irradiance_light(const float cosine) {
     return 0.09375 + cosine * (0.5 + 0.46875 * cosine);
 }
 
 // What order 2 leaves out of it.
-float sh_irradiance_rest(float cosine) {
+float sh_irradiance_rest(const float cosine) {
     return max(cosine, 0.0) - sh_irradiance_light(cosine);
 }
 
 // What is left of irradiance beyond order 2 over normals of mean n: exactly so for its lowest band, 4, and normals spread as by heat.
-float sh_rest_damping(vec3 n) {
+float sh_rest_damping(const vec3 n) {
     float square = min(dot(n, n), 1.0), fourth = square * square;
     return fourth * fourth * square;
 }

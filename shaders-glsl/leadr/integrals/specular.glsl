@@ -8,7 +8,7 @@
 #include "../slopes/grid.glsl"
 
 // Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
-vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool shadowing) {
+vec3 leadr_specular_directional(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0, const bool shadowing) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     if (shadowing) {
@@ -21,7 +21,7 @@ vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool 
 
 // The same with any shadowing model, from the areas seen along wo and wi: compute o once per pixel and share it between
 // lights.
-vec3 leadr_specular_light(int shadowing, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
+vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float d = beckmann_ndf_over(wh, m, S, max(o.visible, LEADR_MIN_AREA));
@@ -49,13 +49,13 @@ struct EnvironmentSample {
     float area; // <wn, wo> / wn.z
 };
 
-EnvironmentSample environment_sample_at(vec3 wo, vec2 slope) {
+EnvironmentSample environment_sample_at(const vec3 wo, const vec2 slope) {
     vec3 wn = normal_of_slope(slope);
     return EnvironmentSample(2.0 * dot(wn, wo) * wn - wo, wn, facet_area(wo, slope));
 }
 
 // The same at standard normal coordinates p.
-EnvironmentSample environment_sample(vec3 wo, vec2 p, vec2 m, vec3 S) {
+EnvironmentSample environment_sample(const vec3 wo, const vec2 p, const vec2 m, const vec3 S) {
     return environment_sample_at(wo, slope_sample(p, m, S));
 }
 
@@ -68,17 +68,17 @@ const float LEADR_LOD_ALGORITHM_1 = -1.8257; // supplement, simplified Algorithm
 
 // The part of env_lod that all samples of a pixel share. size: texels per edge of the cube map; spacing: distance of the
 // samples in standard deviations. As in the paper, the larger deviation is used for both axes.
-float env_lod_base(vec3 S, float spacing, float size, float constant) {
+float env_lod_base(const vec3 S, const float spacing, const float size, const float constant) {
     return 0.5 * log2(max(max(S.x, S.y) * spacing * spacing, 1e-12)) + log2(size) + constant;
 }
 
 // Level of detail of one sample: its solid angle is J (spacing sigma)^2, J = 4 |wn.wo| wn.z^3 (LEADR 5.2). May be
 // negative; J = 0 and sigma = 0 give finite values.
-float env_lod_at(float base, vec3 wo, vec3 wn) {
+float env_lod_at(const float base, const vec3 wo, const vec3 wn) {
     return base + 0.5 * log2(max(4.0 * abs(dot(wn, wo)) * wn.z * wn.z * wn.z, 1e-12));
 }
 
-float env_lod(vec3 wo, vec3 wn, vec3 S, float spacing, float size, float constant) {
+float env_lod(const vec3 wo, const vec3 wn, const vec3 S, const float spacing, const float size, const float constant) {
     return env_lod_at(env_lod_base(S, spacing, size, constant), wo, wn);
 }
 

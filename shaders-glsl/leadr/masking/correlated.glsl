@@ -29,11 +29,11 @@ struct DirectionArea {
 };
 
 // p = C^T w.xy from the lower Cholesky factor (c_xx, c_yx, c_yy) of the slopes' covariance.
-vec2 whitened_direction(vec3 w, vec3 cholesky) {
+vec2 whitened_direction(const vec3 w, const vec3 cholesky) {
     return vec2(cholesky.x * w.x + cholesky.y * w.y, cholesky.z * w.y);
 }
 
-DirectionArea direction_area(vec3 w, vec2 m, vec3 cholesky) {
+DirectionArea direction_area(const vec3 w, const vec2 m, const vec3 cholesky) {
     vec2 whitened = whitened_direction(w, cholesky);
     float spread = length(whitened);
     float meso = meso_area(w, m);
@@ -42,7 +42,7 @@ DirectionArea direction_area(vec3 w, vec2 m, vec3 cholesky) {
 
 // The same for one shadowing model: only the direction-correlated ones need the whitened direction; the others compute
 // their areas more cheaply from the covariance S itself.
-DirectionArea area_for(int shadowing, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
+DirectionArea area_for(const int shadowing, const vec3 w, const vec2 m, const vec3 S, const vec3 cholesky) {
     if (shadowing >= LEADR_SHADOWING_CORRELATED) return direction_area(w, m, cholesky);
     float spread = slope_spread(w, S);
     float meso = meso_area(w, m);
@@ -50,13 +50,13 @@ DirectionArea area_for(int shadowing, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
 }
 
 // a x b, exactly 0 for parallel vectors: where drivers fuse one of the products with the difference, its rounding is taken back.
-float cross_product(vec2 a, vec2 b) {
+float cross_product(const vec2 a, const vec2 b) {
     float product = a.y * b.x;
     return fma(a.x, b.y, -product) + fma(-a.y, b.x, product);
 }
 
 // f, from 0 for equal azimuths to 1. less, more: a_o a_i times the smaller and the larger Lambda; both: a_o a_i.
-float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool simple) {
+float decorrelation(const vec2 po, const vec2 pi, const float both, const float more, const float less, const bool simple) {
     float scale = inversesqrt(max(dot(po, po) * dot(pi, pi), 1e-36));
     float cosine = dot(po, pi) * scale;
     float sine = abs(cross_product(po, pi)) * scale;
@@ -70,7 +70,7 @@ float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool s
 
 // G A_o / a_o, 0..1: the share of the visible area that is lit. It weights a light, or a sample of an environment, in a sum
 // that is already normalised for masking.
-float lit_fraction(int shadowing, DirectionArea o, DirectionArea i) {
+float lit_fraction(const int shadowing, const DirectionArea o, const DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     float ao = max(o.meso, 0.0);
     float ai = max(i.meso, 0.0);
@@ -87,7 +87,7 @@ float lit_fraction(int shadowing, DirectionArea o, DirectionArea i) {
 
 // G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i). 1 for a normal map, whose facets count by their area on the
 // macrosurface and have factors of their own.
-float masking_shadowing_factor(int shadowing, DirectionArea o, DirectionArea i) {
+float masking_shadowing_factor(const int shadowing, const DirectionArea o, const DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     return lit_fraction(shadowing, o, i) / max(o.visible, LEADR_MIN_AREA);
 }

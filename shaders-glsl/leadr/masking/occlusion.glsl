@@ -15,14 +15,14 @@ const int LEADR_HIDDEN_SAME_OCCLUDED = 3;   // eq. 48
 const int LEADR_HIDDEN_SAME_RADIANCE = 4;   // eq. 49: all bounces
 
 // A / (1 - rho (1 - A)), eq. 49; 0 where A is.
-vec3 interreflected_visibility(float visibility, vec3 albedo) {
+vec3 interreflected_visibility(const float visibility, const vec3 albedo) {
     float a = clamp(visibility, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0);
     return a / max((1.0 - rho) + rho * a, vec3(1e-12));
 }
 
 // Share of a white environment that arrives at a place of this visibility and albedo, where what is hidden looks as `hidden` says.
-vec3 adjusted_visibility(int hidden, float visibility, vec3 albedo) {
+vec3 adjusted_visibility(const int hidden, const float visibility, const vec3 albedo) {
     float a = clamp(visibility, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0);
     if (hidden == LEADR_HIDDEN_BLACK) return vec3(a);
@@ -33,24 +33,24 @@ vec3 adjusted_visibility(int hidden, float visibility, vec3 albedo) {
 }
 
 // Cosine of the half angle of the cone about the normal with this visibility, sqrt(1 - V) (eq. 56).
-float cone_cosine(float visibility) {
+float cone_cosine(const float visibility) {
     return sqrt(1.0 - clamp(visibility, 0.0, 1.0));
 }
 
 // Visibility of a cone about the normal, 1 - cos^2 (eq. 55).
-float cone_visibility(float cosine) {
+float cone_visibility(const float cosine) {
     float c = clamp(cosine, 0.0, 1.0);
     return (1.0 - c) * (1.0 + c);
 }
 
 // sqrt(1 - x^2).
-float cone_root(float x) {
+float cone_root(const float x) {
     return sqrt(max((1.0 - x) * (1.0 + x), 0.0));
 }
 
 // Visibility of a cone about any axis, without what of it lies below the horizon: a disc's projection, or the form factor of a sphere
 // that the horizon cuts (Snyder 1996).
-float bent_cone_visibility(vec4 cone) {
+float bent_cone_visibility(const vec4 cone) {
     float cosine = clamp(cone.w, 0.0, 1.0), z = clamp(cone.z, -1.0, 1.0);
     float sine = cone_root(cosine), tilt = cone_root(z);
     if (z >= sine) return sine * sine * z;
@@ -65,7 +65,7 @@ float bent_cone_visibility(vec4 cone) {
 
 // Cosine of the half angle of the cone about `axis` with this visibility, the inverse of bent_cone_visibility: exact above the horizon,
 // within 1.3 degrees beyond it for axes up to 75 degrees from the normal.
-float bent_cone_cosine(float visibility, vec3 axis) {
+float bent_cone_cosine(const float visibility, const vec3 axis) {
     float v = clamp(visibility, 0.0, 1.0), z = clamp(axis.z, -1.0, 1.0);
     if (z <= 1e-6) return 1.0;
     float tilt = cone_root(z);
@@ -80,23 +80,23 @@ float bent_cone_cosine(float visibility, vec3 axis) {
 
 // The cone of a visibility vector, the sum of the free directions over pi: about its direction, with the visibility of its length.
 // Without a direction, one about z that nothing passes.
-vec4 cone_of_vector(vec3 b) {
+vec4 cone_of_vector(const vec3 b) {
     float share = length(b);
     return share > 1e-12 ? vec4(b / share, cone_cosine(share)) : vec4(0.0, 0.0, 1.0, 1.0);
 }
 
 // The cone of a visibility about a bent normal.
-vec4 bent_cone(float visibility, vec3 axis) {
+vec4 bent_cone(const float visibility, const vec3 axis) {
     return vec4(axis, bent_cone_cosine(visibility, axis));
 }
 
 // Whether the cone leaves a light from wi free, 0 or 1 (eq. 57).
-float cone_light(vec4 cone, vec3 wi) {
+float cone_light(const vec4 cone, const vec3 wi) {
     return dot(cone.xyz, wi) > cone.w ? 1.0 : 0.0;
 }
 
 // What the cone leaves of a light from wi, falling off outside it: clamp(axis.wi / cos, 0, 1)^2 (eq. 58).
-float cone_light_smooth(vec4 cone, vec3 wi) {
+float cone_light_smooth(const vec4 cone, const vec3 wi) {
     float along = dot(cone.xyz, wi);
     float ratio = along >= cone.w ? 1.0 : clamp(along / max(cone.w, 1e-12), 0.0, 1.0);
     return ratio * ratio;
@@ -104,7 +104,7 @@ float cone_light_smooth(vec4 cone, vec3 wi) {
 
 // The cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (listing 3; without eq. 60 if not `biased`).
 // exponent of the gloss: 6 in the listing, 8 in the text.
-float adjusted_cone_cosine(float cosine, float gloss, float n_v, bool biased, int exponent) {
+float adjusted_cone_cosine(const float cosine, const float gloss, const float n_v, const bool biased, const int exponent) {
     float g = clamp(biased ? 1.5 * gloss : gloss, 0.0, 1.0);
     float g2 = g * g;
     float g6 = g2 * g2 * g2;

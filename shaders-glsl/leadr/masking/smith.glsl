@@ -6,7 +6,7 @@
 // Smith masking and shadowing of a noncentral Gaussian surface (LEADR eq. 13-15), without the poles of Lambda.
 
 // Lambda(w) of LEADR 4.3; a large finite value where the paper has +infinity (a <= 0).
-float smith_lambda(vec3 w, vec2 m, vec3 S) {
+float smith_lambda(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     return rough_area(a, slope_spread(w, S)) / max(a, LEADR_MIN_AREA);
 }
@@ -22,7 +22,7 @@ struct AreaQuotient {
 // in t^2, and 1/(2 pi) at 0. K is 1/P^8 with a polynomial P (a minimax fit made for this project, relative error 1.5e-6 in
 // K up to t = 4.7; beyond, everything except a/2 is less than 1e-6 b), so it needs neither an exponential nor a division of
 // its own. Below a = 0 the conjugate form is used, so nothing cancels.
-AreaQuotient visible_area_quotient(vec3 w, vec2 m, vec3 S) {
+AreaQuotient visible_area_quotient(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     float b2 = max(slope_spread_squared(w, S), 1e-24);
     float s = min(a * a / b2, 22.09);
@@ -39,14 +39,14 @@ AreaQuotient visible_area_quotient(vec3 w, vec2 m, vec3 S) {
 }
 
 // 1 / A(wo) = (wm.wg / wm.wo) / (1 + Lambda(wo)): masking alone, with the projected area of eq. 16.
-float masking(vec3 wo, vec2 m, vec3 S) {
+float masking(const vec3 wo, const vec2 m, const vec3 S) {
     AreaQuotient o = visible_area_quotient(wo, m, S);
     return o.under / o.over;
 }
 
 // 1 / (a_o (1 + Lambda_o + Lambda_i)), LEADR eq. 13 with the projected area of eq. 16: height-correlated masking and
 // shadowing. 0 when the light is below the mesosurface. Without shadowing: masking(wo).
-float masking_shadowing(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
+float masking_shadowing(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     if (!shadowing) return masking(wo, m, S);
     float ao = max(meso_area(wo, m), 0.0);
     float ai = max(meso_area(wi, m), 0.0);
@@ -56,7 +56,7 @@ float masking_shadowing(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
 
 // shadowing_given_masking with the viewer's part computed outside the loop: ao = meso_area(wo, m), Ao = visible_area(wo, m,
 // S).
-float shadowing_from_areas(float ao, float Ao, vec3 wi, vec2 m, vec3 S) {
+float shadowing_from_areas(const float ao, const float Ao, const vec3 wi, const vec2 m, const vec3 S) {
     float ai = max(meso_area(wi, m), 0.0);
     float lit = ai * max(Ao, LEADR_MIN_AREA);
     return lit / max(lit + max(ao, 0.0) * rough_area(ai, slope_spread(wi, S)), 1e-30);
@@ -64,7 +64,7 @@ float shadowing_from_areas(float ao, float Ao, vec3 wi, vec2 m, vec3 S) {
 
 // (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the share of the visible area that is lit, 0..1. It weights one sample (eq.
 // 22) or one light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
-float shadowing_given_masking(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
+float shadowing_given_masking(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     return shadowing ? shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, S), wi, m, S) : 1.0;
 }
 

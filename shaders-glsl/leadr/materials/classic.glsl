@@ -9,42 +9,42 @@
 // environment lookup; crates/leadr-reflectance/src/materials/classic.rs has the derivations.
 
 // Blinn-Phong exponent for a Beckmann roughness, with the same curvature at the peak (Walter et al. 2007); 0 to 1e6.
-float blinn_phong_exponent(float alpha) {
+float blinn_phong_exponent(const float alpha) {
     return clamp(2.0 / max(alpha * alpha, 1e-6) - 2.0, 0.0, 1e6);
 }
 
 // Slope variance of a lobe, per axis: 1 / (exponent + 2).
-float blinn_phong_variance(float exponent) {
+float blinn_phong_variance(const float exponent) {
     return 1.0 / (exponent + 2.0);
 }
 
 // Density of normals per solid angle, normalised so that their projected areas sum to one.
-float blinn_phong_ndf(float cosine, float exponent) {
+float blinn_phong_ndf(const float cosine, const float exponent) {
     return cosine <= 0.0 ? 0.0 : (exponent + 2.0) / (2.0 * LEADR_PI) * pow(cosine, exponent);
 }
 
 // Variance of unit normals about the normal of the mean slope m, per axis of its tangent plane, to first order in the slope
 // covariance S.
-float normal_variance(vec2 m, vec3 S) {
+float normal_variance(const vec2 m, const vec3 S) {
     float per = 1.0 / (1.0 + dot(m, m));
     float along = S.x * m.x * m.x + S.y * m.y * m.y + 2.0 * S.z * m.x * m.y;
     return max(0.5 * per * (S.x + S.y - per * along), 0.0);
 }
 
 // (1 - |n|) / |n| of a filtered normal n: Toksvig's estimate of the variance. variance: of the slopes about n, Gaussian.
-float toksvig_variance(float variance) {
+float toksvig_variance(const float variance) {
     float lack = tail_mean_ratio(inversesqrt(max(variance, 1e-12))); // 1 - |n|
     return lack / max(1.0 - lack, 1e-6);
 }
 
 // Exponent of the filtered lobe.
-float toksvig_exponent(float exponent, float variance) {
+float toksvig_exponent(const float exponent, const float variance) {
     return exponent / (1.0 + exponent * variance);
 }
 
 // Level of detail of the single environment lookup for a lobe with this variance of normals per axis; size: texels per edge
 // of the cube map. Reflected directions turn twice as far as normals.
-float lobe_lod(float variance, float size) {
+float lobe_lod(const float variance, const float size) {
     return 0.5 * log2(max(4.0 * variance, 1e-12)) + log2(size) + 0.467;
 }
 

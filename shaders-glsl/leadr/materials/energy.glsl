@@ -16,7 +16,7 @@
 #endif
 
 // Column x of the table, or between it and the next, at a roughness.
-vec2 energy_between(float alpha, int x, float t) {
+vec2 energy_between(const float alpha, const int x, const float t) {
     float y = sqrt(sqrt(clamp(alpha, 0.0, 1.0))) * 47.0;
     int row = min(int(y), 46);
     int next = min(x + 1, 32);
@@ -27,7 +27,7 @@ vec2 energy_between(float alpha, int x, float t) {
 }
 
 // Albedo towards a viewer.
-vec2 energy_albedo(float alpha, float cosine) {
+vec2 energy_albedo(const float alpha, const float cosine) {
     float x = sqrt(clamp(cosine, 0.0, 1.0)) * 31.0;
     int column = min(int(x), 30);
     float t = x - float(column);
@@ -36,44 +36,44 @@ vec2 energy_albedo(float alpha, float cosine) {
 }
 
 // Mean over the cosine-weighted hemisphere.
-vec2 energy_average(float alpha) {
+vec2 energy_average(const float alpha) {
     return energy_between(alpha, 32, 0.0);
 }
 
 // Albedo for fresnel_schlick with this f0.
-vec3 split_albedo(vec3 f0, vec2 albedo) {
+vec3 split_albedo(const vec3 f0, const vec2 albedo) {
     return f0 * (albedo.x - albedo.y) + grazing_reflectance(f0) * albedo.y;
 }
 
 // Mean of Schlick's Fresnel term over the cosine-weighted hemisphere.
-vec3 average_fresnel(vec3 f0) {
+vec3 average_fresnel(const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) / 21.0;
 }
 
 // Share of the lost light that comes out after all further bounces, F^2 E / (1 - F (1 - E)).
-vec3 compensation_color(vec3 f0, float average_ideal) {
+vec3 compensation_color(const vec3 f0, const float average_ideal) {
     vec3 f = average_fresnel(f0);
     return f * f * average_ideal / max(1.0 - f * (1.0 - average_ideal), vec3(1e-6));
 }
 
 // BRDF of the light that ideal mirrors reflect more than once; times compensation_color.
-float compensation_lobe(float ideal_o, float ideal_i, float average_ideal) {
+float compensation_lobe(const float ideal_o, const float ideal_i, const float average_ideal) {
     return (1.0 - ideal_o) * (1.0 - ideal_i) / (LEADR_PI * max(1.0 - average_ideal, 1e-6));
 }
 
 // Factor of the single-scattering lobe that gives the albedo of all bounces for F0 = 1: cheaper, not reciprocal.
-vec3 compensation_scale(vec3 f0, float ideal_o) {
+vec3 compensation_scale(const vec3 f0, const float ideal_o) {
     float e = max(ideal_o, 1e-3);
     return 1.0 + f0 * ((1.0 - e) / e);
 }
 
 // All that mirrors reflect towards the viewer.
-vec3 mirrored(vec3 f0, vec2 albedo, float average_ideal) {
+vec3 mirrored(const vec3 f0, const vec2 albedo, const float average_ideal) {
     return split_albedo(f0, albedo) + (1.0 - albedo.x) * compensation_color(f0, average_ideal);
 }
 
 // What is left for the body below the mirrors; on average over the hemisphere, of energy_average.
-vec3 entered(vec3 f0, vec2 albedo, float average_ideal) {
+vec3 entered(const vec3 f0, const vec2 albedo, const float average_ideal) {
     return max(1.0 - mirrored(f0, albedo, average_ideal), 0.0);
 }
 

@@ -23,15 +23,15 @@
 #error define LEADR_FITTED_WORD(i) before this file: word i of the numbers of all fits
 #endif
 
-float fitted_word(uint fit, int i) {
+float fitted_word(const uint fit, const int i) {
     return LEADR_FITTED_WORD(fit + uint(i));
 }
 
-int fitted_masking(uint fit) { return int(fitted_word(fit, 0)); }
-int fitted_lobes(uint fit) { return int(fitted_word(fit, 1)); }
-float fitted_alpha(uint fit) { return fitted_word(fit, 2); }
-float fitted_direction(uint fit) { return fitted_word(fit, 3); }
-bool fitted_is_round(uint fit) { return fitted_word(fit, 7) < 1.5; }
+int fitted_masking(const uint fit) { return int(fitted_word(fit, 0)); }
+int fitted_lobes(const uint fit) { return int(fitted_word(fit, 1)); }
+float fitted_alpha(const uint fit) { return fitted_word(fit, 2); }
+float fitted_direction(const uint fit) { return fitted_word(fit, 3); }
+bool fitted_is_round(const uint fit) { return fitted_word(fit, 7) < 1.5; }
 
 struct FittedLobe {
     float share;
@@ -39,14 +39,14 @@ struct FittedLobe {
     float alpha; // its roughness across the direction of its widest slopes
 };
 
-FittedLobe fitted_lobe(uint fit, int i, float stretch) {
+FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
     int at = 13 + 5 * i;
     vec3 S = vec3(fitted_word(fit, at + 1), fitted_word(fit, at + 2), fitted_word(fit, at + 3));
     return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 2.0));
 }
 
 // The cubic through knots at 0, 1, 2, ... that begin at `at`.
-float fitted_curve(uint fit, int at, int intervals, float x) {
+float fitted_curve(const uint fit, const int at, const int intervals, float x) {
     x = clamp(x, 0.0, float(intervals));
     int i = min(int(x), intervals - 1);
     int knot = at + 2 * i;
@@ -56,7 +56,7 @@ float fitted_curve(uint fit, int at, int intervals, float x) {
 }
 
 // The same of one curve for each azimuth; between four of them by a cubic.
-float fitted_rows(uint fit, int at, int intervals, float x, vec2 towards) {
+float fitted_rows(const uint fit, const int at, const int intervals, const float x, const vec2 towards) {
     int rows = int(fitted_word(fit, 7));
     if (rows == 1) return fitted_curve(fit, at, intervals, x);
     float place = fract(atan(towards.y, towards.x == 0.0 && towards.y == 0.0 ? 1.0 : towards.x) / 6.28318531) * float(rows);
@@ -71,7 +71,7 @@ float fitted_rows(uint fit, int at, int intervals, float x, vec2 towards) {
 }
 
 // D(wn), density of normals per unit of macrosurface and solid angle.
-float fitted_ndf(uint fit, vec3 wn, float stretch) {
+float fitted_ndf(const uint fit, const vec3 wn, const float stretch) {
     if (wn.z <= 0.0) return 0.0;
     vec3 n = vec3(wn.xy / stretch, wn.z);
     float theta = atan(length(n.xy), n.z);
@@ -82,12 +82,12 @@ float fitted_ndf(uint fit, vec3 wn, float stretch) {
 }
 
 // Mean slope.
-vec2 fitted_mean(uint fit, float stretch) {
+vec2 fitted_mean(const uint fit, const float stretch) {
     return stretch * vec2(fitted_word(fit, 4), fitted_word(fit, 5));
 }
 
 // A(w), the visible area.
-float fitted_area(uint fit, vec3 w, float stretch) {
+float fitted_area(const uint fit, const vec3 w, const float stretch) {
     vec2 mean = fitted_mean(fit, stretch);
     vec3 seen = vec3(stretch * w.xy, w.z);
     float l = length(seen);
@@ -100,7 +100,7 @@ float fitted_area(uint fit, vec3 w, float stretch) {
 }
 
 // F at the cosine of wo and wh, linear RGB.
-vec3 fitted_fresnel(uint fit, float cosine) {
+vec3 fitted_fresnel(const uint fit, const float cosine) {
     int intervals = int(fitted_word(fit, 11));
     float c = clamp(cosine, 0.0, 1.0);
     // acos to 2e-8 (Abramowitz and Stegun 4.4.46).
@@ -115,7 +115,7 @@ vec3 fitted_fresnel(uint fit, float cosine) {
 }
 
 // D (G / a_o) / 4: f_r cos(theta_i) of its mirrors but for F. 0 where the half vector is not above the horizon.
-float fitted_mirrors(uint fit, vec3 wo, vec3 wi, float stretch) {
+float fitted_mirrors(const uint fit, const vec3 wo, const vec3 wi, const float stretch) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
     float factor = masking_factor(fitted_masking(fit), wo, wi, wh, fitted_mean(fit, stretch), fitted_area(fit, wo, stretch),
@@ -125,7 +125,7 @@ float fitted_mirrors(uint fit, vec3 wo, vec3 wi, float stretch) {
 
 // Directions are drawn for its mirrors from the normals of its Gaussian lobes that wo sees, each lobe by its visible area. `area`: the sum
 // of these over the lobes.
-float fitted_lobes_area(uint fit, vec3 wo, float stretch) {
+float fitted_lobes_area(const uint fit, const vec3 wo, const float stretch) {
     float area = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {
         FittedLobe lobe = fitted_lobe(fit, i, stretch);
@@ -135,7 +135,7 @@ float fitted_lobes_area(uint fit, vec3 wo, float stretch) {
 }
 
 // The visible normal for u in [0, 1)^2 and a choice of the lobe in [0, 1).
-vec3 fitted_lobes_normal(uint fit, vec3 wo, float choice, vec2 u, float area, float stretch) {
+vec3 fitted_lobes_normal(const uint fit, const vec3 wo, const float choice, const vec2 u, const float area, const float stretch) {
     float rest = choice * area;
     int last = fitted_lobes(fit) - 1;
     FittedLobe lobe = fitted_lobe(fit, last, stretch);
@@ -152,7 +152,7 @@ vec3 fitted_lobes_normal(uint fit, vec3 wo, float choice, vec2 u, float area, fl
 }
 
 // Density by solid angle with which such normals wn reflect wo into their mirror directions.
-float fitted_lobes_density(uint fit, vec3 wo, vec3 wn, float area, float stretch) {
+float fitted_lobes_density(const uint fit, const vec3 wo, const vec3 wn, const float area, const float stretch) {
     float d = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {
         FittedLobe lobe = fitted_lobe(fit, i, stretch);

@@ -9,13 +9,13 @@ struct HalfDifference {
 };
 
 // (sin(theta), cos(phi), sin(phi)) of a direction; phi = 0 at the poles.
-vec3 direction_angles(vec3 w) {
+vec3 direction_angles(const vec3 w) {
     float sine = sqrt(w.x * w.x + w.y * w.y);
     return sine < 1e-18 ? vec3(0.0, 1.0, 0.0) : vec3(sine, w.xy / sine);
 }
 
 // Opposite directions have no half vector: the highest direction orthogonal to wi is used instead.
-HalfDifference directions_to_half_difference(vec3 wo, vec3 wi) {
+HalfDifference directions_to_half_difference(const vec3 wo, const vec3 wi) {
     vec3 sum = wi + wo;
     float length2 = dot(sum, sum);
     // sum = (|sum|^2 / 2) wi + a part orthogonal to wi; where sum is short the first term is lost to rounding.
@@ -29,7 +29,7 @@ HalfDifference directions_to_half_difference(vec3 wo, vec3 wi) {
     return HalfDifference(wh, vec3(wh.z * x - a.x * wi.z, y, a.x * x + wh.z * wi.z));
 }
 
-void half_difference_to_directions(HalfDifference p, out vec3 wo, out vec3 wi) {
+void half_difference_to_directions(const HalfDifference p, out vec3 wo, out vec3 wi) {
     vec3 a = direction_angles(p.wh);
     float x = p.wh.z * p.wd.x + a.x * p.wd.z;
     wi = vec3(a.y * x - a.z * p.wd.y, a.z * x + a.y * p.wd.y, p.wh.z * p.wd.z - a.x * p.wd.x);

@@ -10,18 +10,18 @@
 // above the horizon.
 
 // Half vector of two unit directions; zero for opposite ones.
-vec3 half_vector(vec3 wo, vec3 wi) {
+vec3 half_vector(const vec3 wo, const vec3 wi) {
     vec3 h = wo + wi;
     return h * inversesqrt(max(dot(h, h), 1e-20));
 }
 
 // D (G / a_o) / 4, always finite: the density of a mirror's normals is clamped to 1e30.
-float microfacet_product(float d, float factor) {
+float microfacet_product(const float d, const float factor) {
     return 0.25 * min(d, 1e30) * factor;
 }
 
 // Gaussian slopes. m: mean slope; S: slope covariance (s_xx, s_yy, s_xy).
-float microfacet_eval_beckmann(int masking, vec3 wo, vec3 wi, vec2 m, vec3 S) {
+float microfacet_eval_beckmann(const int masking, const vec3 wo, const vec3 wi, const vec2 m, const vec3 S) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
     float factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, S), visible_area(wi, m, S), S);
@@ -29,7 +29,7 @@ float microfacet_eval_beckmann(int masking, vec3 wo, vec3 wi, vec2 m, vec3 S) {
 }
 
 // GGX slopes. m: mean slope; A: roughness matrix (a_xx, a_yy, a_xy), alpha^2 terms.
-float microfacet_eval_ggx(int masking, vec3 wo, vec3 wi, vec2 m, vec3 A) {
+float microfacet_eval_ggx(const int masking, const vec3 wo, const vec3 wi, const vec2 m, const vec3 A) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
     float factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, A), ggx_visible_area(wi, m, A), A);

@@ -8,12 +8,12 @@
 // project's; formulas and proof of its albedo in crates/leadr-reflectance/src/materials/multiscattering.rs).
 
 // The BRDF of a white diffuse facet below a coat (eq. 62); its albedo is 1 - F.
-float facet_diffuse(float f0, float cosine_o, float cosine_i) {
+float facet_diffuse(const float f0, const float cosine_o, const float cosine_i) {
     return 21.0 / (20.0 * LEADR_PI) * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i));
 }
 
 // The published hand fit, eq. 64-69 and listing 1, without albedo / pi. Its albedo exceeds 1.
-float chan_diffuse(float n_l, float n_v, float n_h, float l_h, float gloss) {
+float chan_diffuse(float n_l, float n_v, float n_h, float l_h, const float gloss) {
     n_l = clamp(n_l, 0.0, 1.0);
     n_v = clamp(n_v, 0.0, 1.0);
     n_h = clamp(n_h, 0.0, 1.0);
@@ -34,13 +34,13 @@ struct FacetBounces {
     float lost;    // share of the light that is lost between facets
 };
 
-float bounce_value(float alpha, vec3 k) {
+float bounce_value(const float alpha, const vec3 k) {
     float a = clamp(alpha, 0.0, 1.0);
     return k.x * a * a / max(a * a + k.y * a + k.z, 1e-9);
 }
 
 // Facets whose coat reflects as mirrors do: no light is lost.
-FacetBounces facet_bounces(float alpha) {
+FacetBounces facet_bounces(const float alpha) {
     return FacetBounces(bounce_value(alpha, vec3(0.39284, 0.11088, 0.01835)),
                         clamp(bounce_value(alpha, vec3(0.92213, 0.76687, 0.46287)), 0.0, 0.9),
                         clamp(bounce_value(alpha, vec3(0.36175, -0.7515, 0.48674)), -1.0, 1.0),
@@ -48,7 +48,7 @@ FacetBounces facet_bounces(float alpha) {
 }
 
 // Facets whose coat takes what it reflects, as in the paper's simulation.
-FacetBounces facet_bounces_lossy(float alpha) {
+FacetBounces facet_bounces_lossy(const float alpha) {
     return FacetBounces(bounce_value(alpha, vec3(0.38738, 0.12849, 0.02321)),
                         clamp(bounce_value(alpha, vec3(0.84374, 0.74115, 0.45752)), 0.0, 0.9),
                         clamp(bounce_value(alpha, vec3(0.49619, -0.73675, 0.60793)), -1.0, 1.0),
@@ -56,19 +56,19 @@ FacetBounces facet_bounces_lossy(float alpha) {
 }
 
 // 2 (1 - c ln(1 + 1/c)): albedo of 1 / (c_o + c_i) over 1/pi.
-float grazing_albedo(float cosine) {
+float grazing_albedo(const float cosine) {
     float c = clamp(cosine, 1e-12, 1.0);
     return 2.0 * (1.0 - c * log((1.0 + c) / c));
 }
 
 // Albedo of the surface per albedo of its facets and light that enters.
-vec3 first_albedo(FacetBounces bounces, vec3 albedo) {
+vec3 first_albedo(const FacetBounces bounces, const vec3 albedo) {
     return (1.0 - bounces.lost) * (1.0 - bounces.again) / (1.0 - albedo * bounces.again);
 }
 
 // The BRDF, per steradian; 0 where a direction is not above the horizon. entered_o, entered_i, entered_average: what enters along the
 // viewer's direction, along the light's, and on average (`entered` of energy.glsl).
-vec3 multiscattering_diffuse(vec3 wo, vec3 wi, FacetBounces bounces, vec3 f0, vec3 albedo, vec3 entered_o, vec3 entered_i,
+vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bounces, const vec3 f0, const vec3 albedo, const vec3 entered_o, const vec3 entered_i,
                              const vec3 entered_average) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec3(0.0);
     float c_o = min(wo.z, 1.0), c_i = min(wi.z, 1.0);
@@ -87,7 +87,7 @@ vec3 multiscattering_diffuse(vec3 wo, vec3 wi, FacetBounces bounces, vec3 f0, ve
 }
 
 // Directional albedo of multiscattering_diffuse, from what enters along that direction.
-vec3 multiscattering_albedo(FacetBounces bounces, vec3 albedo, vec3 enters) {
+vec3 multiscattering_albedo(const FacetBounces bounces, const vec3 albedo, const vec3 enters) {
     return albedo * first_albedo(bounces, albedo) * enters;
 }
 

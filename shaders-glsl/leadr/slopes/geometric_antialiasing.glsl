@@ -13,7 +13,7 @@ const float LEADR_KERNEL_COVER = 3.0;    // the kernel over the covariance of sl
 const float LEADR_KERNEL_BOUND = 0.18;   // bound on the kernel's trace on the sphere, squared radians
 
 // Kernel at the half vector wh (tangent frame); dx and dy: its differences to the neighbouring pixels.
-vec3 half_vector_kernel(vec3 wh, vec3 dx, vec3 dy) {
+vec3 half_vector_kernel(const vec3 wh, vec3 dx, vec3 dy) {
     dx = clamp(dx, -1e3, 1e3);
     dy = clamp(dy, -1e3, 1e3);
     dx -= wh * dot(wh, dx);
@@ -28,7 +28,7 @@ vec3 half_vector_kernel(vec3 wh, vec3 dx, vec3 dy) {
 }
 
 // The normal's kernel, moved to `slope`: (I + p p^T) K (I + p p^T), its second-order term limited to one half.
-vec3 tilt_kernel(vec3 kernel, vec2 slope) {
+vec3 tilt_kernel(vec3 kernel, const vec2 slope) {
     vec3 p = vec3(slope * slope, slope.x * slope.y);
     kernel *= min(1.0, 0.25 / max(dot(p.xy, kernel.xy) + 2.0 * p.z * kernel.z, 1e-12));
     vec2 u = vec2(1.0 + p.x, p.z);
@@ -40,7 +40,7 @@ vec3 tilt_kernel(vec3 kernel, vec2 slope) {
 
 // What the kernel adds to slopes of covariance S: its variance of a quarter of a squared pixel where they are smooth, and hardly more
 // than a twelfth, that of the pixel itself, where they hide the difference.
-vec3 kernel_over(vec3 kernel, vec3 S) {
+vec3 kernel_over(const vec3 kernel, const vec3 S) {
     vec3 T = LEADR_KERNEL_COVER * S;
     vec3 whole = kernel + T;
     float of_kernel = max(fma(kernel.x, kernel.y, -kernel.z * kernel.z), 0.0);
@@ -50,30 +50,30 @@ vec3 kernel_over(vec3 kernel, vec3 S) {
 }
 
 // Cheaper kernels that are at least as wide as the full one in every direction.
-vec3 axis_aligned_kernel(vec3 kernel) {
+vec3 axis_aligned_kernel(const vec3 kernel) {
     return vec3(kernel.xy + abs(kernel.z), 0.0);
 }
-vec3 isotropic_kernel(vec3 kernel) {
+vec3 isotropic_kernel(const vec3 kernel) {
     return vec3(vec2(principal_variances(kernel).x), 0.0);
 }
 
 // The matrix with its off-diagonal element reduced until the determinant is at least tau.
-vec3 clamp_determinant(vec3 A, float tau) {
+vec3 clamp_determinant(const vec3 A, const float tau) {
     float c = sqrt(max(fma(A.x, A.y, -tau), 0.0));
     return vec3(A.xy, clamp(A.z, -c, c));
 }
 
 // Covariance of a Gaussian surface with the kernel added, and roughness matrix of GGX with it added (alpha^2 = 2 sigma^2).
-vec3 filter_covariance(vec3 S, vec3 kernel) {
+vec3 filter_covariance(const vec3 S, const vec3 kernel) {
     return clamp_determinant(S + kernel, max(fma(S.x, S.y, -S.z * S.z), 0.0));
 }
-vec3 filter_roughness(vec3 A, vec3 kernel) {
+vec3 filter_roughness(const vec3 A, const vec3 kernel) {
     return clamp_determinant(A + 2.0 * kernel, max(fma(A.x, A.y, -A.z * A.z), 0.0));
 }
 
 // D(wh) of GGX with mean slope m and roughness matrix A whose determinant is raised to tau (supplement, 1); 0 for wh.z <=
 // 0.
-float ggx_ndf_clamped(vec3 wh, vec2 m, vec3 A, float tau) {
+float ggx_ndf_clamped(const vec3 wh, const vec2 m, const vec3 A, const float tau) {
     if (wh.z <= 0.0) return 0.0;
     float det = max(fma(A.x, A.y, -A.z * A.z), max(tau, 1e-16));
     vec2 d = wh.xy + wh.z * m;

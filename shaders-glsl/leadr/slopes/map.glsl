@@ -17,7 +17,7 @@ struct SlopeMap {
 // ts, tt: derivatives of the offset macrosurface by s and t; x, y, z: orthonormal frame, z the displacement direction.
 // Where the surface is edge-on to z, the determinant is clamped to 1e-4 of the squared tangent lengths and keeps its sign
 // (mirrored charts are negative), so slopes grow to a large finite value instead of infinity.
-SlopeMap slope_map(vec3 ts, vec3 tt, vec3 x, vec3 y, vec3 z) {
+SlopeMap slope_map(const vec3 ts, const vec3 tt, const vec3 x, const vec3 y, const vec3 z) {
     vec3 s = vec3(dot(ts, x), dot(ts, y), dot(ts, z));
     vec3 t = vec3(dot(tt, x), dot(tt, y), dot(tt, z));
     float det = s.x * t.y - s.y * t.x;
@@ -28,13 +28,13 @@ SlopeMap slope_map(vec3 ts, vec3 tt, vec3 x, vec3 y, vec3 z) {
 }
 
 // Mean slope in the frame, its length clamped to MAX_SLOPE. gradient: (E[h_s], E[h_t]).
-vec2 map_mean_slope(SlopeMap map, vec2 gradient) {
+vec2 map_mean_slope(const SlopeMap map, const vec2 gradient) {
     vec2 slope = clamp(mat2(map.linear_s, map.linear_t) * gradient + map.offset, -1e12, 1e12);
     return slope * min(1.0, LEADR_MAX_SLOPE * inversesqrt(max(dot(slope, slope), 1e-12)));
 }
 
 // Covariance in the frame: linear S linear^T (LEADR eq. 12), clamped to be usable (clamp_covariance).
-vec3 map_covariance(SlopeMap map, vec3 S) {
+vec3 map_covariance(const SlopeMap map, const vec3 S) {
     return clamp_covariance(map_second_moments(mat2(map.linear_s, map.linear_t), S));
 }
 

@@ -16,7 +16,7 @@ struct SlopeMoments {
 };
 
 // Moments of one slope sample.
-SlopeMoments moments_of_slope(vec2 slope) {
+SlopeMoments moments_of_slope(const vec2 slope) {
     return SlopeMoments(slope, vec3(slope * slope, slope.x * slope.y));
 }
 
@@ -28,19 +28,19 @@ vec2 slope_of_normal(vec3 n) {
 }
 
 // Moments of one sample of a normal map (thesis, listing 3.7).
-SlopeMoments moments_of_normal(vec3 n) {
+SlopeMoments moments_of_normal(const vec3 n) {
     return moments_of_slope(slope_of_normal(n));
 }
 
 // Slope by central differences of the neighbours' heights at -s, +s, -t, +t; spacing: distance between neighbouring texels.
-vec2 slope_of_heights(vec4 heights, vec2 spacing) {
+vec2 slope_of_heights(const vec4 heights, const vec2 spacing) {
     return (heights.yw - heights.xz) / max(2.0 * spacing, 1e-12);
 }
 
 // Moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over the two ways to divide
 // the cell. heights: at that corner, beyond it along s, along t, and along both; spacing: distance of the texels, negative where s
 // or t runs backwards. Differences are bounded to 1e18. Where LEADR_PRECISE is defined as `precise`, every device finds the same bits.
-SlopeMoments moments_of_corner(vec4 heights, vec2 spacing) {
+SlopeMoments moments_of_corner(const vec4 heights, const vec2 spacing) {
     LEADR_PRECISE vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
     LEADR_PRECISE vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
     LEADR_PRECISE vec2 first = 0.75 * beside + 0.25 * opposite;
@@ -50,48 +50,48 @@ SlopeMoments moments_of_corner(vec4 heights, vec2 spacing) {
 }
 
 // Moments of the sum of two displacements whose slopes are independent (thesis 5.1, without the erratum of its listing).
-SlopeMoments add_moments(SlopeMoments a, SlopeMoments b) {
+SlopeMoments add_moments(const SlopeMoments a, const SlopeMoments b) {
     vec3 mixed = vec3(2.0 * a.first * b.first, a.first.x * b.first.y + a.first.y * b.first.x);
     return SlopeMoments(a.first + b.first, a.second + b.second + mixed);
 }
 
 // Moments of heights multiplied by eta (LEADR 4.2, Height Scaling).
-SlopeMoments scale_moments(SlopeMoments a, float eta) {
+SlopeMoments scale_moments(const SlopeMoments a, const float eta) {
     return SlopeMoments(a.first * eta, a.second * (eta * eta));
 }
 
 // Moments of heights with a plane of slope `shear` added.
-SlopeMoments shear_moments(SlopeMoments a, vec2 shear) {
+SlopeMoments shear_moments(const SlopeMoments a, const vec2 shear) {
     return add_moments(a, moments_of_slope(shear));
 }
 
 // Moments of a Gaussian of mean slope m and covariance S (thesis eq. 3.5-3.9 with S = alpha^2 / 2).
-SlopeMoments moments_of_distribution(vec2 m, vec3 S) {
+SlopeMoments moments_of_distribution(const vec2 m, const vec3 S) {
     return shear_moments(SlopeMoments(vec2(0.0), S), m);
 }
 
 // Moments of a surface of which the share t is b and the rest a.
-SlopeMoments mix_moments(SlopeMoments a, SlopeMoments b, float t) {
+SlopeMoments mix_moments(const SlopeMoments a, const SlopeMoments b, const float t) {
     return SlopeMoments(mix(a.first, b.first, t), mix(a.second, b.second, t));
 }
 
 // Moments of slopes that a mask multiplies. mask: its mean and the mean of its square, of which the slopes are independent.
-SlopeMoments mask_moments(SlopeMoments a, vec2 mask) {
+SlopeMoments mask_moments(const SlopeMoments a, const vec2 mask) {
     return SlopeMoments(a.first * mask.x, a.second * mask.y);
 }
 
 // Moments in the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
-SlopeMoments map_moments(mat2 linear, SlopeMoments a) {
+SlopeMoments map_moments(const mat2 linear, const SlopeMoments a) {
     return SlopeMoments(linear * a.first, map_second_moments(linear, a.second));
 }
 
 // Moments with the Beckmann roughness alpha of a base material added, sigma^2 = alpha^2 / 2.
-SlopeMoments roughen_moments(SlopeMoments a, float alpha) {
+SlopeMoments roughen_moments(const SlopeMoments a, const float alpha) {
     return SlopeMoments(a.first, a.second + vec3(vec2(0.5 * alpha * alpha), 0.0));
 }
 
 // Covariance of the slopes, in any unit (LEADR eq. 9; covariance_from_moments).
-vec3 moments_covariance(SlopeMoments a) {
+vec3 moments_covariance(const SlopeMoments a) {
     return covariance_from_moments(a.first, a.second);
 }
 

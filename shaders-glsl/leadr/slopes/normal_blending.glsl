@@ -5,44 +5,44 @@
 // order it adds slopes.
 
 // n at length 1; straight up if it has none.
-vec3 blended_direction(vec3 n) {
+vec3 blended_direction(const vec3 n) {
     float square = dot(n, n);
     return square > 1e-24 ? n / sqrt(square) : vec3(0.0, 0.0, 1.0);
 }
 
 // Reoriented normal mapping: the shortest rotation from z to the base, applied to the detail (Barre-Brisebois and Hill 2012).
-vec3 blend_reoriented(vec3 base, vec3 detail) {
+vec3 blend_reoriented(const vec3 base, const vec3 detail) {
     vec3 t = base + vec3(0.0, 0.0, 1.0);
     vec3 u = detail * vec3(-1.0, -1.0, 1.0);
     return blended_direction(t * (2.0 * dot(t, u) / max(dot(t, t), 1e-12)) - u);
 }
 
 // Offsets add, heights multiply.
-vec3 blend_whiteout(vec3 base, vec3 detail) {
+vec3 blend_whiteout(const vec3 base, const vec3 detail) {
     return blended_direction(vec3(base.xy + detail.xy, max(base.z, 0.0) * max(detail.z, 0.0)));
 }
 
 // The detail's offsets on the base's.
-vec3 blend_udn(vec3 base, vec3 detail) {
+vec3 blend_udn(const vec3 base, const vec3 detail) {
     return blended_direction(vec3(base.xy + detail.xy, max(base.z, 0.0)));
 }
 
 // Offsets add, z follows from length 1 (Chan 2018, Algorithm 4); longer offsets are shortened to 1.
-vec3 blend_xy(vec3 base, vec3 detail) {
+vec3 blend_xy(const vec3 base, const vec3 detail) {
     vec2 xy = base.xy + detail.xy;
     float square = dot(xy, xy);
     return square >= 1.0 ? vec3(xy / sqrt(square), 0.0) : vec3(xy, sqrt(1.0 - square));
 }
 
 // Slopes add, as those of relief upon relief.
-vec3 blend_partial_derivatives(vec3 base, vec3 detail) {
+vec3 blend_partial_derivatives(const vec3 base, const vec3 detail) {
     float b = max(base.z, 0.0);
     float d = max(detail.z, 0.0);
     return blended_direction(vec3(base.xy * d + detail.xy * b, b * d));
 }
 
 // The mean of both, half as steep as either alone.
-vec3 blend_linear(vec3 base, vec3 detail) {
+vec3 blend_linear(const vec3 base, const vec3 detail) {
     return blended_direction(base + detail);
 }
 

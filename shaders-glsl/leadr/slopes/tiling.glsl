@@ -24,18 +24,18 @@ struct TilingLooks {
     TilingLook c;
 };
 
-TilingLook tiling_look(ivec2 corner, float share, vec2 slope) {
+TilingLook tiling_look(const ivec2 corner, const float share, const vec2 slope) {
     float seen = max(share - LEADR_LEAST_LOOK, 0.0);
     return TilingLook(corner, seen * seen, slope * (2.0 * seen));
 }
 
-TilingLook normalised_look(TilingLook look, float per_length, vec2 along) {
+TilingLook normalised_look(const TilingLook look, const float per_length, const vec2 along) {
     float weight = look.weight * per_length;
     return TilingLook(look.corner, weight, (look.slope - along * weight) * per_length);
 }
 
 // cells: edges of the lattice along one repeat of the map.
-TilingLooks tiling_looks(vec2 texcoord, float cells) {
+TilingLooks tiling_looks(const vec2 texcoord, const float cells) {
     // Coordinates in which the triangles are halves of unit squares.
     vec2 at = vec2(texcoord.x - 0.57735026919 * texcoord.y, 1.15470053838 * texcoord.y) * cells;
     vec2 low = floor(at), inside = at - low;
@@ -73,7 +73,7 @@ TilingLooks tiling_looks(vec2 texcoord, float cells) {
 }
 
 // By how much of a repeat a corner's look at the map is moved: the hash pcg2d of Jarzynski and Olano 2020, in steps of 1/4096.
-vec2 look_offset(ivec2 corner) {
+vec2 look_offset(const ivec2 corner) {
     uint x = uint(corner.x) * 1664525u + 1013904223u, y = uint(corner.y) * 1664525u + 1013904223u;
     x += y * 1664525u;
     y += x * 1664525u;
@@ -88,13 +88,13 @@ vec2 look_offset(ivec2 corner) {
 
 // Part of what differs from the mean that is left of looks as coarse as `lod` texels, as a power of two, of a map of `size` texels along a
 // repeat: footprints as wide as the lattice average over looks.
-float tiling_fade(float lod, float size, float cells) {
+float tiling_fade(const float lod, const float size, const float cells) {
     float t = clamp(log2(max(size / cells, 1.0)) + 1.0 - lod, 0.0, 2.0) * 0.5;
     return t * t * (3.0 - 2.0 * t);
 }
 
 // Where a texel of `lod` is so coarse that no eye tells a seam from the texels, the foremost look takes the place of the others.
-TilingLooks merged_looks(TilingLooks looks, float lod) {
+TilingLooks merged_looks(TilingLooks looks, const float lod) {
     float left = 1.0 - clamp((lod - 3.0) / 1.5, 0.0, 1.0);
     looks.b.weight *= left;
     looks.c.weight *= left;
@@ -107,7 +107,7 @@ TilingLooks merged_looks(TilingLooks looks, float lod) {
 
 // Adds a look of such moments to a blend: first its mean slope, second its covariance. part: tiling_fade; what it takes from the mean
 // slopes is in the covariance.
-SlopeMoments add_look(SlopeMoments blend, SlopeMoments look, float weight, float part) {
+SlopeMoments add_look(const SlopeMoments blend, const SlopeMoments look, const float weight, const float part) {
     vec2 mean = look.first * part;
     vec3 covariance = look.second - vec3(mean * mean, mean.x * mean.y);
     return SlopeMoments(blend.first + mean * weight, blend.second + covariance * (weight * weight));

@@ -15,7 +15,7 @@ struct SlopePart {
 
 // Mean and covariance in a new frame, of a part that has unit area on its own plane. `turn` leads to the new frame: its
 // columns are the old axes there. Normals that leave the new hemisphere are clamped above its horizon.
-SlopePart turn_slopes(mat3 turn, vec2 mean, vec3 S) {
+SlopePart turn_slopes(const mat3 turn, const vec2 mean, const vec3 S) {
     vec3 n = turn * vec3(-mean, 1.0);
     float z = max(n.z, 0.1 * length(n));
     vec2 slope = -n.xy / z;
@@ -26,7 +26,7 @@ SlopePart turn_slopes(mat3 turn, vec2 mean, vec3 S) {
 }
 
 // The union of two parts: moments add in proportion to area. Written so that means close to each other do not cancel.
-SlopePart join_slopes(SlopePart a, SlopePart b) {
+SlopePart join_slopes(const SlopePart a, const SlopePart b) {
     float area = a.area + b.area;
     float t = area > 0.0 ? b.area / area : 0.0;
     vec2 d = b.mean - a.mean;

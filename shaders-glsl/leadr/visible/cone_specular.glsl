@@ -6,7 +6,7 @@
 // What share of the mirrors' light a cone leaves (crates/leadr-reflectance/src/visible/cone_specular.rs). Cones: occlusion.glsl.
 
 // Share of a GGX lobe that lies within a cone of half angle `angle`, radians, whose axis is `apart` from the lobe's.
-float lobe_in_cone(float alpha, float apart, float angle) {
+float lobe_in_cone(const float alpha, const float apart, const float angle) {
     vec2 ends = 0.5 * vec2(apart + angle, apart - angle);
     vec2 s = sin(ends), c = max(alpha, 1e-4) * max(cos(ends), 0.0);
     float cap = 0.5 * (atan(s.x, max(c.x, 1e-30)) - atan(s.y, max(c.y, 1e-30)));
@@ -14,14 +14,14 @@ float lobe_in_cone(float alpha, float apart, float angle) {
 }
 
 // Direction about which a rough surface reflects; viewers below the horizon count as on it.
-vec3 lobe_axis(float alpha, vec3 wo) {
+vec3 lobe_axis(const float alpha, const vec3 wo) {
     float keep = (1.0 - alpha) * (sqrt(1.0 - alpha) + alpha);
     vec3 axis = vec3(0.0, 0.0, 1.0) + keep * (vec3(-wo.xy, max(wo.z, 0.0)) - vec3(0.0, 0.0, 1.0));
     return axis / max(length(axis), 1e-6);
 }
 
 // The share of the lobe about `mirror` in a cone; narrower across the plane of incidence.
-float cone_share(float alpha, float cosine, vec3 mirror, vec3 axis, float angle) {
+float cone_share(const float alpha, const float cosine, const vec3 mirror, const vec3 axis, const float angle) {
     float along = dot(mirror, axis);
     vec3 across = axis - mirror * along;
     // In the plane of incidence, and beside it.
@@ -38,7 +38,7 @@ float cone_share(float alpha, float cosine, vec3 mirror, vec3 axis, float angle)
 }
 
 // Share of the specular reflection towards wo that comes from within the cone, 0..1.
-float cone_specular(float alpha, vec3 wo, vec4 cone) {
+float cone_specular(const float alpha, const vec3 wo, const vec4 cone) {
     float c = clamp(wo.z, 0.0, 1.0), a = clamp(alpha, 1e-4, 1.0);
     vec3 mirror = lobe_axis(a, wo);
     float cosine = clamp(cone.w, 0.0, 1.0);
@@ -50,7 +50,7 @@ float cone_specular(float alpha, vec3 wo, vec4 cone) {
 }
 
 // Where a table of cones (ConeTable, 32 x 32 x 8) is looked up: listing 5, for a sampler that is linear and clamps.
-vec3 cone_table_place(float n_v, float gloss, float cosine) {
+vec3 cone_table_place(const float n_v, const float gloss, const float cosine) {
     vec3 size = vec3(32.0, 32.0, 8.0);
     return (clamp(vec3(n_v, gloss, cosine), 0.0, 1.0) * (size - 1.0) + 0.5) / size;
 }

@@ -11,7 +11,7 @@
 // 2 (error 1.2e-3 rms of mean radiance) or 3 (2e-4); pass a constant, so that loops unroll.
 
 // Rows: exponent, weight in 1/|N|, weight in 1/|N|^2 (in any scale), each linear in the relative spread of |N|^2.
-vec4 visible_diffuse_exponent(int i, int terms) { // (exponent, its slope, weight of 1/|N|, its slope)
+vec4 visible_diffuse_exponent(const int i, const int terms) { // (exponent, its slope, weight of 1/|N|, its slope)
     const vec4 two[2] = vec4[2](vec4(0.22494464, -0.0331644, 1.06858219, -0.00712735),
                                 vec4(2.04868504, 0.81002255, 1.1378407, 0.80030971));
     const vec4 three[3] = vec4[3](vec4(0.14774869, -0.02798132, 0.88324551, -0.06272688),
@@ -20,14 +20,14 @@ vec4 visible_diffuse_exponent(int i, int terms) { // (exponent, its slope, weigh
     return terms == 2 ? two[min(i, 1)] : three[i];
 }
 
-vec2 visible_diffuse_second(int i, int terms) { // (weight of 1/|N|^2, its slope)
+vec2 visible_diffuse_second(const int i, const int terms) { // (weight of 1/|N|^2, its slope)
     const vec2 two[2] = vec2[2](vec2(1.0, -0.48494877), vec2(4.51732387, 0.43471584));
     const vec2 three[3] = vec2[3](vec2(1.0, -0.26540236), vec2(4.4142949, 1.2978556), vec2(19.03758878, 4.88965078));
     return terms == 2 ? two[min(i, 1)] : three[i];
 }
 
 // Mean of |N|^2, and its standard deviation divided by its mean, for slopes of mean m and covariance S.
-vec2 squared_normal_spread(vec2 m, vec3 S) {
+vec2 squared_normal_spread(const vec2 m, const vec3 S) {
     float mean = 1.0 + dot(m, m) + S.x + S.y;
     float variance = 4.0 * (S.x * m.x * m.x + S.y * m.y * m.y + 2.0 * S.z * m.x * m.y)
                    + 2.0 * (S.x * S.x + S.y * S.y + 2.0 * S.z * S.z);
@@ -42,7 +42,7 @@ struct SlopeGaussian {
 };
 
 // For t >= 0; exact.
-SlopeGaussian damped_gaussian(vec2 m, vec3 S, float t) {
+SlopeGaussian damped_gaussian(const vec2 m, const vec3 S, const float t) {
     float tt = 2.0 * t;
     float det = max(S.x * S.y - S.z * S.z, 0.0);
     float scale = 1.0 + tt * (S.x + S.y + tt * det);
@@ -53,12 +53,12 @@ SlopeGaussian damped_gaussian(vec2 m, vec3 S, float t) {
 }
 
 // E[max(0, x)] of a normal variable of mean a and standard deviation b. With a(w) and b(w) this is A(w).
-float clamped_mean(float a, float b) {
+float clamped_mean(const float a, const float b) {
     return max(a, 0.0) + rough_area(a, b);
 }
 
 // Moments of the normals seen from wo, as visible_normal_moments gives them.
-NormalMoments visible_diffuse_moments(vec3 wo, vec2 m, vec3 S, int terms) {
+NormalMoments visible_diffuse_moments(const vec3 wo, vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));
     m = face_viewer(wo, m, S, 2.0 * LEADR_VISIBLE_TAIL);
@@ -95,7 +95,7 @@ NormalMoments visible_diffuse_moments(vec3 wo, vec2 m, vec3 S, int terms) {
 // E[max(0, x) max(0, y)] of two normal variables with means ax, ay, standard deviations bx, by and covariance k, by
 // Plackett's identity: the second derivative with respect to the correlation is the bivariate density at 0, which a
 // Gauss-Jacobi rule integrates.
-float clamped_product(float ax, float bx, float ay, float by, float k) {
+float clamped_product(const float ax, const float bx, const float ay, const float by, const float k) {
     float px = 1.0 / max(bx, 1e-18), py = 1.0 / max(by, 1e-18);
     float x = ax * px, y = ay * py;
     NormalRamp nx = normal_ramp(x), ny = normal_ramp(y);
@@ -113,7 +113,7 @@ float clamped_product(float ax, float bx, float ay, float by, float k) {
 
 // One light from wi (tangent frame) of unit irradiance on a plane facing it, its clamped cosine integrated over the
 // visible facets: LEADR eq. 21 without harmonics, per unit of albedo.
-float leadr_diffuse_light_visible(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing, int terms) {
+float leadr_diffuse_light_visible(const vec3 wo, const vec3 wi, vec2 m, vec3 S, const bool shadowing, const int terms) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));
     m = face_viewer(wo, m, S, 2.0 * LEADR_VISIBLE_TAIL);

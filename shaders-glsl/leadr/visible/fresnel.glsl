@@ -6,7 +6,7 @@
 
 // Mean of Schlick's weight over slopes along `axis` about `slope`. facet: projected area of the facet of that slope; b: how much of it
 // a standard deviation costs; rest: variance across the axis; variance: of the slopes, in squares of `axis`.
-float mean_schlick_weight(float facet, float b, vec2 axis, vec2 slope, float rest, float variance) {
+float mean_schlick_weight(const float facet, const float b, const vec2 axis, const vec2 slope, const float rest, const float variance) {
     float stretch = dot(axis, axis);
     float per = inversesqrt(1.0 + dot(slope, slope) + rest);
     // At d standard deviations of the slope seen by the viewer: cosine = (facet - b d) / |N|.
@@ -24,7 +24,7 @@ float mean_schlick_weight(float facet, float b, vec2 axis, vec2 slope, float res
 // The cosine is approximated by a normal variable, with mean and variance to second order about the mean visible facet
 // along the slope seen by the viewer, and Schlick's fifth power is averaged over it; the slope across only lengthens N. S:
 // usable (clamp_covariance). crates/leadr-reflectance/src/visible/fresnel.rs derives it.
-vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
+vec3 visible_fresnel(const vec3 wo, const vec2 m, const vec3 S, const vec3 f0) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(across, wo.xy), 0.0);
     float per_b = inversesqrt(max(b2, 1e-24));

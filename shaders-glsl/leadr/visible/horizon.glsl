@@ -16,7 +16,7 @@ struct Horizon {
 };
 
 // How far the horizon stands above the plane of the mean slope, as a difference of heights at the distance |v|. Not negative.
-float horizon_excess(vec2 v, Horizon h) {
+float horizon_excess(const vec2 v, const Horizon h) {
     float square = v.x * v.x * h.spread.x + v.y * v.y * h.spread.y + 2.0 * v.x * v.y * h.spread.z;
     return max(dot(h.lean, v) + sqrt(max(square, 0.0)), 0.0);
 }
@@ -26,7 +26,7 @@ const float LEADR_HORIZON_RAGGED = 0.13;
 
 // Share of a lobe of light about wi that reaches the point, of what lies above the plane of the mean slope m: 0..1.
 // deviation: of the lobe from wi, radians.
-float horizon_visibility(vec3 wi, vec2 m, Horizon h, float deviation) {
+float horizon_visibility(const vec3 wi, const vec2 m, const Horizon h, const float deviation) {
     float plane = wi.z - dot(wi.xy, m);
     float excess = horizon_excess(wi.xy, h);
     // Heights by angles: 1 + tan^2 of the elevation, at the distance |wi.xy|.
@@ -38,7 +38,7 @@ float horizon_visibility(vec3 wi, vec2 m, Horizon h, float deviation) {
 }
 
 // The same horizon, its excess times `factor`.
-Horizon raised_horizon(Horizon h, float factor) {
+Horizon raised_horizon(const Horizon h, const float factor) {
     return Horizon(h.lean * factor, h.spread * (factor * factor));
 }
 
@@ -50,7 +50,7 @@ struct Hidden {
     float angle; // (1/pi) of their solid angle
 };
 
-Hidden horizon_hidden(vec2 m, Horizon h) {
+Hidden horizon_hidden(const vec2 m, const Horizon h) {
     Hidden hidden = Hidden(vec3(0.0), 0.0);
     for (int k = 0; k < 2 * LEADR_HORIZON_AXES; ++k) {
         float azimuth = LEADR_PI * (float(k) + 0.5) / float(LEADR_HORIZON_AXES);
@@ -69,7 +69,7 @@ Hidden horizon_hidden(vec2 m, Horizon h) {
 // the radiance of their mean direction; `open` is the share of the facets that see any of it. At least half of what an even
 // environment would leave: order 2 swings, and a pit that sees some sky is never black. c: radiance coefficients in the world; f: the
 // tangent frame in the world.
-vec3 diffuse_past_horizon(vec3 whole, float open, Hidden hidden, vec2 m, Frame f, vec3 c[9]) {
+vec3 diffuse_past_horizon(const vec3 whole, const float open, const Hidden hidden, const vec2 m, const Frame f, const vec3 c[9]) {
     vec3 mean = hidden.weight / max(hidden.angle, 1e-6); // of the hidden directions, inside the unit sphere
     float share = clamp(dot(hidden.weight, normal_of_slope(m)), 0.0, 1.0);
     vec3 lost = open * share * max(sh_radiance(c, from_frame(f, mean)), 0.0);

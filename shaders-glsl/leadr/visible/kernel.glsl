@@ -11,7 +11,7 @@ const float LEADR_KERNEL_LOOKUP = LEADR_KERNEL_TEXELS * LEADR_KERNEL_TEXELS + 1.
 const float LEADR_FINEST_LOOKUP = 0.25;
 
 // Level of detail whose trilinear lookup has this variance. size: texels per edge of the finest faces.
-float kernel_lod(float variance, float size) {
+float kernel_lod(const float variance, const float size) {
     float x = 0.25 * variance * size * size;
     float y = min(x * (1.0 / LEADR_KERNEL_LOOKUP), 1e12);
     // floor(log2(y) / 2) and 4^-level by the exponent's bits.

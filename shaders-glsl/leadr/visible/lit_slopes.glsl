@@ -23,7 +23,7 @@ struct LitSlopes {
 };
 
 // The weighted slopes of what visible_slopes found.
-LitSlopes lit_slopes(vec3 wo, VisibleSlopes v) {
+LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     vec2 m = v.m;
     vec3 S = v.S;
     float per = 1.0 / (1.0 + dot(m, m));
@@ -55,7 +55,7 @@ LitSlopes lit_slopes(vec3 wo, VisibleSlopes v) {
 }
 
 // Logarithm of 1/weight at x from the mean slope.
-float lit_share(LitSlopes lit, vec2 x) {
+float lit_share(const LitSlopes lit, const vec2 x) {
     vec3 D = lit.damp;
     return dot(lit.lean, x) + 0.5 * (D.x * x.x * x.x + D.y * x.y * x.y) + D.z * x.x * x.y;
 }

@@ -25,7 +25,7 @@ struct MappedSlopes {
 };
 
 // Quotient of the normal density and its integral up to nu.
-float lambda_at(float nu) {
+float lambda_at(const float nu) {
     return nu < 0.0 ? 1.0 / mills_ratio(-nu) : normal_pdf(nu) / normal_cdf(nu);
 }
 
@@ -39,7 +39,7 @@ float fourth_cumulant(float nu) {
 }
 
 // relief: covariance of the map's slopes; all: with those of the base.
-MappedSlopes mapped_slopes(vec3 wo, vec2 m, vec3 relief, vec3 all) {
+MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     vec3 R = clamp_covariance(relief);
     MappedSlopes mapped;
     VisibleSlopes v;
@@ -92,7 +92,7 @@ MappedSlopes mapped_slopes(vec3 wo, vec2 m, vec3 relief, vec3 all) {
 
 // The probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet, which no
 // longer cancels.
-VisibleProbes mapped_probes(vec3 wo, MappedSlopes v, vec3 kernel) {
+VisibleProbes mapped_probes(const vec3 wo, const MappedSlopes v, const vec3 kernel) {
     VisibleProbes probes = visible_probes_of(LEADR_SHADOWING_NONE, wo, v.slopes, kernel);
     probes.projected = vec2(v.relief, 1.0 / max(v.slopes.facet, 1e-9));
     return probes;
@@ -100,7 +100,7 @@ VisibleProbes mapped_probes(vec3 wo, MappedSlopes v, vec3 kernel) {
 
 // Mean Fresnel reflectance of all facets, those that face away at a cosine of 0: at three slopes along the view azimuth, weighted such
 // that the first four cumulants are right.
-vec3 mapped_fresnel(MappedSlopes v, vec3 f0) {
+vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     VisibleSlopes s = v.slopes;
     float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
     float deviation = sqrt(s.variance);
@@ -121,7 +121,7 @@ vec3 mapped_fresnel(MappedSlopes v, vec3 f0) {
 }
 
 // Moments of all normals, as visible_diffuse_moments has them of the visible ones.
-NormalMoments mapped_diffuse_moments(vec2 m, vec3 S, int terms) {
+NormalMoments mapped_diffuse_moments(const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     vec2 spread = squared_normal_spread(m, S);
     vec3 first = vec3(0.0), diag = vec3(0.0), off = vec3(0.0);
@@ -141,7 +141,7 @@ NormalMoments mapped_diffuse_moments(vec2 m, vec3 S, int terms) {
 
 // One light from wi (tangent frame) of unit irradiance on a plane facing it, per unit of albedo: the mean clamped cosine over all
 // facets.
-float mapped_diffuse_light(vec3 wi, vec2 m, vec3 S, int terms) {
+float mapped_diffuse_light(const vec3 wi, const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     vec2 spread = squared_normal_spread(m, S);
     float sum = 0.0;
@@ -155,7 +155,7 @@ float mapped_diffuse_light(vec3 wi, vec2 m, vec3 S, int terms) {
 
 // One light on mirrors of mean slope m and covariance S, per unit of its irradiance on a plane that faces it: F D / (4 f), f the
 // projected area of the mirroring facet (thesis Table 2.IV). The base counts as a part of the map.
-vec3 mapped_specular_light(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
+vec3 mapped_specular_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float facet = max(half_facet_area(wo, wi, wh), LEADR_MIN_AREA);

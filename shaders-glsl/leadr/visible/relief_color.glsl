@@ -30,7 +30,7 @@ struct ReliefColor {
 const ReliefColor LEADR_NO_RELIEF_COLOR = ReliefColor(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
 
 // L / (L + 2), 0..1, of what is seen and lit. lit: share of the visible area that is lit (lit_fraction, or `open` of a bent normal).
-float seen_height(DirectionArea o, float lit) {
+float seen_height(const DirectionArea o, const float lit) {
     float facing = max(o.meso, 0.0) * clamp(lit, 0.0, 1.0);
     return clamp((o.visible - facing) / max(o.visible + facing, 1e-30), 0.0, 1.0);
 }
@@ -42,12 +42,12 @@ struct SlopesScore {
 };
 
 // (v v^T) as xx, yy, xy.
-vec3 outer_square(vec2 v) {
+vec3 outer_square(const vec2 v) {
     return vec3(v.x * v.x, v.y * v.y, v.x * v.y);
 }
 
 // The score of slopes seen from wo.
-SlopesScore seen_slopes_score(vec3 wo, vec2 m, vec3 S) {
+SlopesScore seen_slopes_score(const vec3 wo, const vec2 m, vec3 S) {
     S = clamp_covariance(S);
     float b = slope_spread(wo, S);
     float a = tilted_area(wo, m, b);
@@ -59,7 +59,7 @@ SlopesScore seen_slopes_score(vec3 wo, vec2 m, vec3 S) {
 }
 
 // The same for slopes seen from wo and weighted by the cosine of the light from wi on them.
-SlopesScore lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
+SlopesScore lit_slopes_score(const vec3 wo, const vec3 wi, vec2 m, vec3 S) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));
     float ai = tilted_area(wi, m, slope_spread(wi, S));
@@ -100,7 +100,7 @@ SlopesScore lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
 
 // The change of the mean colour. Regression goes on for ever; where one half of all slopes has one colour and the other half another, the
 // change ends as that half ends: sooner where what is left of the slopes is narrow. x, y: a score's `moved`, by channel.
-vec3 slopes_change(ReliefColor r, vec3 x, vec3 y, vec3 narrowed, vec3 S) {
+vec3 slopes_change(const ReliefColor r, const vec3 x, const vec3 y, const vec3 narrowed, vec3 S) {
     S = clamp_covariance(S);
     vec3 change = r.x * x + r.y * y;
     // The variance of colours along their regression, C^T S^-1 C, at most that of colours within 0 and 1.
@@ -114,12 +114,12 @@ vec3 slopes_change(ReliefColor r, vec3 x, vec3 y, vec3 narrowed, vec3 S) {
     return change * (width * 1.2533141373 * (2.0 * half_and_half - 1.0) / moved); // sqrt(pi / 2) erf(moved / sqrt(2)) / moved
 }
 
-vec3 slopes_change(ReliefColor r, SlopesScore score, vec3 S) {
+vec3 slopes_change(const ReliefColor r, const SlopesScore score, const vec3 S) {
     return slopes_change(r, vec3(score.moved.x), vec3(score.moved.y), score.narrowed, S);
 }
 
 // height: of seen_height; by_slope: of slopes_change.
-vec3 relief_color(vec3 mean, ReliefColor r, float height, vec3 by_slope) {
+vec3 relief_color(const vec3 mean, const ReliefColor r, const float height, const vec3 by_slope) {
     float t = min(height, LEADR_MOST_SEEN_HEIGHT);
     vec3 by_height = (9.0 * t * (2.0 / 3.0 - t)) * r.low + (4.5 * t * (t - 1.0 / 3.0)) * r.high;
     return clamp(mean + by_height + by_slope, 0.0, 1.0);

@@ -17,7 +17,7 @@ struct VisibleTilt {
 };
 
 // -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)).
-VisibleTilt visible_tilt(vec3 wo, vec2 m, vec3 S) {
+VisibleTilt visible_tilt(const vec3 wo, const vec2 m, const vec3 S) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float per_b = inversesqrt(max(dot(across, wo.xy), 1e-24));
     float t = clamp(meso_area(wo, m) * per_b, -1e6, 1e6);
@@ -32,7 +32,7 @@ struct BentNormal {
 };
 
 // S: slope covariance, usable (clamp_covariance).
-BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
+BentNormal bent_normal(const vec3 wo, const vec2 m, const vec3 S) {
     VisibleTilt v = visible_tilt(wo, m, S);
     float iq = 1.0 / (1.0 + dot(m, m));
     float tau = 0.5 * iq * (S.x + S.y);
@@ -48,7 +48,7 @@ BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
 
 // Diffuse radiance under an environment, with shadows, per unit of albedo. c: radiance coefficients in the world; f: the
 // tangent frame in the world; rest: irradiance beyond order 2 at v.normal, or 0.
-vec3 shadowed_diffuse_environment(BentNormal v, Frame f, vec3 c[9], vec3 rest) {
+vec3 shadowed_diffuse_environment(const BentNormal v, const Frame f, const vec3 c[9], const vec3 rest) {
     return max(sh_irradiance(c, from_frame(f, v.normal)) + rest, 0.0) * (v.open / LEADR_PI);
 }
 

@@ -27,12 +27,12 @@ struct VisibleSlopes {
 };
 
 // Projected area of a mesosurface after tilting it back to LEADR_VISIBLE_TAIL; m: mean slope before that.
-float tilted_area(vec3 wo, vec2 m, float b) {
+float tilted_area(const vec3 wo, const vec2 m, const float b) {
     return max(meso_area(wo, m), 1e-3 - LEADR_VISIBLE_TAIL * b);
 }
 
 // S: slope covariance, any value. Exact moments of the density P22 max(0, a - b u) / A.
-VisibleSlopes visible_slopes(vec3 wo, vec2 m, vec3 S) {
+VisibleSlopes visible_slopes(const vec3 wo, vec2 m, vec3 S) {
     VisibleSlopes v;
     v.S = clamp_covariance(S);
     v.m = face_viewer(wo, m, v.S, 2.0 * LEADR_VISIBLE_TAIL);

@@ -79,7 +79,7 @@ const vec3 LEADR_WIDE_RINGS[7] = vec3[](
 const float LEADR_WIDE_HALF = 0.35;
 
 // How wide a lobe is, 0 to 1. S: covariance of the slopes. Long lobes are as wide as they are across.
-float wide_lobe(vec3 S) {
+float wide_lobe(const vec3 S) {
     float x = (4.0 / LEADR_WIDE_HALF) * max(S.x * S.y - S.z * S.z, 0.0) / max(S.x + S.y, 1e-15);
     return x * x / (1.0 + x * x);
 }
@@ -93,7 +93,7 @@ struct ProbeNode {
 
 // Node i of the rule of n probes, or of the next larger rule that exists, for a lobe that is `wide`. Where the compiler
 // knows i, places are constants, and the rest is computed once per ring.
-ProbeNode probe_node(int n, int i, float wide) {
+ProbeNode probe_node(const int n, const int i, const float wide) {
     int first = n <= 5 ? 0 : n <= 9 ? 5 : 14;
     int ring = n <= 5 ? (i < 1 ? 0 : 1) : n <= 9 ? (i < 3 ? 2 : 3) : (i < 1 ? 4 : i < 7 ? 5 : 6);
     vec3 now = LEADR_NARROW_RINGS[ring] + wide * (LEADR_WIDE_RINGS[ring] - LEADR_NARROW_RINGS[ring]);
@@ -102,13 +102,13 @@ ProbeNode probe_node(int n, int i, float wide) {
 
 // The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, and their share of a long one's along
 // it, for the rule of n probes.
-vec3 probe_kernel(int n) {
+vec3 probe_kernel(const int n) {
     return n <= 5 ? vec3(0.6, 0.413, 0.073) : n <= 9 ? vec3(0.5, 0.262, 0.024) : vec3(0.4, 0.167, 0.01);
 }
 
 // The symmetric square root of a covariance (xx, yy, xy). Unlike a Cholesky factor, that of a thin one does not turn abruptly as
 // it passes an axis.
-vec3 root_of(vec3 S) {
+vec3 root_of(const vec3 S) {
     float det = sqrt(max(S.x * S.y - S.z * S.z, 0.0));
     float per = inversesqrt(max(S.x + S.y + 2.0 * det, 1e-18));
     return vec3(max(S.xy, 0.0) + det, S.z) * per;
@@ -123,14 +123,14 @@ struct NodePlaces {
 };
 
 // The slope of a node, and its u.
-vec3 node_slope(NodePlaces places, vec2 p) {
+vec3 node_slope(const NodePlaces places, const vec2 p) {
     vec2 d = places.root.xz * p.x + places.root.zy * p.y;
     float u = clamp(dot(d, places.azimuth), -6.0, 6.0);
     return vec3(places.middle + d + places.bend * (u * u), u);
 }
 
 // Places of the covariance `spread` about the mean of v, with its skewness; along: that and E[u^2].
-NodePlaces node_places(vec3 wo, VisibleSlopes v, vec3 spread, out vec2 along) {
+NodePlaces node_places(const vec3 wo, const VisibleSlopes v, const vec3 spread, out vec2 along) {
     NodePlaces places;
     vec2 a = wo.xy * (1.0 / max(v.b, 1e-18));
     along.x = v.third / (6.0 * v.variance * v.variance);
@@ -166,7 +166,7 @@ struct VisibleProbes {
 };
 
 // The probes for these slopes, or with shadowing for the part of them that is lit.
-VisibleProbes visible_probes_of(int shadowing, vec3 wo, VisibleSlopes all, vec3 kernel) {
+VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all, vec3 kernel) {
     VisibleSlopes v = all;
     VisibleProbes probes;
     probes.lit = LitSlopes(all.m, all.S, vec2(0.0), vec3(0.0), 0.0);
@@ -225,7 +225,7 @@ VisibleProbes visible_probes_of(int shadowing, vec3 wo, VisibleSlopes all, vec3 
 }
 
 // The same for everything visible from wo.
-VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel) {
+VisibleProbes visible_probes(const int shadowing, const vec3 wo, const vec2 m, const vec3 S, const vec3 kernel) {
     return visible_probes_of(shadowing, wo, visible_slopes(wo, m, S), kernel);
 }
 
@@ -240,7 +240,7 @@ struct VisibleProbe {
 
 // Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit; f: projected area of the
 // facet at `slope`.
-vec3 mean_mirror(vec3 wo, vec2 slope, float f, vec3 c) {
+vec3 mean_mirror(const vec3 wo, const vec2 slope, const float f, const vec3 c) {
     vec2 o = vec2(dot(c.xz, wo.xy), dot(c.zy, wo.xy));
     vec2 s = vec2(dot(c.xz, slope), dot(c.zy, slope));
     float per = 1.0 / (1.0 + dot(slope, slope) + c.x + c.y);
@@ -248,7 +248,7 @@ vec3 mean_mirror(vec3 wo, vec2 slope, float f, vec3 c) {
     return 2.0 * per * vec3(o + 2.0 * per * f * s - up * slope, up) - wo;
 }
 
-VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
+VisibleProbe visible_probe(const VisibleProbes probes, const vec3 wo, const ProbeNode node) {
     vec2 place = node.radius * node.place;
     vec3 at = node_slope(probes.places, place);
     float u2 = at.z * at.z;

@@ -14,7 +14,7 @@ layout(push_constant, std430) uniform EdgeRays {
     ivec4 area; // pixels that objects can cover: the first, and one past the last
 } rays;
 
-vec3 ray_across(ivec2 pixel, ivec2 size) {
+vec3 ray_across(const ivec2 pixel, const ivec2 size) {
     vec2 ndc = (vec2(pixel) + 0.5) / vec2(size) * 2.0 - 1.0;
     return ndc.x * rays.x.xyz + ndc.y * rays.y.xyz;
 }

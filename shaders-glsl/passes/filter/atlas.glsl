@@ -38,11 +38,11 @@ float tile_inner() {
 }
 
 // First texel of a patch in the atlas, behind the gutter.
-vec2 tile_start(uint index) {
+vec2 tile_start(const uint index) {
     return vec2(uvec2(index % tile_columns, index / tile_columns) * tile_size + tile_gutter);
 }
 
-vec2 place_in_patch(uint index, vec2 texel) {
+vec2 place_in_patch(const uint index, const vec2 texel) {
     return (texel - tile_start(index)) / tile_inner();
 }
 
@@ -83,7 +83,7 @@ struct Levels {
     uint first;
 };
 
-Levels levels_at(float lod) {
+Levels levels_at(const float lod) {
     float first_lod = log2(tile_inner()) - float(finest_coarse);
     float level = clamp(lod - first_lod, 0.0, float(finest_coarse + WIDE_LEVELS));
     Levels levels;
@@ -95,7 +95,7 @@ Levels levels_at(float lod) {
 }
 
 // A place in a coarse level, in texels of its image.
-vec2 coarse_texel(Place place, uint level) {
+vec2 coarse_texel(const Place place, const uint level) {
     uint intervals = 1u << (finest_coarse - min(level, finest_coarse));
     // Rows of the levels before: 2^k + 1 each, then two.
     uint row = (2u << finest_coarse) - 2u * intervals + level + (level > finest_coarse ? level - finest_coarse : 0u);
@@ -105,7 +105,7 @@ vec2 coarse_texel(Place place, uint level) {
 }
 
 // What the tile adds to a mix, and what the coarse levels add.
-vec4 fine_part(sampler2D fine, Place place, Levels levels) {
+vec4 fine_part(sampler2D fine, const Place place, const Levels levels) {
     if (levels.fine <= 0.0) {
         return vec4(0.0);
     }
@@ -113,7 +113,7 @@ vec4 fine_part(sampler2D fine, Place place, Levels levels) {
     return textureLod(fine, texel / vec2(textureSize(fine, 0)), levels.mip) * levels.fine;
 }
 
-vec4 coarse_part(sampler2D coarse, Place place, Levels levels) {
+vec4 coarse_part(sampler2D coarse, const Place place, const Levels levels) {
     if (levels.fine >= 1.0) {
         return vec4(0.0);
     }
@@ -124,7 +124,7 @@ vec4 coarse_part(sampler2D coarse, Place place, Levels levels) {
 }
 
 // Of one layer. size: of the tiles in texels; skipped: finest levels that the image lacks.
-vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, float layer, Place place, Levels levels, vec2 size, float skipped) {
+vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const Place place, const Levels levels, const vec2 size, const float skipped) {
     vec4 sum = vec4(0.0);
     if (levels.fine > 0.0) {
         vec2 at = (tile_start(place.index) + place.at * tile_inner()) / size;
@@ -139,7 +139,7 @@ vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, float layer, Place pl
     return sum;
 }
 
-vec4 level_mix(sampler2D fine, sampler2D coarse, Place place, Levels levels) {
+vec4 level_mix(sampler2D fine, sampler2D coarse, const Place place, const Levels levels) {
     return fine_part(fine, place, levels) + coarse_part(coarse, place, levels);
 }
 

@@ -40,7 +40,7 @@ struct DetailMeans {
 
 // Adds the detail that follows coordinates c of the surface, by the place in `by_place`. linear: from gradients by the place to slopes;
 // weight: of its slopes, share: of its colours.
-void add_detail(inout DetailMeans sum, vec2 c, mat2 by_place, mat2 across, mat2 linear, float weight, float share) {
+void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const mat2 across, const mat2 linear, const float weight, const float share) {
     mat2 to_detail = mat2(detail_linear.xy, detail_linear.zw);
     mat2 detail_by_place = to_detail * by_place;
     vec2 size = vec2(textureSize(detail_a, 0));
@@ -91,7 +91,7 @@ void add_detail(inout DetailMeans sum, vec2 c, mat2 by_place, mat2 across, mat2 
 }
 
 // At a place on a patch. linear: from gradients by the place to slopes in the frame.
-DetailMeans filter_detail(uint index, vec2 place, vec2 texcoord, mat2 texcoord_by_place, mat2 across, mat2 linear) {
+DetailMeans filter_detail(const uint index, const vec2 place, vec2 texcoord, mat2 texcoord_by_place, mat2 across, mat2 linear) {
     DetailMeans sum = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
     if (DETAIL == DETAIL_BY_TEXCOORD) {
         add_detail(sum, texcoord, texcoord_by_place, across, linear, 1.0, 1.0);
@@ -129,7 +129,7 @@ DetailMeans filter_detail(uint index, vec2 place, vec2 texcoord, mat2 texcoord_b
 }
 
 // The colours of the surface with the detail on it: rgb, and alpha^2.
-vec4 color_with_detail(vec4 color, DetailMeans detail) {
+vec4 color_with_detail(const vec4 color, const DetailMeans detail) {
     if (DETAIL_COLORS == DETAIL_VARIES) {
         return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), mix(color.a, detail.color.a, detail.cover));
     }

@@ -22,14 +22,14 @@ const vec3 OPEN_GROUND = vec3(0.82, 0.816, 0.787);
 const float WAVE_SPREAD = 0.2;
 
 // Part of a wave that a pixel lets pass.
-float wave_part(vec2 k, mat2 across) {
+float wave_part(const vec2 k, const mat2 across) {
     vec2 turned = k * across;
     float widest = dot(across[0], across[0]) + dot(across[1], across[1]);
     return exp(-0.5 * PIXEL_VARIANCE * (dot(turned, turned) + WAVE_SPREAD * WAVE_SPREAD * dot(k, k) * widest));
 }
 
 // Three numbers within -1 and 1 of a corner of a lattice.
-vec3 corner_numbers(ivec2 corner, uint seed) {
+vec3 corner_numbers(const ivec2 corner, const uint seed) {
     uint n = uint(corner.x) * 0x9e3779b1u ^ uint(corner.y) * 0x85ebca6bu ^ seed * 0x27d4eb2fu;
     n = (n ^ (n >> 16)) * 0x7feb352du;
     n = (n ^ (n >> 15)) * 0x846ca68bu;
@@ -38,13 +38,13 @@ vec3 corner_numbers(ivec2 corner, uint seed) {
 }
 
 // A corner's gradient and value at `from` it; values vary by so much that noise is as strong at corners as between them.
-float corner_noise(ivec2 corner, uint seed, vec2 from) {
+float corner_noise(const ivec2 corner, const uint seed, const vec2 from) {
     vec3 numbers = corner_numbers(corner, seed);
     return dot(numbers.xy, from) + 0.408 * numbers.z;
 }
 
 // Noise of variance 1 on a lattice of cells of width 1.
-float lattice_noise(vec2 at, uint seed) {
+float lattice_noise(const vec2 at, const uint seed) {
     vec2 cell = floor(at), f = at - cell;
     ivec2 c = ivec2(cell);
     vec2 fade = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
@@ -55,13 +55,13 @@ float lattice_noise(vec2 at, uint seed) {
 }
 
 // Part of noise on a lattice of such cells that a pixel lets pass: of waves as long as 1.7 cells, along the longer side of the footprint.
-float noise_part(float cell, float widest) {
+float noise_part(const float cell, const float widest) {
     float k = 6.28318530718 / (1.7 * cell);
     return exp(-0.5 * PIXEL_VARIANCE * k * k * widest);
 }
 
 // At a place in metres. across: its derivatives by x and y of the image.
-vec3 ground_tint(vec2 place, mat2 across) {
+vec3 ground_tint(const vec2 place, const mat2 across) {
     // Straight crests are bent, by less than they would have to be filtered for.
     const vec2 bend_x = vec2(0.036, 0.061), bend_y = vec2(0.067, -0.029);
     vec2 bent = vec2(sin(dot(bend_x, place) + 0.4) * wave_part(bend_x, across), sin(dot(bend_y, place) + 1.9) * wave_part(bend_y, across));

@@ -82,7 +82,7 @@ const float OVERLAP = 1.3;
 
 // The squared distance between `taps` taps in a line that together have this second moment, as if each had the shape of a pixel, and the
 // squared width of each of them. No tap is narrower than `narrowest`.
-float taps_apart(float squared, float taps, float narrowest, out float width_squared) {
+float taps_apart(const float squared, const float taps, const float narrowest, out float width_squared) {
     width_squared = max(squared / (taps * taps), narrowest);
     return max(squared - width_squared, 0.0) / max(taps * taps - 1.0, 1.0);
 }
@@ -90,7 +90,7 @@ float taps_apart(float squared, float taps, float narrowest, out float width_squ
 // Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
 // distances of taps keep the second moment of the footprint, so nothing jumps when the number of taps changes.
 // dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels; own: second moment of what is averaged.
-Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach, float own, int rows) {
+Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, float own, int rows) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major_squared = max(xx, yy);
@@ -123,7 +123,7 @@ Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach, float own, int row
 }
 
 // From the middle of the footprint, texels.
-vec2 tap(Footprint footprint, int i) {
+vec2 tap(const Footprint footprint, const int i) {
     if (footprint.rows == 1) {
         return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
     }
@@ -132,7 +132,7 @@ vec2 tap(Footprint footprint, int i) {
          + footprint.row * (row + 0.5 - 0.5 * float(footprint.rows));
 }
 
-Footprint footprint_over(vec2 dx, vec2 dy, float reach, float own, int rows) {
+Footprint footprint_over(const vec2 dx, const vec2 dy, const float reach, const float own, const int rows) {
     if (FINEST_LEVEL) {
         return POINT_FOOTPRINT;
     }
@@ -166,13 +166,13 @@ const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.
                               vec4(0.0), vec4(0.0), vec4(0.0));
 
 // A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
-vec4 linear_color(vec4 texel) {
+vec4 linear_color(const vec4 texel) {
     float alpha = texel.a * texel.a;
     return vec4(texel.rgb, alpha * alpha);
 }
 
 // Emission and accessibility.
-vec4 filter_atlas_light(Footprint footprint, uint index, vec2 at, Levels levels) {
+vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 at, const Levels levels) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < footprint.taps; ++i) {
         Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
@@ -185,7 +185,7 @@ vec4 filter_atlas_light(Footprint footprint, uint index, vec2 at, Levels levels)
 }
 
 // Of textures that repeat: nothing ends at the border of a tile.
-Footprint detail_footprint(vec2 dx, vec2 dy, float own) {
+Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
     return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
 #include "detail.glsl"
@@ -200,7 +200,7 @@ float skipped_levels() {
     return log2(float(textureSize(color_map, 0).x) / float(textureSize(color_weighted, 0).x));
 }
 
-Means filter_atlas(Footprint footprint, uint index, vec2 at) {
+Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
     Levels levels = levels_at(footprint.lod);
     vec2 size = vec2(textureSize(color_map, 0));
     float skipped = USES_RELIEF_COLOR && COLOR_BY_HEIGHT ? skipped_levels() : 0.0;
@@ -241,7 +241,7 @@ struct Chart {
     mat2 across;
 };
 
-Footprint footprint_in(Chart chart, sampler2D map, float own, int rows) {
+Footprint footprint_in(const Chart chart, sampler2D map, const float own, const int rows) {
     vec2 size = vec2(textureSize(map, 0));
     return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, own, rows);
 }
@@ -253,7 +253,7 @@ vec2 tiling_shift() {
 
 // The moments of a relief that is shown without repeats. passing: see tiled_height; so little that the middle of the footprint stands for all
 // of it.
-void filter_tiled_moments(Footprint footprint, PlacedLooks looks, vec2 texcoord, vec2 passing, inout Means means) {
+void filter_tiled_moments(Footprint footprint, PlacedLooks looks, const vec2 texcoord, const vec2 passing, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
     float part = FINEST_LEVEL ? 1.0 : tiling_part(looks, moments_a, footprint.lod);
@@ -276,7 +276,7 @@ void filter_tiled_moments(Footprint footprint, PlacedLooks looks, vec2 texcoord,
     means.second = second * weight;
 }
 
-void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
+void filter_moments(const Footprint footprint, const vec2 texcoord, inout Means means) {
     vec4 a = vec4(0.0);
     float b = 0.0;
     for (int i = 0; i < footprint.taps; ++i) {
@@ -301,7 +301,7 @@ struct AxisViews {
     int foremost; // the view that counts most
 };
 
-AxisViews axis_views(uint index, vec2 place) {
+AxisViews axis_views(const uint index, const vec2 place) {
     AxisViews views;
     views.rest = rest_triangle(patches[index]);
     views.normal = rest_normal(views.rest, place);
@@ -316,7 +316,7 @@ AxisViews axis_views(uint index, vec2 place) {
 }
 
 // The moments of a relief that is seen along the axes, by place: the views know nothing of each other, so their covariances add up.
-void filter_axis_moments(AxisViews views, vec2 place, mat2 across, inout Means means) {
+void filter_axis_moments(const AxisViews views, const vec2 place, const mat2 across, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 covariance = vec3(0.0), heights = vec3(0.0);
     float level = mean_height(height_map);
@@ -338,7 +338,7 @@ void filter_axis_moments(AxisViews views, vec2 place, mat2 across, inout Means m
     means.second = covariance + vec3(mean * mean, mean.x * mean.y);
 }
 
-void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
+void filter_material(const Footprint footprint, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0);
     vec3 f0 = vec3(0.0), mixed = vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
@@ -372,7 +372,7 @@ void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
 
 // A material that is shown without repeats: whatever it tells is blended about its mean, and what of its colours follows the relief by
 // the squares of the weights, as covariances are.
-void filter_tiled_material(Footprint footprint, PlacedLooks looks, vec2 texcoord, inout Means means) {
+void filter_tiled_material(Footprint footprint, PlacedLooks looks, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
     vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
@@ -418,7 +418,7 @@ void filter_tiled_material(Footprint footprint, PlacedLooks looks, vec2 texcoord
 const float LEAST_WEIGHT = 1e-3;
 
 // How the colours follow the relief. tint: factor of the colours; linear: from gradients to slopes; lod: of the colours.
-ReliefColor filtered_relief_color(Means means, vec3 tint, mat2 linear, float lod) {
+ReliefColor filtered_relief_color(const Means means, vec3 tint, const mat2 linear, const float lod) {
     ReliefColor r = LEADR_NO_RELIEF_COLOR;
     if (USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE)) {
         // Colours of finer levels than there are weighted ones would be compared with means around them.
@@ -438,7 +438,7 @@ ReliefColor filtered_relief_color(Means means, vec3 tint, mat2 linear, float lod
 }
 
 // texcoord, texcoord_across: of the mesh.
-Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, mat2 texcoord_across) {
+Chart chart_of(const uint chart, const uint index, const vec2 place, const mat2 across, vec2 texcoord, const mat2 texcoord_across) {
     if (CHARTED) {
         TriangleTexcoord texcoord = charted_texcoord(charts[index], chart);
         return Chart(texcoord.first + texcoord.by_place * place, texcoord.by_place * across);
@@ -447,7 +447,7 @@ Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, m
 }
 
 // The mean of a map under a footprint.
-vec4 filter_map(sampler2D map, Chart chart, PlacedLooks looks) {
+vec4 filter_map(sampler2D map, const Chart chart, PlacedLooks looks) {
     Footprint footprint = footprint_in(chart, map, OF_IMAGE, 1);
     vec4 sum = vec4(0.0);
     if (BY_EXAMPLE) {
@@ -470,7 +470,7 @@ vec4 filter_map(sampler2D map, Chart chart, PlacedLooks looks) {
 const float WIDER = 0.25;
 
 // The horizon of the bumps larger than the footprint: smaller ones are left to the slope statistics.
-Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
+Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 texcoord, const mat2 linear, const float scale) {
     float lod = mix(footprint.across, footprint.widest, WIDER), part = scale;
     if (ATLAS) {
         // Coarse levels have none.
@@ -486,7 +486,7 @@ Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 line
 }
 
 // That of a relief that is shown without repeats, by shares: bumps of one look that hide a place of another are left out.
-Horizon filter_tiled_horizon(Footprint footprint, uint index, PlacedLooks looks, vec2 texcoord, mat2 linear, float scale) {
+Horizon filter_tiled_horizon(const Footprint footprint, const uint index, PlacedLooks looks, const vec2 texcoord, const mat2 linear, const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     vec2 at = texcoord + tiling_shift();
     looks = merged_at(looks, footprint.level);
@@ -502,7 +502,7 @@ Horizon filter_tiled_horizon(Footprint footprint, uint index, PlacedLooks looks,
 }
 
 // That of a relief that is seen along the axes.
-Horizon filter_axis_horizon(AxisViews views, Footprint footprint, uint index, vec2 place, mat2 linear, float scale) {
+Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, const uint index, const vec2 place, const mat2 linear, const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
@@ -522,7 +522,7 @@ const float LEAST_RISE = 0.05;
 const float LEAST_CLOSING = 0.3;
 
 // passing: see tiled_height.
-float relief_height(uint index, PlacedLooks looks, vec2 texcoord, float lod, out vec2 passing) {
+float relief_height(const uint index, PlacedLooks looks, const vec2 texcoord, float lod, out vec2 passing) {
     passing = vec2(0.0);
     if (TRIPLANAR) {
         return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * OBJECT.height_scale;
@@ -537,7 +537,7 @@ float relief_height(uint index, PlacedLooks looks, vec2 texcoord, float lod, out
 
 // The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
 // one step as over level relief, and one of the secant method. texels: by texture coordinate; longest: of the footprint, texels.
-vec2 refined_texcoord(uint index, PlacedLooks looks, Macrosurface surface, vec3 ray, mat2 texels, float lod, float longest, out vec2 passing) {
+vec2 refined_texcoord(uint index, PlacedLooks looks, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod, const float longest, out vec2 passing) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
     float square = max(dot(normal, normal), 1e-30);
     float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
@@ -552,12 +552,12 @@ vec2 refined_texcoord(uint index, PlacedLooks looks, Macrosurface surface, vec3 
 
 // How much joined edge samples count against the pixel's own footprint: 0 up to an eighth of a patch, where the maps of the
 // patch hold everything there is to know, and 1 from a quarter of a patch on.
-float joined_part(float lod) {
+float joined_part(const float lod) {
     return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
 }
 
 // At a pixel that sees the object. at: its place in the image, in pixels (msaa.comp lists pixels elsewhere); area: of macrosurface within it, projected along its displacement direction, square metres.
-FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) {
+FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float area) {
     // Helper invocations, and pixels that a `discard` has ended, come here with what another object wrote, whose patches may lie beyond
     // the end of this one's buffers.
     seen.xyz = object_of(seen.x) == OBJECT.number ? seen.xyz : uvec3(0u);

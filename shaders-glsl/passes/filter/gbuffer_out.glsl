@@ -14,7 +14,7 @@ layout(location = 5) out uvec2 out_emission;
 layout(location = 6) out uvec4 out_relief_color;
 
 // surface: a texel of pack_surface, pack_edge or pack_joined_edge.
-void write_gbuffer(FilteredSurface f, uvec2 surface) {
+void write_gbuffer(const FilteredSurface f, const uvec2 surface) {
     out_slopes = pack_slopes(packSnorm2x16(octahedral_encode(f.normal)), f.mean_slope, f.covariance);
     out_material = pack_material(f.material, f.covariance);
     out_surface = surface;

@@ -20,7 +20,7 @@ struct Macrosurface {
 };
 
 // place: what the geometry pass stored; reach: from the viewer to the point that is seen; behind: whether the back of a triangle is.
-Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
+Macrosurface macrosurface_at(const uint index, const vec2 place, const vec3 reach, const bool behind) {
     Macrosurface surface;
     surface.slopes = 1.0;
     surface.color = OBJECT.color;
@@ -121,7 +121,7 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
 // would jump from one triangle to the next. Where the surface is seen edge-on, the plane leaves the surface within the pixel: the
 // macro normal turns away as fast as the plane recedes, which bounds both.
 // ray: of length 1 along the view axis; along: distance along that axis; pixel: steps from pixel to pixel in ndc.
-mat2 pixel_footprint(Macrosurface surface, vec3 ray, float along, vec2 pixel) {
+mat2 pixel_footprint(const Macrosurface surface, const vec3 ray, const float along, const vec2 pixel) {
     vec3 du = surface.by_place[0], dv = surface.by_place[1];
     vec3 normal = cross(du, dv);
     float square = max(dot(normal, normal), 1e-30);

@@ -4,7 +4,7 @@
 #include "slopes.glsl"
 
 // Walter's approximation of the masking of a direction, between the limits that the supplement sets.
-float lambda_as_printed(vec3 w, Slopes slopes) {
+float lambda_as_printed(const vec3 w, const Slopes slopes) {
     vec3 S = slopes.covariance;
     vec2 azimuth = normalize(w.xy);
     float variance = azimuth.x * azimuth.x * S.x + azimuth.y * azimuth.y * S.y + 2.0 * azimuth.x * azimuth.y * S.z;

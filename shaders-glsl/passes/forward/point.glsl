@@ -27,7 +27,7 @@ Point shaded_point() {
 }
 
 // Direction to the sun in the frame.
-vec3 sun_in(Frame frame) {
+vec3 sun_in(const Frame frame) {
     return to_frame(frame, forward.sun_direction.xyz);
 }
 

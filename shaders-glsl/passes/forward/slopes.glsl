@@ -10,7 +10,7 @@ struct Slopes {
     vec3 covariance; // xx, yy, xy; that of the base's roughness included
 };
 
-Slopes filtered_slopes(Point point) {
+Slopes filtered_slopes(const Point point) {
     vec4 moments = texture(slope_map, in_texcoord);
     float joint = texture(joint_map, in_texcoord).x;
     vec3 S = vec3(max(moments.zw - moments.xy * moments.xy, 0.0), joint - moments.x * moments.y);
@@ -20,7 +20,7 @@ Slopes filtered_slopes(Point point) {
 }
 
 // Density of normals per solid angle (supplement, 3.1).
-float beckmann_as_printed(vec3 wh, Slopes slopes) {
+float beckmann_as_printed(const vec3 wh, const Slopes slopes) {
     vec3 S = slopes.covariance;
     vec2 off = -wh.xy / wh.z - slopes.mean;
     float determinant = S.x * S.y - S.z * S.z;

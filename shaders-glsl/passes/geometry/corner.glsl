@@ -9,7 +9,7 @@
 const float FINER = 1.0;
 
 // Of a map that is shown without its repeats, the level of detail in which it is looked up there instead.
-float vertex_height(uint vertex) {
+float vertex_height(const uint vertex) {
     float lod = clamp(vertices[vertex].normal.w - FINER, 0.0, float(EDGE_LEVELS - 1));
     int level = min(int(lod), EDGE_LEVELS - 2);
     float fraction = lod - float(level);
@@ -19,7 +19,7 @@ float vertex_height(uint vertex) {
 }
 
 // Precise: every patch at an edge or corner gets the same bits. Where opposite directions meet, nothing is displaced.
-vec3 displacement_normal(vec3 along) {
+vec3 displacement_normal(const vec3 along) {
     precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
     precise vec3 normal = along / sqrt(max(square, 1e-12));
     return normal;

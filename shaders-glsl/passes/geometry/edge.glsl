@@ -2,7 +2,7 @@
 #ifndef LEADR_GEOMETRY_EDGE
 #define LEADR_GEOMETRY_EDGE
 
-float edge_height_at_level(uint edge, int level, float t) {
+float edge_height_at_level(const uint edge, const int level, const float t) {
     int segments = 64 >> level;
     int offset = 128 - (128 >> level) + level; // samples of the finer levels: sum of (64 >> l) + 1
     float x = t * float(segments);
@@ -14,11 +14,11 @@ float edge_height_at_level(uint edge, int level, float t) {
 }
 
 // Level of the heights along an edge: 0 has 64 segments.
-float edge_lod(uint edge) {
+float edge_lod(const uint edge) {
     return clamp(log2(64.0 / edge_factors[edge]) - FINER, 0.0, float(EDGE_LEVELS - 1));
 }
 
-float edge_height(uint edge, float t) {
+float edge_height(const uint edge, const float t) {
     float lod = edge_lod(edge);
     int level = min(int(lod), EDGE_LEVELS - 2);
     float fraction = lod - float(level);

@@ -8,7 +8,7 @@ layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D opacity_map; // x: of a mask, with its edge at one half; y: share of the texel that is there
 
 // Share of the surface that is there under a pixel. dx, dy: of the place, by x and y of the image.
-float opacity_at(uint index, vec2 place, vec2 dx, vec2 dy) {
+float opacity_at(const uint index, const vec2 place, const vec2 dx, const vec2 dy) {
     PatchData data = patches[index];
     vec2 at = place;
     mat2 by_place = mat2(1.0);
@@ -53,7 +53,7 @@ uint mixed_bits(uint x) {
 // The opacity from which on the first sample of this pixel sees this patch, 0 to 1: even over small squares of pixels (Jimenez 2014,
 // interleaved gradient noise), shifted anew for every such square, patch and sample of the picture. So patches behind each other let
 // pass what is the product of what each does.
-float first_threshold(uint index) {
+float first_threshold(const uint index) {
     float noise = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
     uvec2 square = uvec2(gl_FragCoord.xy) / 4u;
     uint bits = mixed_bits(mixed_bits(index * 64u + OBJECT.number) ^ mixed_bits(square.x | square.y << 16) ^ floatBitsToUint(VIEW.eye.w));
@@ -61,7 +61,7 @@ float first_threshold(uint index) {
 }
 
 // Which of a pixel's samples see a surface of this opacity, as bits: the thresholds of all are one `count`th apart.
-uint seen_samples(float opacity, float first, int count) {
+uint seen_samples(const float opacity, const float first, const int count) {
     uint samples = 0u, turn = uint(first * 64.0);
     for (int i = 0; i < count; ++i) {
         float threshold = (float(i) + first) / float(count);

@@ -33,21 +33,21 @@ struct Boundary {
 };
 
 // Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.
-vec3 edge_point(vec3 a, vec3 normal_a, vec3 b) {
+vec3 edge_point(const vec3 a, const vec3 normal_a, const vec3 b) {
     precise vec3 chord = (b - a) / 3.0;
     precise float drop = chord.x * normal_a.x + chord.y * normal_a.y + chord.z * normal_a.z;
     precise vec3 point = a + chord - normal_a * drop;
     return point;
 }
 
-vec3 cubic(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
+vec3 cubic(const vec3 a, const vec3 b, const vec3 c, const vec3 d, const float t) {
     precise float s = 1.0 - t;
     precise float wa = s * s * s, wb = 3.0 * s * s * t, wc = 3.0 * s * t * t, wd = t * t * t;
     precise vec3 sum = a * wa + b * wb + c * wc + d * wd;
     return sum;
 }
 
-vec3 cubic_derivative(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
+vec3 cubic_derivative(const vec3 a, const vec3 b, const vec3 c, const vec3 d, const float t) {
     float s = 1.0 - t;
     return 3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c));
 }
@@ -59,7 +59,7 @@ struct PatchPoint {
 };
 
 // The Coons patch of its boundary: cubics c0 (v=0), c1 (v=1) along u; d0 (u=0), d1 (u=1) along v.
-PatchPoint patch_point(Boundary b, float u, float v) {
+PatchPoint patch_point(const Boundary b, const float u, const float v) {
     vec3 p0 = b.position[0], p1 = b.position[1], p2 = b.position[2], p3 = b.position[3];
     vec3 c0 = cubic(p0, b.toward_next[0], b.toward_previous[1], p1, u);
     vec3 c1 = cubic(p3, b.toward_previous[3], b.toward_next[2], p2, u);
@@ -83,7 +83,7 @@ struct PatchNormal {
     vec3 dv;
 };
 
-PatchNormal patch_normal(vec3 n[4], float u, float v) {
+PatchNormal patch_normal(const vec3 n[4], const float u, const float v) {
     vec3 bottom = mix(n[0], n[1], u), top = mix(n[3], n[2], u);
     vec3 blend = mix(bottom, top, v);
     float inverse_length = inversesqrt(dot(blend, blend));
@@ -102,7 +102,7 @@ struct PatchTexcoord {
     vec2 dv;
 };
 
-PatchTexcoord patch_texcoord(PatchData data, float u, float v) {
+PatchTexcoord patch_texcoord(const PatchData data, const float u, const float v) {
     vec2 t0 = data.texture_place[0].xy, t1 = data.texture_place[0].zw, t3 = data.texture_place[1].xy, t2 = data.texture_place[1].zw;
     return PatchTexcoord(mix(mix(t0, t1, u), mix(t3, t2, u), v), mix(t1 - t0, t2 - t3, v), mix(t3 - t0, t2 - t1, u));
 }
@@ -113,19 +113,19 @@ struct TriangleTexcoord {
     mat2 by_place;
 };
 
-TriangleTexcoord triangle_texcoord(PatchData data) {
+TriangleTexcoord triangle_texcoord(const PatchData data) {
     vec2 first = data.texture_place[0].xy;
     return TriangleTexcoord(first, mat2(data.texture_place[0].zw - first, data.texture_place[1].xy - first));
 }
 
 // And in an image of its material.
-TriangleTexcoord charted_texcoord(TriangleCharts charts, uint chart) {
+TriangleTexcoord charted_texcoord(const TriangleCharts charts, const uint chart) {
     vec2 first = charts.corners[3u * chart];
     return TriangleTexcoord(first, mat2(charts.corners[3u * chart + 1u] - first, charts.corners[3u * chart + 2u] - first));
 }
 
 // Texture-space bounds that the taps must stay in: min.xy, max.xy.
-vec4 patch_tile(PatchData data) {
+vec4 patch_tile(const PatchData data) {
     return data.texture_place[2];
 }
 

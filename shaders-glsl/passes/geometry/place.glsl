@@ -6,11 +6,11 @@
 const float FOOTPRINT_SCALE = 1024.0;
 
 // Derivatives of a place by x and y of the image.
-uvec2 pack_footprint(vec2 dx, vec2 dy) {
+uvec2 pack_footprint(const vec2 dx, const vec2 dy) {
     return uvec2(packHalf2x16(clamp(dx * FOOTPRINT_SCALE, -6e4, 6e4)), packHalf2x16(clamp(dy * FOOTPRINT_SCALE, -6e4, 6e4)));
 }
 
-mat2 unpack_footprint(uvec2 packed) {
+mat2 unpack_footprint(const uvec2 packed) {
     return mat2(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y)) / FOOTPRINT_SCALE;
 }
 

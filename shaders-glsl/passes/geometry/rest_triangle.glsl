@@ -11,7 +11,7 @@ struct RestTriangle {
 };
 
 // Twelve bits for each coordinate of an octahedron, in a float that holds all 24 (crates/leadr-render/src/surfaces/object.rs).
-vec3 unpack_rest_normal(float code) {
+vec3 unpack_rest_normal(const float code) {
     vec2 octahedron = vec2(floor(code / 4096.0), mod(code, 4096.0)) / 4095.0 * 2.0 - 1.0;
     vec3 normal = vec3(octahedron, 1.0 - abs(octahedron.x) - abs(octahedron.y));
     vec2 folded = (1.0 - abs(octahedron.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(octahedron, vec2(0.0)));
@@ -19,19 +19,19 @@ vec3 unpack_rest_normal(float code) {
     return normalize(normal);
 }
 
-RestTriangle rest_triangle(PatchData data) {
+RestTriangle rest_triangle(const PatchData data) {
     vec4 a = data.texture_place[0], b = data.texture_place[1], c = data.texture_place[2];
     return RestTriangle(a.xyz, mat2x3(b.xyz - a.xyz, c.xyz - a.xyz),
                         vec3[3](unpack_rest_normal(a.w), unpack_rest_normal(b.w), unpack_rest_normal(c.w)));
 }
 
-vec3 rest_normal(RestTriangle rest, vec2 place) {
+vec3 rest_normal(const RestTriangle rest, const vec2 place) {
     vec3 normal = rest.normals[0] + mat2x3(rest.normals[1] - rest.normals[0], rest.normals[2] - rest.normals[0]) * place;
     return normal * inversesqrt(max(dot(normal, normal), 1e-12));
 }
 
 // Derivatives of relief_weights by the place.
-mat2x3 relief_weights_by_place(RestTriangle rest, vec2 place, vec3 normal) {
+mat2x3 relief_weights_by_place(const RestTriangle rest, const vec2 place, const vec3 normal) {
     mat2x3 turn = mat2x3(rest.normals[1] - rest.normals[0], rest.normals[2] - rest.normals[0]);
     vec3 blend = rest.normals[0] + turn * place;
     turn = (turn - outerProduct(normal, normal * turn)) * inversesqrt(max(dot(blend, blend), 1e-12));
@@ -49,16 +49,16 @@ float mean_height(sampler2D heights) {
 }
 
 // Where a place is seen along an axis, and the derivatives of that.
-vec2 seen_at(RestTriangle rest, int axis, vec2 place, vec3 normal) {
+vec2 seen_at(const RestTriangle rest, const int axis, const vec2 place, const vec3 normal) {
     return seen_along(axis, rest.first + rest.by_place * place, normal) + TRIPLANAR_SHIFTS[axis];
 }
 
-mat2 seen_by_place(RestTriangle rest, int axis, vec3 normal) {
+mat2 seen_by_place(const RestTriangle rest, const int axis, const vec3 normal) {
     return mat2(seen_along(axis, rest.by_place[0], normal), seen_along(axis, rest.by_place[1], normal));
 }
 
 // The height at a place, about the mean of the map.
-float triplanar_height(RestTriangle rest, vec2 place, sampler2D heights, float lod) {
+float triplanar_height(const RestTriangle rest, const vec2 place, sampler2D heights, const float lod) {
     vec3 normal = rest_normal(rest, place);
     vec3 weights = relief_weights(normal);
     float mean = mean_height(heights);

@@ -7,7 +7,7 @@
 // corner on it is displaced along its own normal, so that the relief of hard-edged faces stands upright on them.
 const float OWN_NORMAL_FROM = 0.15;
 
-float own_normal_share(vec2 place) {
+float own_normal_share(const vec2 place) {
     float nearest = min(min(place.x, place.y), 1.0 - place.x - place.y);
     return clamp(nearest / OWN_NORMAL_FROM, 0.0, 1.0);
 }
@@ -20,7 +20,7 @@ struct TriangleNormal {
 
 // along: directions of the places of the corners; facing: normals of the corners. What the share changes by is left out of the
 // derivatives: it is displaced to where the relief is, not shaded by it.
-TriangleNormal triangle_normal(vec3 along[3], vec3 facing[3], vec2 place) {
+TriangleNormal triangle_normal(const vec3 along[3], const vec3 facing[3], const vec2 place) {
     float own = own_normal_share(place);
     vec3 first = mix(along[0], facing[0], own);
     mat2x3 turn = mat2x3(mix(along[1], facing[1], own) - first, mix(along[2], facing[2], own) - first);

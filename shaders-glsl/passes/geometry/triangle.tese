@@ -22,7 +22,7 @@ layout(location = 4) out vec3 out_window;
 invariant gl_Position;
 
 // Level of the heights inside a triangle whose longest side has so many texels.
-float height_lod(float texels) {
+float height_lod(const float texels) {
     return max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
 }
 

@@ -3,7 +3,7 @@
 #define CUBE_GLSL
 
 // Unnormalised direction through the point (s, t), each in [-1, 1], of a face; the major component is ±1.
-vec3 cube_direction(int face, vec2 st)
+vec3 cube_direction(const int face, const vec2 st)
 {
     switch (face) {
     case 0: return vec3(1.0, -st.y, -st.x);
@@ -16,7 +16,7 @@ vec3 cube_direction(int face, vec2 st)
 }
 
 // Solid angle (sr) of a square of edge d < 0.1 around (s, t): the midpoint rule with its second-order term.
-float cube_solid_angle_small(vec2 st, float d)
+float cube_solid_angle_small(const vec2 st, const float d)
 {
     float q = 1.0 + dot(st, st);
     return d * d * inversesqrt(q) / q * (1.0 + d * d / 24.0 * (9.0 * q - 15.0) / (q * q));
@@ -24,7 +24,7 @@ float cube_solid_angle_small(vec2 st, float d)
 
 // The same of any square. The exact form is a difference of four atan, of which 32 bits leave three digits at 256²; so small
 // squares do without. Either way the error is below 3e-6.
-float cube_solid_angle(vec2 st, float d)
+float cube_solid_angle(const vec2 st, const float d)
 {
     if (d < 0.1) return cube_solid_angle_small(st, d);
     vec2 a = st - 0.5 * d;

@@ -23,7 +23,7 @@ const vec2 SIXTHS[6] = vec2[](vec2(1.0, 0.0), vec2(0.5, 0.866025404), vec2(-0.5,
 const vec2 BETWEEN[6] = vec2[](vec2(0.866025404, 0.5), vec2(0.0, 1.0), vec2(-0.866025404, 0.5),
                                vec2(-0.866025404, -0.5), vec2(0.0, -1.0), vec2(0.866025404, -0.5));
 
-void store(ivec3 texel, vec3 radiance)
+void store(const ivec3 texel, vec3 radiance)
 {
 #ifdef HALF
     radiance = vec3(nearest_half(radiance.r), nearest_half(radiance.g), nearest_half(radiance.b));

@@ -14,15 +14,15 @@ layout(push_constant) uniform Push {
     uint stage;    // unused here
 };
 
-vec3 view_at(int k, int row, int column) { return tables.view[3 * (row * COLUMNS + column) + k].rgb; }
+vec3 view_at(const int k, const int row, const int column) { return tables.view[3 * (row * COLUMNS + column) + k].rgb; }
 
-vec3 mixed(int k, int row, int column, vec2 f)
+vec3 mixed(const int k, const int row, const int column, const vec2 f)
 {
     return mix(mix(view_at(k, row, column), view_at(k, row, column + 1), f.x),
                mix(view_at(k, row + 1, column), view_at(k, row + 1, column + 1), f.x), f.y);
 }
 
-vec3 scattered(float row, float column, float nu)
+vec3 scattered(const float row, const float column, const float nu)
 {
     int r = min(int(row), ROWS - 2);
     int c = min(int(column), COLUMNS - 2);
@@ -30,7 +30,7 @@ vec3 scattered(float row, float column, float nu)
     return phase_of_air(nu) * mixed(0, r, c, f) + phase_of_haze(nu) * mixed(1, r, c, f) + mixed(2, r, c, f);
 }
 
-vec3 radiance(vec3 direction)
+vec3 radiance(const vec3 direction)
 {
     // Well below the horizon, nothing of it is left in 32 bits.
     float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;

@@ -5,14 +5,14 @@
 
 const float PI = 3.14159265358979;
 
-float altitude_along(float h, float mu, float t)
+float altitude_along(const float h, const float mu, const float t)
 {
     float r = EARTH + h;
     float excess = h * (2.0 * EARTH + h) + t * t + 2.0 * r * t * mu;
     return excess / (sqrt(max(EARTH * EARTH + excess, 0.0)) + EARTH);
 }
 
-float distance_to_top(float h, float mu)
+float distance_to_top(const float h, const float mu)
 {
     float r = EARTH + h;
     float gap = (ATMOSPHERE - h) * (2.0 * EARTH + ATMOSPHERE + h);
@@ -21,7 +21,7 @@ float distance_to_top(float h, float mu)
     return b > 0.0 ? gap / (root + b) : root - b;
 }
 
-float distance_to_ground(float h, float mu)
+float distance_to_ground(const float h, const float mu)
 {
     float r = EARTH + h;
     float gap = h * (2.0 * EARTH + h);
@@ -36,19 +36,19 @@ vec3 densities(float h)
     return vec3(exp(-h / AIR_HEIGHT), exp(-h / HAZE_HEIGHT), ozone);
 }
 
-vec3 extinction(vec3 density, float haze)
+vec3 extinction(const vec3 density, const float haze)
 {
     return AIR * density.x + HAZE * (haze * density.y) + OZONE * density.z;
 }
 
-vec3 scattering_of_haze(vec3 density, float haze) { return HAZE * (HAZE_ALBEDO * haze * density.y); }
+vec3 scattering_of_haze(const vec3 density, const float haze) { return HAZE * (HAZE_ALBEDO * haze * density.y); }
 
-vec3 share_within(vec3 x)
+vec3 share_within(const vec3 x)
 {
     return mix((1.0 - exp(-x)) / max(x, 1e-12), 1.0 - x * (0.5 - x / 6.0), lessThan(x, vec3(1e-2)));
 }
 
-vec3 sun_transmittance(float h, float mu, float haze)
+vec3 sun_transmittance(const float h, const float mu, const float haze)
 {
     float ratio = EARTH / (EARTH + h);
     float horizon = -sqrt(max(1.0 - ratio * ratio, 0.0));
@@ -64,9 +64,9 @@ vec3 sun_transmittance(float h, float mu, float haze)
     return risen * risen * (3.0 - 2.0 * risen) * exp(-extinction(depth, haze));
 }
 
-float phase_of_air(float nu) { return 3.0 / (16.0 * PI) * (1.0 + nu * nu); }
+float phase_of_air(const float nu) { return 3.0 / (16.0 * PI) * (1.0 + nu * nu); }
 
-float phase_of_haze(float nu)
+float phase_of_haze(const float nu)
 {
     float g = HAZE_ASYMMETRY;
     float g2 = g * g;

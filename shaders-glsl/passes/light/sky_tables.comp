@@ -15,7 +15,7 @@ layout(push_constant) uniform Push {
 
 shared vec3 sums[2][64];
 
-vec3 multiple_along(float h)
+vec3 multiple_along(const float h)
 {
     float x = sqrt(clamp(h / ATMOSPHERE, 0.0, 1.0)) * float(ALTITUDES - 1);
     int i = min(int(x), ALTITUDES - 2);
@@ -29,7 +29,7 @@ struct Scattered {
     vec3 transmittance;
 };
 
-Scattered march(float h, float mu, float mu_sun, float nu, float length, float haze, bool isotropic)
+Scattered march(const float h, const float mu, const float mu_sun, const float nu, const float length, float haze, const bool isotropic)
 {
     Scattered sum = Scattered(vec3(0.0), vec3(0.0), vec3(0.0), vec3(1.0));
     float r = EARTH + h;
@@ -55,7 +55,7 @@ Scattered march(float h, float mu, float mu_sun, float nu, float length, float h
     return sum;
 }
 
-vec2 view_cosines(float row, float column)
+vec2 view_cosines(const float row, const float column)
 {
     float s = row / float(ROWS - 1);
     float elevation = PI / 2.0 * s * s;
@@ -63,7 +63,7 @@ vec2 view_cosines(float row, float column)
     return vec2(mu, mu * sun.z + cos(elevation) * length(sun.xy) * cos(PI * column / float(COLUMNS - 1)));
 }
 
-void multiple_scattering(int altitude, int direction)
+void multiple_scattering(const int altitude, const int direction)
 {
     float s = float(altitude) / float(ALTITUDES - 1);
     float h = ATMOSPHERE * s * s;
@@ -94,7 +94,7 @@ void multiple_scattering(int altitude, int direction)
     }
 }
 
-void view_entry(int entry)
+void view_entry(const int entry)
 {
     vec2 cosines = view_cosines(float(entry / COLUMNS), float(entry % COLUMNS));
     Scattered ray = march(0.0, cosines.x, sun.z, cosines.y, distance_to_top(0.0, cosines.x), sun.w, false);
@@ -103,7 +103,7 @@ void view_entry(int entry)
     tables.view[3 * entry + 2] = vec4(ray.multiple, 0.0);
 }
 
-void light_on_ground(int row)
+void light_on_ground(const int row)
 {
     vec3 sum = vec3(0.0);
     if (row < ROWS - 1) {

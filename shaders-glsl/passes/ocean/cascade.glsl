@@ -9,18 +9,18 @@ struct Cascade {
 };
 
 // Texture coordinate of a world point.
-vec2 cascade_texcoord(Cascade c, vec2 point) {
+vec2 cascade_texcoord(const Cascade c, const vec2 point) {
     return vec2(c.turn.x * point.x + c.turn.y * point.y, c.turn.x * point.y - c.turn.y * point.x) / c.size;
 }
 
 // Gradient per world metre into texture coordinates: how far a world vector reaches across the tile.
-vec2 cascade_vector(Cascade c, vec2 v) {
+vec2 cascade_vector(const Cascade c, const vec2 v) {
     return cascade_texcoord(c, v);
 }
 
 // The weight of a cascade's horizontal divergence in the foam (crates/leadr-render/src/surfaces/ocean/waves.rs): ripples trap no air, but
 // tear apart the foam of longer waves.
-float foam_weight(Cascade c) {
+float foam_weight(const Cascade c) {
     return c.size >= 10.0 ? 1.0 : 0.35;
 }
 

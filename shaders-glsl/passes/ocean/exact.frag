@@ -19,7 +19,7 @@ const float LEAST_AREA = 0.1;
 
 // Six-point Lagrange weights at u in [0, 1] between the third and the fourth: a wave of six samples keeps 99 % of its
 // variance; linear interpolation would leave it 84 %.
-float[6] weights(float u) {
+float[6] weights(const float u) {
     float p = u + 2.0, q = u + 1.0, r = u - 1.0, s = u - 2.0, t = u - 3.0;
     return float[6](q * u * r * s * t / -120.0, p * u * r * s * t / 24.0, p * q * r * s * t / -12.0,
                     p * q * u * s * t / 12.0, p * q * u * r * t / -24.0, p * q * u * r * s / 120.0);

@@ -12,7 +12,7 @@ shared vec4 line[N * LINES];
 
 layout(std430) readonly buffer Twiddles { vec2 twiddles[]; }; // e^{2 pi i j / N}
 
-vec4 turn(vec4 v, vec2 w) {
+vec4 turn(const vec4 v, const vec2 w) {
     return vec4(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x, v.z * w.x - v.w * w.y, v.z * w.y + v.w * w.x);
 }
 
@@ -22,7 +22,7 @@ const uint LOG_ROWS = (LOG_N + 1u) / 2u, LOG_COLUMNS = LOG_N / 2u;
 const uint ROWS = 1u << LOG_ROWS, COLUMNS = 1u << LOG_COLUMNS;
 
 // Where the transform leaves its sample k.
-uint found(uint k) {
+uint found(const uint k) {
     return ((k & (ROWS - 1u)) << LOG_COLUMNS) | (k >> LOG_ROWS);
 }
 
@@ -41,13 +41,13 @@ uint found(uint k) {
 REGISTER_FFT(fft_of_column, ROWS, LOG_ROWS)
 REGISTER_FFT(fft_of_row, COLUMNS, LOG_COLUMNS)
 
-uint reversed(uint i, uint bits) {
+uint reversed(const uint i, const uint bits) {
     return bitfieldReverse(i) >> (32u - bits);
 }
 
 // `line` holds the input in order; call with all threads, after a barrier. Leaves sample k of the result at found(k), behind a
 // barrier.
-void inverse_fft(uint thread) {
+void inverse_fft(const uint thread) {
     for (uint item = thread; item < LINES * COLUMNS; item += THREADS) {
         uint column = item & (COLUMNS - 1u), first = (item >> LOG_COLUMNS) * N + column;
         vec4 v[ROWS];

@@ -23,7 +23,7 @@ layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(std140) uniform Beach { Shore shore; };
 
 // At a pixel that sees the sea.
-FilteredSurface filtered_sea(ivec2 pixel, uvec4 seen) {
+FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
     vec2 away = uintBitsToFloat(seen.yz), at = away + water.centre.xy;
     uvec2 footprint = texelFetch(visible_footprint, pixel, 0).xy;
     vec2 dx = unpackHalf2x16(footprint.x), dy = unpackHalf2x16(footprint.y);

@@ -23,11 +23,11 @@ layout(location = 1) out uvec2 out_footprint;
 
 const int MOST_STEPS = 6000; // some software drivers cut loops short at 65,535 iterations, inner loops included
 
-vec3 moved_at(vec2 rest, int i) {
+vec3 moved_at(const vec2 rest, const int i) {
     return textureLod(displacement, vec3(cascade_texcoord(cascades[i], view.centre.xy + rest), float(i)), 0.0).xyz;
 }
 
-vec3 moved(vec2 rest) {
+vec3 moved(const vec2 rest) {
     vec3 sum = vec3(0.0);
     for (int i = 0; i < cascades.length(); ++i) {
         sum += moved_at(rest, i);
@@ -36,7 +36,7 @@ vec3 moved(vec2 rest) {
 }
 
 // Height of the moved sea above a place. Searches for the place at rest that moves there, starting from a guess of the movement.
-float surface_height(vec2 place, int turns, inout vec2 shift) {
+float surface_height(const vec2 place, const int turns, inout vec2 shift) {
     float height = 0.0;
     for (int i = 0; i < turns; ++i) {
         vec3 d = moved(place - shift);

@@ -13,11 +13,11 @@ layout(std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][
 // Fraction of the period, 0 to 1, in two parts: 11 bits, whose product with a number of cycles is exact, and the remainder.
 layout(push_constant) uniform Push { vec2 moment; };
 
-float wave_phase(float cycles) {
+float wave_phase(const float cycles) {
     return 6.28318530718 * fract(fract(cycles * moment.x) + cycles * moment.y);
 }
 
-vec2 turn2(vec2 v, vec2 w) {
+vec2 turn2(const vec2 v, const vec2 w) {
     return vec2(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x);
 }
 

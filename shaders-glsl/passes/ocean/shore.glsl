@@ -17,13 +17,13 @@ struct Shore {
 const float SHORE_GRAVITY = 9.81;
 
 // Distance from the waterline, metres, positive toward the sea. The coordinate along the coast is -y.
-float shore_offshore(Shore shore, vec2 point) {
+float shore_offshore(const Shore shore, vec2 point) {
     point = -point;
     return point.x - dot(shore.line_amplitude, sin(shore.line_step * point.y + shore.line_phase));
 }
 
 // Height of the sand above the water at rest.
-float shore_ground(Shore shore, float offshore) {
+float shore_ground(const Shore shore, const float offshore) {
     float reach = shore.profile.z;
     if (offshore > 0.0) {
         return -shore.profile.w * (pow(offshore + reach, 2.0 / 3.0) - pow(reach, 2.0 / 3.0));
@@ -32,22 +32,22 @@ float shore_ground(Shore shore, float offshore) {
 }
 
 // Fraction of its height that a wave of cascade i keeps in water of a depth.
-float shore_calm(Shore shore, int i, float depth) {
+float shore_calm(const Shore shore, const int i, const float depth) {
     return 1.0 - exp(-max(depth, 0.0) / shore.calm[(i >> 2) & 1][i & 3]);
 }
 
 // By how many turns the swell is early at a place along the coast, and the derivative of that.
-vec2 shore_early(float y) {
+vec2 shore_early(const float y) {
     return vec2(0.13 * sin(0.17 * y + 0.7) + 0.07 * sin(0.37 * y + 2.0), 0.0221 * cos(0.17 * y + 0.7) + 0.0259 * cos(0.37 * y + 2.0));
 }
 
 // Relative height of the n-th wave of the swell.
-float shore_set(float n, float y) {
+float shore_set(const float n, const float y) {
     return 0.7 + 0.3 * sin(2.4 * n + 0.11 * y);
 }
 
 // Height of the water at the waterline above its level at rest.
-float shore_swash(Shore shore, float y) {
+float shore_swash(const Shore shore, const float y) {
     float turns = shore.swell.x + shore_early(y).x, n = floor(turns), u = turns - n;
     // Water that has run up falls back like a thrown body.
     return shore.swell.w * (0.25 + 0.75 * shore_set(n + shore.swell.y, y) * 4.0 * u * (1.0 - u));
@@ -63,7 +63,7 @@ struct ShoreWater {
 };
 
 // The water above a place, averaged over `reach` metres.
-ShoreWater shore_water(Shore shore, vec2 point, float reach) {
+ShoreWater shore_water(const Shore shore, vec2 point, const float reach) {
     ShoreWater w;
     float s = shore_offshore(shore, point);
     point = -point;
@@ -98,7 +98,7 @@ ShoreWater shore_water(Shore shore, vec2 point, float reach) {
     return w;
 }
 
-vec2 shore_hash(ivec2 cell) {
+vec2 shore_hash(const ivec2 cell) {
     uvec2 v = uvec2(cell) * 1664525u + 1013904223u;
     v.x += v.y * 1664525u;
     v.y += v.x * 1664525u;
@@ -110,7 +110,7 @@ vec2 shore_hash(ivec2 cell) {
 }
 
 // Distance to the nearest border between bubbles, with one bubble per unit square.
-float shore_bubbles(vec2 p) {
+float shore_bubbles(const vec2 p) {
     ivec2 cell = ivec2(floor(p));
     float first = 9.0, second = 9.0;
     for (int j = -1; j <= 1; ++j) {
@@ -125,7 +125,7 @@ float shore_bubbles(vec2 p) {
 }
 
 // Fraction of `reach` metres that foam covers: a lace of bubbles that closes where there is much foam.
-float shore_foam(ShoreWater w, float reach) {
+float shore_foam(const ShoreWater w, const float reach) {
     if (w.foam < 0.02) {
         return 0.0;
     }

@@ -28,7 +28,7 @@ layout(constant_id = 2) const bool HAS_BEACH = false; // a constant, because a b
 
 // Where the waves move a place at rest (xy; z: spacing of the vertices there). It depends on nothing but the place, so shared
 // vertices move alike.
-vec3 carried(vec3 rest) {
+vec3 carried(const vec3 rest) {
     int count = textureSize(displacement, 0).z;
     float samples = float(textureSize(displacement, 0).x);
     vec3 moved = vec3(0.0);

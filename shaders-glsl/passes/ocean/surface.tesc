@@ -14,7 +14,7 @@ layout(location = 1) patch out uint out_patch;
 
 
 // Whether a ball lies outside the picture or nearer than the near plane.
-bool outside(vec3 centre, float radius) {
+bool outside(const vec3 centre, const float radius) {
     mat4 rows = transpose(view.clip_from_world);
     vec4 x = GUARD_BAND * rows[0], y = GUARD_BAND * rows[1], w = rows[3];
     vec4 planes[5] = vec4[](w + x, w - x, w + y, w - y, w - rows[2]);

@@ -14,7 +14,7 @@ layout(location = 0) out vec2 out_rest; // relative to the centre
 layout(location = 1) out vec2 out_rest_reached; // the same
 layout(location = 2) out vec3 out_window; // window_place
 
-vec3 between(vec3 a, vec3 b, float t) {
+vec3 between(const vec3 a, const vec3 b, const float t) {
     precise vec3 p = a * (1.0 - t) + b * t;
     return p;
 }

@@ -17,7 +17,7 @@ struct Bounces {
 };
 
 // alpha: of the base. The relief's own bounces are not among them: what is rough as the eye comes nearer is not what is rough now.
-Bounces bounces_of(Surface surface, float alpha) {
+Bounces bounces_of(const Surface surface, float alpha) {
     Bounces b;
     vec3 n = normal_of_slope(surface.mean_slope);
     b.about = frame_about(n);
@@ -33,7 +33,7 @@ Bounces bounces_of(Surface surface, float alpha) {
 }
 
 // The body's light from wi (tangent frame) over that of a Lambertian body into which as much light enters.
-vec3 bounced_light(Bounces b, Surface surface, vec3 albedo, vec3 wi) {
+vec3 bounced_light(const Bounces b, const Surface surface, const vec3 albedo, const vec3 wi) {
     vec3 towards = to_frame(b.about, wi);
     towards.z = max(towards.z, 1e-3);
     vec3 entered_i = entered(surface.body_f0, energy_albedo(b.alpha, towards.z), energy_average(b.alpha).x);

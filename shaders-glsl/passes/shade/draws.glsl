@@ -21,7 +21,7 @@ uint mixed_bits(uint x) {
 
 // Owen's scrambling of binary digits, the first digit the highest bit: each digit is turned depending on those before it. Laine
 // and Karras, "Stratified Sampling for Stochastic Transparency" (2011): products with even numbers only carry upwards.
-uint owen_scrambled(uint x, uint seed) {
+uint owen_scrambled(uint x, const uint seed) {
     x = bitfieldReverse(x) + seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;
@@ -32,7 +32,7 @@ uint owen_scrambled(uint x, uint seed) {
 
 // Point `index` of a sequence in the unit square that each seed scrambles otherwise: the first two dimensions of Sobol's. Among the
 // first 2^n points, each of 2^n equal boxes of any shape contains one.
-vec2 drawn_point(uint index, uint seed) {
+vec2 drawn_point(const uint index, const uint seed) {
     uint second = 0u, direction = 0x80000000u;
     for (int bit = 0; bit < 32; ++bit) {
         second ^= (index >> bit & 1u) != 0u ? direction : 0u;
@@ -47,7 +47,7 @@ vec2 drawn_point(uint index, uint seed) {
 const uint FACET_DRAW = 0x100u;
 
 // The seed of a pixel for one kind of draws.
-uint draw_seed(uvec2 pixel, uint seed, uint kind) {
+uint draw_seed(const uvec2 pixel, const uint seed, const uint kind) {
     return mixed_bits(pixel.x + mixed_bits(pixel.y + mixed_bits(seed + mixed_bits(kind))));
 }
 
@@ -58,12 +58,12 @@ struct DrawnMirror {
 };
 
 // Density of wi by solid angle among the mirrors that wo sees.
-float mirror_density(vec3 wo, vec3 wi, vec2 m, vec3 S, float visible) {
+float mirror_density(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const float visible) {
     vec3 h = wo + wi;
     return 0.25 * beckmann_ndf_over(h * inversesqrt(max(dot(h, h), 1e-20)), m, S, max(visible, LEADR_MIN_AREA));
 }
 
-DrawnMirror drawn_mirror(vec3 wo, vec2 u, vec2 m, vec3 S, float visible) {
+DrawnMirror drawn_mirror(const vec3 wo, const vec2 u, const vec2 m, const vec3 S, const float visible) {
     vec3 wn = beckmann_sample_visible(wo, u, m, S);
     float cosine = max(dot(wo, wn), 0.0);
     float density = 0.25 * beckmann_ndf_over(wn, m, S, max(visible, LEADR_MIN_AREA));
@@ -71,12 +71,12 @@ DrawnMirror drawn_mirror(vec3 wo, vec2 u, vec2 m, vec3 S, float visible) {
 }
 
 // Solid angle over which one of `count` draws of this density looks the environment up.
-float drawn_solid_angle(float density, int count) {
+float drawn_solid_angle(const float density, const int count) {
     return DRAW_WIDTH / (float(count) * max(density, 1e-9));
 }
 
 // A direction with the density cosine / pi about the normal z.
-vec3 drawn_cosine(vec2 u) {
+vec3 drawn_cosine(const vec2 u) {
     float r = sqrt(u.x), phi = 6.28318531 * u.y;
     return vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0 - u.x, 0.0)));
 }

@@ -5,7 +5,7 @@
 
 layout(set = 1, std430) readonly buffer Energies { vec2 energies[]; };
 
-vec2 energy_texel(int x, int y) {
+vec2 energy_texel(const int x, const int y) {
     const uint TABLE = 33u * 48u; // texels
     return energies[(GGX_BASE ? 0u : TABLE) + uint(33 * y + x)];
 }

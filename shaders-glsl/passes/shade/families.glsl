@@ -21,12 +21,12 @@ const int FAMILY_LEADR = 4;       // integrals over the visible slopes
 const int FAMILY_GLOSS = 5;       // a GGX lobe about the mean normal, as rough as normals shortened by roughness are short
 
 // Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
-float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
+float classic_ndf(const vec3 wh, const vec3 n, const float exponent, const vec2 m, const vec3 S) {
     return FAMILY == FAMILY_LEAN ? beckmann_ndf(wh, m, S) : blinn_phong_ndf(dot(wh, n), exponent);
 }
 
 // The same for light `i`, which widens the lobe by its own size.
-float classic_light_ndf(int i, Light light, vec3 wo, vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
+float classic_light_ndf(const int i, const Light light, const vec3 wo, const vec3 wh, const vec3 n, float exponent, const vec2 m, vec3 S) {
     if (of_panorama(i)) {
         S = clamp_covariance(S + light_slope_covariance(wo, light.wi, light.variance));
         exponent = max(1.0 / (blinn_phong_variance(exponent) + light_normal_variance(dot(wo, wh), light.variance)) - 2.0, 0.0);
@@ -37,7 +37,7 @@ float classic_light_ndf(int i, Light light, vec3 wo, vec3 wh, vec3 n, float expo
 // Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
 // the cosine, a microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is looked up once, in mirror
 // direction, blurred as widely as the lobe.
-vec3 classic_radiance(Surface surface) {
+vec3 classic_radiance(const Surface surface) {
     vec2 m = surface.mean_slope;
     vec3 wo = surface.wo;
     vec3 n = normal_of_slope(m);
@@ -77,14 +77,14 @@ vec3 classic_radiance(Surface surface) {
 }
 
 // What a light is worth in mirrors of GGX facets of roughness sqrt(square) about z, but for the Fresnel term.
-float gloss_mirrors(vec3 wo, vec3 wi, vec3 wh, float square) {
+float gloss_mirrors(const vec3 wo, const vec3 wi, const vec3 wh, const float square) {
     vec3 roughness = vec3(vec2(square), 0.0);
     return 0.25 * ggx_ndf(wh, vec2(0.0), roughness) * ggx_masking_shadowing(wo, wi, vec2(0.0), roughness, true);
 }
 
 // Shortened normals (Chan 2018): GGX about the mean normal, of the roughness that stands for its length, of which the relief's and the
 // base's share multiply.
-vec3 gloss_radiance(Surface surface) {
+vec3 gloss_radiance(const Surface surface) {
     vec2 m = surface.mean_slope;
     float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
     float base = normal_lack(LEADR_GGX_MACRO, surface.alpha);

@@ -11,12 +11,12 @@ layout(set = 1, std430) readonly buffer Fits { float fit_words[]; };
 const float SAME_STRETCH = 4e-3;
 
 // Where the fit of this number begins, from 1.
-uint fit_at(uint number) {
+uint fit_at(const uint number) {
     return uint(fit_words[number - 1u]);
 }
 
 // How much steeper the slopes of a surface of roughness alpha are than those that were measured.
-float fit_stretch(uint fit, float alpha) {
+float fit_stretch(const uint fit, const float alpha) {
     float stretch = max(alpha, 1e-4) / fitted_alpha(fit);
     return abs(stretch - 1.0) < SAME_STRETCH ? 1.0 : stretch;
 }

@@ -19,7 +19,7 @@ struct FittedFacet {
 // The normal of a facet among those that wo sees of slopes m with covariance S, or, of a mapped normal, among all of them. Maps know a
 // texel's slopes by these alone, where a table, unlike a lobe, cannot be widened by them. Fits that are rougher along one direction are
 // brushed along that of S.
-vec3 fitted_normal(uint fit, vec3 wo, vec2 m, vec3 S, bool mapped, vec2 u) {
+vec3 fitted_normal(const uint fit, const vec3 wo, const vec2 m, const vec3 S, const bool mapped, const vec2 u) {
     if (!fitted_is_round(fit) || S.x + S.y <= 2.0 * LEADR_MIN_VARIANCE) {
         return normal_of_slope(m);
     }
@@ -30,7 +30,7 @@ vec3 fitted_normal(uint fit, vec3 wo, vec2 m, vec3 S, bool mapped, vec2 u) {
 }
 
 // normal: of the facet; widest: covariance of what is rougher along one direction, by which that direction is known.
-FittedFacet fitted_facet(uint fit, float alpha, vec3 wo, vec3 normal, vec3 widest) {
+FittedFacet fitted_facet(uint fit, const float alpha, vec3 wo, const vec3 normal, const vec3 widest) {
     FittedFacet f;
     f.fit = fit;
     f.stretch = fit_stretch(fit, alpha);
@@ -47,7 +47,7 @@ FittedFacet fitted_facet(uint fit, float alpha, vec3 wo, vec3 normal, vec3 wides
 }
 
 // Radiance towards the viewer per unit of irradiance on a plane that faces wi.
-vec3 fitted_reflected(FittedFacet f, vec3 wi) {
+vec3 fitted_reflected(const FittedFacet f, vec3 wi) {
     wi = f.turn * wi;
     if (f.wo.z <= 0.0 || wi.z <= 0.0) {
         return vec3(0.0);
@@ -56,7 +56,7 @@ vec3 fitted_reflected(FittedFacet f, vec3 wi) {
 }
 
 // Density by solid angle with which a direction is drawn.
-float fitted_density(FittedFacet f, vec3 wi) {
+float fitted_density(const FittedFacet f, vec3 wi) {
     wi = f.turn * wi;
     vec3 h = f.wo + wi;
     vec3 wn = h * inversesqrt(max(dot(h, h), 1e-20));
@@ -64,7 +64,7 @@ float fitted_density(FittedFacet f, vec3 wi) {
 }
 
 // A direction drawn for its mirrors.
-vec3 fitted_direction_drawn(FittedFacet f, vec2 u) {
+vec3 fitted_direction_drawn(const FittedFacet f, const vec2 u) {
     if (u.x < DEFENSIVE) {
         return drawn_cosine(vec2(u.x / DEFENSIVE, u.y)) * f.turn;
     }

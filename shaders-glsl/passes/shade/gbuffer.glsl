@@ -14,7 +14,7 @@ uniform usampler2D gbuffer_emission;
 uniform usampler2D gbuffer_relief_color;
 
 // The last texel serves for pixels and for edge samples: what belongs to the others is without meaning.
-FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
+FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     uvec4 slopes = texelFetch(gbuffer_slopes, pixel, 0), material = texelFetch(gbuffer_material, pixel, 0);
     uvec2 surface = texelFetch(gbuffer_surface, pixel, 0).xy;
     FilteredSurface f;

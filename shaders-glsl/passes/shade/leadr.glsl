@@ -35,13 +35,13 @@ struct Mirrors {
 };
 
 // The mirrors of a normal map from those that face the viewer. The others are black, and reflect as at grazing incidence.
-Mirrors of_facing(Mirrors mirrors, Surface surface, float facing) {
+Mirrors of_facing(const Mirrors mirrors, const Surface surface, const float facing) {
     vec3 grazing = grazing_reflectance(surface.body_f0);
     return Mirrors(facing * mirrors.reflected, mix(grazing, mirrors.fresnel, facing), 1.0);
 }
 
 // One node of the grid; sums weights in `area`. relief: share of a normal map in the variance of the mirrors, whose facets count alike.
-void add_grid_mirror(inout Mirrors sum, vec3 node, Surface surface, vec3 wo, vec2 m, vec3 S, vec3 cholesky, DirectionArea o, float base, float relief) {
+void add_grid_mirror(inout Mirrors sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S, const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
     float weight = node.z * e.area;
     if (MAPPED) {
@@ -99,7 +99,7 @@ struct ProbedLobe {
 };
 
 // kernel: of its rule.
-ProbedLobe probed_lobe(Surface surface, vec3 wo, vec3 S, vec3 kernel) {
+ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const vec3 kernel) {
     ProbedLobe lobe;
     lobe.facing = 1.0;
     if (MAPPED) {
@@ -124,7 +124,7 @@ struct ProbeSums {
 };
 
 // fitted: whether a table of reflectances multiplies what they see.
-void add_probe(inout ProbeSums sums, Surface surface, vec3 wo, ProbedLobe lobe, ProbeNode node, bool fitted) {
+void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
     LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
@@ -138,7 +138,7 @@ void add_probe(inout ProbeSums sums, Surface surface, vec3 wo, ProbedLobe lobe, 
 }
 
 // The mirrors that probes stand for.
-Mirrors probes_mirrors(ProbeSums sums, Surface surface, ProbedLobe lobe, bool fitted) {
+Mirrors probes_mirrors(const ProbeSums sums, const Surface surface, const ProbedLobe lobe, const bool fitted) {
     vec3 reflected;
     if (fitted) {
         // The table is nearly straight over a lobe: a line through it at a deviation of the cosines on either side.
@@ -158,7 +158,7 @@ Mirrors probes_mirrors(ProbeSums sums, Surface surface, ProbedLobe lobe, bool fi
 }
 
 // A few probes among the visible slopes, `count` of them.
-Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S, int count) {
+Mirrors probe_mirrors(Surface surface, vec3 wo, const vec3 S, int count) {
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     bool fitted = is_fitted(surface.fit);
     ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
@@ -169,7 +169,7 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S, int count) {
 }
 
 // As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.
-Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
+Mirrors drawn_mirrors(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
     DirectionArea o = direction_area(wo, m, slope_cholesky(S));
     uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
@@ -188,7 +188,7 @@ Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
 }
 
 // The same of measured facets.
-Mirrors drawn_facets(Surface surface, FittedFacet facet) {
+Mirrors drawn_facets(const Surface surface, const FittedFacet facet) {
     uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
     vec3 reflected = vec3(0.0);
     for (int i = 0; i < SAMPLES; ++i) {
@@ -202,7 +202,7 @@ Mirrors drawn_facets(Surface surface, FittedFacet facet) {
 }
 
 // probes: of the lobe, where it is looked up by these.
-Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S, int probes) {
+Mirrors gaussian_mirrors(const Surface surface, const vec3 wo, const vec3 S, const int probes) {
     if (DRAWN_MIRRORS) {
         return drawn_mirrors(surface, wo, S);
     }
@@ -213,7 +213,7 @@ Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S, int probes) {
 }
 
 // Mirrors of a GGX base: a mixture of Gaussian ones, each weighted by its visible area.
-Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
+Mirrors ggx_mirrors(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
@@ -230,14 +230,14 @@ Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
 }
 
 // Mean Fresnel reflectance of the body for mirrors of covariance S.
-vec3 body_fresnel(Surface surface, vec3 wo, vec3 S) {
+vec3 body_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
     return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.body_f0)
                   : visible_fresnel(wo, m, S, surface.body_f0);
 }
 
 // The mean Fresnel reflectance alone, for when no environment is looked up.
-vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
+vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
@@ -248,12 +248,12 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 }
 
 // Irradiance that order 2 leaves out, for a normal n of any length; none with the grid of the paper, which is of order 2.
-vec3 rest_irradiance(Surface surface, vec3 n) {
+vec3 rest_irradiance(const Surface surface, const vec3 n) {
     return VISIBLE_SLOPES ? textureLod(irradiance_rest, from_frame(surface.frame, n), 0.0).rgb : vec3(0.0);
 }
 
 // Diffuse radiance of the environment per unit of albedo.
-vec3 diffuse_environment(Surface surface, NormalMoments normals) {
+vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 c[9] = environment_sh();
     vec3 whole;
     float open = 1.0; // bumps hide what facets do not hide from each other already
@@ -273,13 +273,13 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals) {
 }
 
 // Share of the environment's light in all mirrors that a cone leaves.
-float mirrors_in_cone(Surface surface) {
+float mirrors_in_cone(const Surface surface) {
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
     return cone_mirrors(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
 }
 
 // Albedo of what is seen, weighted by the environment's irradiance where slopes decide. c: its coefficients.
-vec3 environment_albedo(Surface surface, DirectionArea o) {
+vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     vec3 S = surface.slope_covariance, wo = surface.wo;
     vec2 m = surface.mean_slope;
     // Relief of a normal map hides nothing: its facets count by their area on the surface, as if seen from above.
@@ -304,7 +304,7 @@ vec3 environment_albedo(Surface surface, DirectionArea o) {
 }
 
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
-float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced, float lambda, vec3 wi) {
+float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments normals, const vec2 faced, const float lambda, const vec3 wi) {
     vec3 S = surface.slope_covariance;
     if (MAPPED && !LIGHTS_BY_SH) {
         return mapped_diffuse_light(wi, surface.mean_slope, S, DIFFUSE_TERMS);
@@ -317,7 +317,7 @@ float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced,
 }
 
 // What measured facets reflect of a light, per unit of irradiance; of one with a size, from a direction that is drawn.
-vec3 facet_light(Surface surface, FittedFacet facet, int number, Light light) {
+vec3 facet_light(const Surface surface, const FittedFacet facet, const int number, const Light light) {
     vec3 wi = light.wi;
     if (of_panorama(number)) {
         vec2 u = drawn_point(lighting.draws.x, draw_seed(surface.pixel, lighting.draws.y, uint(1 + number)));
@@ -333,7 +333,7 @@ const int OWN_BASES = MIXED_ROUGHNESS ? 2 : 1;
 const int BASES = FIT_LOBES > OWN_BASES ? FIT_LOBES : OWN_BASES;
 const int MOST_BASES = 4;
 
-void bases_of(Surface surface, out vec2 bases[MOST_BASES]) {
+void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
     for (int i = 0; i < MOST_BASES; ++i) {
         bases[i] = vec2(surface.alpha, i == 0 ? 1.0 : 0.0);
     }
@@ -366,7 +366,7 @@ struct Base {
     DirectionArea o;  // area seen by the viewer
 };
 
-Base base_of(Surface surface, float alpha) {
+Base base_of(const Surface surface, float alpha) {
     vec3 relief = surface.slope_covariance, wo = surface.wo;
     vec2 m = surface.mean_slope;
     Base base;
@@ -383,7 +383,7 @@ Base base_of(Surface surface, float alpha) {
 }
 
 // Specular radiance of a light with a size, per unit of irradiance: its directions widen the lobe. o: area seen by the viewer.
-vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, DisplacedGgx ggx, vec3 cholesky) {
+vec3 sized_light(const Surface surface, const DirectionArea o, const Light light, const vec3 S, const DisplacedGgx ggx, const vec3 cholesky) {
     vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
     vec2 m = surface.mean_slope;
     if (MAPPED && !GGX_BASE) {
@@ -402,7 +402,7 @@ vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, Displace
 }
 
 // What a base reflects of the environment.
-Mirrors environment_mirrors(Surface surface, Base base) {
+Mirrors environment_mirrors(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_mirrors(surface, surface.wo, base.ggx);
     }
@@ -410,12 +410,12 @@ Mirrors environment_mirrors(Surface surface, Base base) {
 }
 
 // The body's mean Fresnel reflectance alone.
-vec3 mean_fresnel(Surface surface, Base base) {
+vec3 mean_fresnel(const Surface surface, const Base base) {
     return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : body_fresnel(surface, surface.wo, base.S);
 }
 
 // What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.
-vec3 mirrored_light(Surface surface, Base base, int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
+vec3 mirrored_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o, const DirectionArea diffuse_i,
                     const vec3 diffuse_cholesky) {
     vec3 wo = surface.wo, f0 = surface.f0;
     vec2 m = surface.mean_slope;
@@ -453,7 +453,7 @@ const int LOBE_RULE = FIT_LOBES == 2 ? 9 : PROBES_OF_LOBE;
 const int SPREAD_NODES = FIT_LOBES == 2 ? (SAMPLES + 1) / 2 : FIT_LOBES == 3 ? (SAMPLES + 2) / 3 : (SAMPLES + 3) / 4;
 
 // The environment in lobes of measured materials, each by a rule of its own, and in bases of one lobe.
-Mirrors shared_probes(Surface surface, vec2 bases[MOST_BASES]) {
+Mirrors shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 wo = surface.wo;
     bool fitted = is_fitted(surface.fit);
     bool several = fitted || (MIXED_ROUGHNESS && bases[1].y > 0.0);
@@ -485,7 +485,7 @@ Mirrors shared_probes(Surface surface, vec2 bases[MOST_BASES]) {
 }
 
 // The environment in the mirrors of all bases.
-Mirrors mirrors_of(Surface surface, vec2 bases[MOST_BASES]) {
+Mirrors mirrors_of(const Surface surface, const vec2 bases[MOST_BASES]) {
     if (SHARES_PROBES) {
         return shared_probes(surface, bases);
     }
@@ -508,7 +508,7 @@ Mirrors mirrors_of(Surface surface, vec2 bases[MOST_BASES]) {
 }
 
 // The body's mean Fresnel reflectance under the mirrors of all bases.
-vec3 fresnel_under(Surface surface, vec2 bases[MOST_BASES]) {
+vec3 fresnel_under(const Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 sum = vec3(0.0);
     for (int i = 0; i < BASES; ++i) {
         sum += bases[i].y * mean_fresnel(surface, base_of(surface, bases[i].x));
@@ -517,7 +517,7 @@ vec3 fresnel_under(Surface surface, vec2 bases[MOST_BASES]) {
 }
 
 // The body's mean Fresnel reflectance without relief, as one bounce has it.
-vec3 smooth_fresnel(Surface surface, Bounces bounces) {
+vec3 smooth_fresnel(Surface surface, const Bounces bounces) {
     surface.mean_slope = vec2(0.0);
     surface.slope_covariance = vec3(0.0);
     surface.wo = bounces.wo;
@@ -525,7 +525,7 @@ vec3 smooth_fresnel(Surface surface, Bounces bounces) {
 }
 
 // A light in the mirrors of all bases, per unit of irradiance; the arguments as in mirrored_light.
-vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
+vec3 light_in_mirrors(const Surface surface, const vec2 bases[MOST_BASES], const int number, const Light light, const DirectionArea diffuse_o, const DirectionArea diffuse_i,
                       const vec3 diffuse_cholesky) {
     vec3 sum = vec3(0.0);
     if (BASES > 2) {

@@ -22,13 +22,13 @@ struct Light {
 };
 
 // Width over which a shadow map is averaged at least, in pixels of this image.
-float shadow_width(Surface surface) {
+float shadow_width(const Surface surface) {
     float edge = EDGES == EDGES_ARE_SHADED ? edge_shadow_width(surface.position, surface.relief) : 1.0;
     return lighting.viewport.z * edge;
 }
 
 // Light `i` as it would arrive with nothing in its way.
-Light light_sent(int i, Surface surface) {
+Light light_sent(const int i, const Surface surface) {
     if (i < SUNS) {
         return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w);
     }
@@ -40,7 +40,7 @@ Light light_sent(int i, Surface surface) {
 }
 
 // Fraction of it that passes the relief and what throws shadows.
-float light_passed(int i, Surface surface, Light light) {
+float light_passed(const int i, const Surface surface, const Light light) {
     float seen = relief_visibility(surface, light.wi, sqrt(light.variance));
     if (!MAPPED_SHADOWS) {
         return seen;
@@ -55,14 +55,14 @@ float light_passed(int i, Surface surface, Light light) {
     return min(seen, point_visibility(i, i - SUNS, surface.position, mesonormal, surface.frame.z, width));
 }
 
-Light light_at(int i, Surface surface) {
+Light light_at(const int i, const Surface surface) {
     Light light = light_sent(i, surface);
     light.irradiance *= light_passed(i, surface, light);
     return light;
 }
 
 // Of what suns and lamps send to a surface, the share that passes; 1 where they send nothing.
-float light_share(Surface surface) {
+float light_share(const Surface surface) {
     float sent = 0.0, passed = 0.0;
     for (int i = 0; i < LIGHTS; ++i) {
         Light light = light_sent(i, surface);
@@ -74,12 +74,12 @@ float light_share(Surface surface) {
 }
 
 // The environment's part that reaches a diffuse body of this albedo.
-vec3 ambient_on_diffuse(Surface surface, vec3 albedo) {
+vec3 ambient_on_diffuse(const Surface surface, const vec3 albedo) {
     return SKY_OCCLUSION ? sky_on_diffuse(surface.sky, surface.accessibility, albedo) : vec3(surface.accessibility);
 }
 
 // The same in mirrors about the mean normal.
-float ambient_in_mirrors(Surface surface) {
+float ambient_in_mirrors(const Surface surface) {
     if (!SKY_OCCLUSION) {
         return surface.accessibility;
     }
@@ -89,7 +89,7 @@ float ambient_in_mirrors(Surface surface) {
 }
 
 // Ray through a point of the image, as surface_at expects it.
-vec3 pixel_ray(vec2 place) {
+vec3 pixel_ray(const vec2 place) {
     vec2 ndc = (place / lighting.viewport.xy) * 2.0 - 1.0;
     return lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
 }
@@ -101,12 +101,12 @@ vec3 sky_radiance(vec3 ray) {
 }
 
 // Radiance from the direction wi of the tangent frame.
-vec3 environment_radiance(Surface surface, vec3 wi, float lod) {
+vec3 environment_radiance(const Surface surface, const vec3 wi, const float lod) {
     return textureLod(environment_cube, from_frame(surface.frame, wi), lod).rgb;
 }
 
 // The same seen through a smooth kernel of this variance.
-vec3 lobe_radiance(Surface surface, vec3 wi, float variance) {
+vec3 lobe_radiance(const Surface surface, const vec3 wi, const float variance) {
     float size = float(textureSize(environment_lobes, 0).x);
     return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, size)).rgb;
 }

@@ -63,7 +63,7 @@ struct Facet {
 };
 
 // Radiance per unit of irradiance on a plane that faces wi.
-vec3 scattered(Facet facet, vec3 wi, Transport transport) {
+vec3 scattered(const Facet facet, const vec3 wi, const Transport transport) {
     vec3 sum = vec3(0.0);
     if (transport.diffuse) {
         sum += facet.albedo * leadr_diffuse_light_visible(facet.wo, wi, facet.m, facet.diffuse_s, false, DIFFUSE_TERMS);
@@ -78,7 +78,7 @@ vec3 scattered(Facet facet, vec3 wi, Transport transport) {
 }
 
 // Radiance of the environment in a world direction; w: density by solid angle with which its draws have it.
-vec4 environment_at(vec3 d) {
+vec4 environment_at(const vec3 d) {
     vec3 a = abs(d);
     int face;
     vec3 p; // place on the face, and distance of the face's plane
@@ -102,7 +102,7 @@ vec4 environment_at(vec3 d) {
 
 // Expected number of draws per solid angle in a direction, those of all kinds together; the environment's have this density. It is the
 // same whatever terms a picture contains, so that pictures of single terms add up.
-float draws_per_angle(Facet facet, vec3 wi, float density) {
+float draws_per_angle(const Facet facet, const vec3 wi, const float density) {
     float sum = float(lighting.counts.y) * density
               + float(MIRROR_DRAWS) * (facet.fitted ? fitted_density(facet.facet, wi)
                                                     : mirror_density(facet.wo, wi, facet.m, facet.specular_s, facet.visible))
@@ -111,7 +111,7 @@ float draws_per_angle(Facet facet, vec3 wi, float density) {
 }
 
 // Light of the environment from one drawn direction.
-vec3 drawn_light(Facet facet, Surface surface, vec3 normal, vec3 wi, Transport transport) {
+vec3 drawn_light(const Facet facet, const Surface surface, const vec3 normal, const vec3 wi, const Transport transport) {
     vec3 towards = from_frame(surface.frame, wi);
     if (HEIGHT_FIELD && !reaches_over_field(surface.position, normal, towards, 1e9)) {
         return vec3(0.0);
@@ -121,7 +121,7 @@ vec3 drawn_light(Facet facet, Surface surface, vec3 normal, vec3 wi, Transport t
 }
 
 // The environment in directions drawn from the facet's mirrors and from its hemisphere.
-vec3 drawn_environment(Facet facet, Surface surface, vec3 normal) {
+vec3 drawn_environment(const Facet facet, const Surface surface, const vec3 normal) {
     Transport transport = transport_of_environment();
     if (!transport.specular && !transport.diffuse) {
         return vec3(0.0);

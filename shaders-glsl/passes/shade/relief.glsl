@@ -8,12 +8,12 @@
 #include "leadr/masking/occlusion.glsl"
 #include "leadr/visible/cone_specular.glsl"
 
-bool has_cone(Surface surface) {
+bool has_cone(const Surface surface) {
     return CONES && surface.cone.w >= 0.0;
 }
 
 // Share of the light about wi (tangent frame) that the surrounding relief lets through. deviation: of the light, radians.
-float relief_visibility(Surface surface, vec3 wi, float deviation) {
+float relief_visibility(const Surface surface, const vec3 wi, const float deviation) {
     if (has_cone(surface)) {
         return cone_light_smooth(cone_of_vector(surface.cone.xyz), wi);
     }
@@ -23,7 +23,7 @@ float relief_visibility(Surface surface, vec3 wi, float deviation) {
 // What a cone leaves of the environment's diffuse light, of a body of this albedo: the share of the surroundings that is seen, light
 // from the hidden ones as bright as the place itself (Chan 2018, eq. 49), and how much brighter or darker it is about the axis of the
 // cone than about the normal.
-vec3 cone_diffuse(Surface surface, vec3 albedo, vec3 c[9]) {
+vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     if (!has_cone(surface)) {
         return vec3(1.0);
     }
@@ -34,7 +34,7 @@ vec3 cone_diffuse(Surface surface, vec3 albedo, vec3 c[9]) {
 }
 
 // Share of the environment's light in mirrors of GGX roughness alpha about the mean normal that a cone leaves.
-float cone_mirrors(Surface surface, float alpha) {
+float cone_mirrors(const Surface surface, const float alpha) {
     if (!has_cone(surface)) {
         return 1.0;
     }

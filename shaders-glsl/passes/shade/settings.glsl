@@ -37,9 +37,9 @@ const bool DIFFUSE = DIFFUSE_LIGHTS || DIFFUSE_ENVIRONMENT;
 const int SUNS = OWN_SUNS + PANORAMA_SUNS;
 const int LIGHTS = SUNS + POINT_LIGHTS;
 // Suns of the panorama are a part of the environment.
-bool of_panorama(int light) { return light >= OWN_SUNS && light < SUNS; }
-bool on_diffuse(int light) { return of_panorama(light) ? DIFFUSE_ENVIRONMENT : DIFFUSE_LIGHTS; }
-bool in_mirrors(int light) { return of_panorama(light) ? SPECULAR_ENVIRONMENT : SPECULAR_LIGHTS; }
+bool of_panorama(const int light) { return light >= OWN_SUNS && light < SUNS; }
+bool on_diffuse(const int light) { return of_panorama(light) ? DIFFUSE_ENVIRONMENT : DIFFUSE_LIGHTS; }
+bool in_mirrors(const int light) { return of_panorama(light) ? SPECULAR_ENVIRONMENT : SPECULAR_LIGHTS; }
 bool any_on_diffuse() { return (DIFFUSE_LIGHTS && LIGHTS > PANORAMA_SUNS) || (DIFFUSE_ENVIRONMENT && PANORAMA_SUNS > 0); }
 bool any_in_mirrors() { return (SPECULAR_LIGHTS && LIGHTS > PANORAMA_SUNS) || (SPECULAR_ENVIRONMENT && PANORAMA_SUNS > 0); }
 

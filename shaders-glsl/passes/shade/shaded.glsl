@@ -4,7 +4,7 @@
 #include "families.glsl"
 
 // The surface that is seen at a place of the image, in pixels, at a depth (reversed).
-Surface surface_seen(FilteredSurface filtered, vec2 place, float depth) {
+Surface surface_seen(const FilteredSurface filtered, const vec2 place, const float depth) {
     Surface surface = surface_at(filtered, lighting.camera_position.xyz, pixel_ray(place), lighting.rays[2].w, depth);
     surface.pixel = uvec2(place);
     if (SKY_OCCLUSION) {
@@ -14,7 +14,7 @@ Surface surface_seen(FilteredSurface filtered, vec2 place, float depth) {
 }
 
 // Radiance toward the viewer; a marker where the inside of a surface is seen.
-vec3 surface_radiance(Surface surface) {
+vec3 surface_radiance(const Surface surface) {
     if (TELLS_LIGHT) {
         return vec3(light_share(surface), SKY_OCCLUSION ? surface.sky.w : 1.0, 0.0);
     }
@@ -27,7 +27,7 @@ vec3 surface_radiance(Surface surface) {
 }
 
 // The same for a pixel without edge samples.
-vec3 shaded(FilteredSurface filtered, vec2 place, float depth) {
+vec3 shaded(const FilteredSurface filtered, const vec2 place, const float depth) {
     return surface_radiance(surface_seen(filtered, place, depth));
 }
 

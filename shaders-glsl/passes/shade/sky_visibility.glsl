@@ -15,7 +15,7 @@ layout(set = 1, std430) readonly buffer SkyVisibility {
     uint sky_nodes[];
 };
 
-vec4 sky_node(uvec3 at, uvec2 size) {
+vec4 sky_node(const uvec3 at, const uvec2 size) {
     return unpackSnorm4x8(sky_nodes[(at.z * size.y + at.y) * size.x + at.x]);
 }
 
@@ -24,7 +24,7 @@ vec4 sky_node(uvec3 at, uvec2 size) {
 //
 // The normal is that of the macrosurface, which hides half of the directions from its bumps in any case: their slope statistics know.
 // Places are looked up a node away from the surface, so that it does not darken itself; nodes are close where matter stands on ground.
-vec4 sky_seen(vec3 position, vec3 normal) {
+vec4 sky_seen(const vec3 position, const vec3 normal) {
     const float below = float(SKY_LAYERS_BELOW), above = float(SKY_LAYERS - 1u - SKY_LAYERS_BELOW);
     float up = position.z - sky_corner.z;
     float layer = sqrt(abs(up) * (up < 0.0 ? sky_rates.w : sky_rates.z));
@@ -54,13 +54,13 @@ vec4 sky_seen(vec3 position, vec3 normal) {
 // What is left of the environment's light on a diffuse body, where `known` of it is seen past what the surface itself knows to hide the
 // rest: both know the same large shapes. Hidden directions are as bright as the place itself, so ground lights what stands on it and
 // bodies the ground (Chan 2018, eq. 49).
-vec3 sky_on_diffuse(vec4 sky, float known, vec3 albedo) {
+vec3 sky_on_diffuse(const vec4 sky, const float known, const vec3 albedo) {
     return known * interreflected_visibility(min(1.0, sky.w / max(known, 1e-3)), albedo);
 }
 
 // The same in mirrors towards a world direction, which differ from the whole only where something is hidden: what lies beyond the rim of a
 // plate is lower than all that its mirrors see.
-float sky_in_mirrors(vec4 sky, float known, vec3 towards) {
+float sky_in_mirrors(const vec4 sky, const float known, const vec3 towards) {
     float seen = clamp(sky.w + min(1.0, 6.0 * (1.0 - sky.w)) * dot(sky.xyz, towards), 0.0, 1.0);
     return known * mix(HIDDEN_ALBEDO, 1.0, min(1.0, seen / max(known, 1e-3)));
 }

@@ -23,13 +23,13 @@ layout(set = 1, std140) uniform Lighting {
 layout(set = 1) uniform sampler2DArray shadow_maps; // a layer per light: suns, then point lights
 
 // Width of a pixel of this image at a point, in world units.
-float pixel_width(vec3 position) {
+float pixel_width(const vec3 position) {
     return distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
 }
 
 // Width over which an edge sample averages the shadow map, in pixels of the picture. Its own width would be enough, but its geometry
 // has finer bumps than that of the map, by up to half its relief (metres), and those must not shadow each other.
-float edge_shadow_width(vec3 position, float relief) {
+float edge_shadow_width(const vec3 position, const float relief) {
     return clamp(0.5 * relief / max(pixel_width(position) * lighting.viewport.z, 1e-9), 0.25, 1.0);
 }
 
@@ -45,7 +45,7 @@ const float WIDEST = 48.0;
 const float STEEPEST = 4.0;
 
 // Place of a point on a map, [0,1], and its depth there.
-vec3 on_map(int layer, vec3 position) {
+vec3 on_map(const int layer, const vec3 position) {
     vec4 s = lighting.shadow_from_world[layer] * vec4(position, 1.0);
     return s.xyz / max(s.w, 1e-6);
 }
@@ -60,7 +60,7 @@ struct Receiver {
 };
 
 // Change of the depth along a map over the plane of a receiver: linear in parallel and in perspective views. s: the receiver's place.
-vec2 plane_on_map(int layer, Receiver r, vec3 s, float steepest) {
+vec2 plane_on_map(const int layer, const Receiver r, const vec3 s, const float steepest) {
     Frame along = frame_about(r.macronormal);
     vec3 a = on_map(layer, r.position + r.texel * along.x) - s, b = on_map(layer, r.position + r.texel * along.y) - s;
     float det = a.x * b.y - a.y * b.x;
@@ -75,7 +75,7 @@ vec2 plane_on_map(int layer, Receiver r, vec3 s, float steepest) {
 // A texel of the map and the pixel are the least width: 4 x 4 comparisons, bilinearly weighted. Smaller bumps cast their shadows through
 // the slope statistics, so the point is lifted clear of them. For wide penumbrae it is moved toward the light instead, by a part of their
 // width, which moves no edges; they belong to far blockers, so no contact is lost.
-float map_visibility(int layer, Receiver r, float width, float spread, float steepest) {
+float map_visibility(const int layer, const Receiver r, const float width, const float spread, const float steepest) {
     float stride = max(1.0, 0.5 * pixel_width(r.position) * width / r.texel);
     float cosine = dot(r.mesonormal, r.towards);
     float lift = r.texel * (1.0 + 2.0 * sqrt(max(1.0 - cosine * cosine, 0.0)));
@@ -126,7 +126,7 @@ float map_visibility(int layer, Receiver r, float width, float spread, float ste
 }
 
 // Fraction of a sun that the macrosurface sees.
-float sun_visibility(int sun, vec3 position, vec3 mesonormal, vec3 macronormal, float width) {
+float sun_visibility(const int sun, const vec3 position, const vec3 mesonormal, const vec3 macronormal, const float width) {
     Receiver r = Receiver(position, mesonormal, macronormal, lighting.sun_direction[sun].xyz, lighting.environment.z);
     // The map is as deep as it is wide.
     float spread = lighting.sun_irradiance[sun].w * float(textureSize(shadow_maps, 0).x);
@@ -134,7 +134,7 @@ float sun_visibility(int sun, vec3 position, vec3 mesonormal, vec3 macronormal, 
 }
 
 // Fraction of a point light that the macrosurface sees. Its map shows the sphere around all that casts shadows: nothing outside is shadowed.
-float point_visibility(int layer, int point, vec3 position, vec3 mesonormal, vec3 macronormal, float width) {
+float point_visibility(const int layer, const int point, const vec3 position, const vec3 mesonormal, const vec3 macronormal, const float width) {
     vec3 towards = normalize(lighting.point_position[point].xyz - position);
     vec4 place = lighting.shadow_from_world[layer] * vec4(position, 1.0);
     float texel = lighting.point_shadow[point].y * max(place.w, 1e-6);

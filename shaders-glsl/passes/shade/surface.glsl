@@ -35,11 +35,11 @@ struct Surface {
 };
 
 // Whether the base is a measured material. Facets of normal maps that face away lose theirs, on the finest level.
-bool is_fitted(uint fit) {
+bool is_fitted(const uint fit) {
     return FIT_LOBES > 0 && (ALL_FITTED && !FINEST_LEVEL || fit > 0u);
 }
 
-vec3 fresnel_of(Surface s, float cosine) {
+vec3 fresnel_of(const Surface s, const float cosine) {
     if (is_fitted(s.fit)) {
         return fitted_fresnel(s.fit, cosine);
     }
@@ -47,7 +47,7 @@ vec3 fresnel_of(Surface s, float cosine) {
 }
 
 // The Fresnel term over its Schlick form: what a dip leaves of it, or all of a measured one, whose f0 is 1.
-vec3 fresnel_over_schlick(uint fit, vec3 f0, vec3 dip, float cosine) {
+vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 dip, const float cosine) {
     if (is_fitted(fit)) {
         return fitted_fresnel(fit, cosine);
     }
@@ -55,7 +55,7 @@ vec3 fresnel_over_schlick(uint fit, vec3 f0, vec3 dip, float cosine) {
 }
 
 // ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Without joined edge samples.
-Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float depth) {
+Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, const float near, const float depth) {
     Surface s;
     s.pixel = uvec2(0u);
     s.position = eye + ray * (near / depth);

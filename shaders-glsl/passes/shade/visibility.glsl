@@ -39,7 +39,7 @@ uniform sampler2DArray depth_maps;
 
 // Whether a light with a map reaches a facet. The map holds depths at the centres of its texels, so the facet's plane is evaluated
 // there too, not where the pixel met it: then a facet never shadows itself, at any angle.
-bool reaches_by_map(Light light, vec3 position, vec3 normal, vec3 towards) {
+bool reaches_by_map(const Light light, const vec3 position, const vec3 normal, const vec3 towards) {
     if (light.map.w < 0.5) {
         return true;
     }
@@ -61,7 +61,7 @@ bool reaches_by_map(Light light, vec3 position, vec3 normal, vec3 towards) {
 }
 
 // Depth of the field, linear between the centres of its texels: exact inside a triangle.
-float field_depth(vec2 st) {
+float field_depth(const vec2 st) {
     vec2 place = st * lighting.field.z - 0.5;
     vec2 f = fract(place);
     vec4 d = textureGather(depth_maps, vec3((floor(place) + 1.0) / lighting.field.z, 0.0), 0);
@@ -69,7 +69,7 @@ float field_depth(vec2 st) {
 }
 
 // The normal of the triangle of the height field above or below a point, world.
-vec3 field_normal(vec3 position) {
+vec3 field_normal(const vec3 position) {
     mat3 to_map = mat3(lighting.field_from_world);
     vec3 x = vec3(to_map[0].x, to_map[1].x, to_map[2].x), y = vec3(to_map[0].y, to_map[1].y, to_map[2].y);
     vec3 z = vec3(to_map[0].z, to_map[1].z, to_map[2].z);
@@ -81,7 +81,7 @@ vec3 field_normal(vec3 position) {
 }
 
 // Whether nothing of the height field lies within `reach` metres in a direction.
-bool reaches_over_field(vec3 position, vec3 normal, vec3 towards, float reach) {
+bool reaches_over_field(const vec3 position, const vec3 normal, const vec3 towards, const float reach) {
     vec3 start = (lighting.field_from_world * vec4(position + normal * (FIELD_BIAS * lighting.field.x), 1.0)).xyz;
     vec3 along = mat3(lighting.field_from_world) * towards; // per metre
     float texel = 1.0 / max(max(abs(along.x), abs(along.y)) * lighting.field.z, 1e-9);

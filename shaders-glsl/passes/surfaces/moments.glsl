@@ -19,10 +19,10 @@ layout(push_constant) uniform Push {
     float limit;  // largest magnitude that the format holds
 };
 
-float height_at(ivec2 p) { return imageLoad(heights, p).r; }
+float height_at(const ivec2 p) { return imageLoad(heights, p).r; }
 
 // The neighbours of texel i of n along one axis, and whether the surface continues to them.
-ivec2 neighbours(int i, int n, out bvec2 inside)
+ivec2 neighbours(const int i, const int n, out bvec2 inside)
 {
     inside = bvec2(true);
     if (EDGES == MOMENTS_REPEAT) return ivec2(i == 0 ? n - 1 : i - 1, i == n - 1 ? 0 : i + 1);

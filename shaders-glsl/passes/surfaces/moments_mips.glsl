@@ -18,7 +18,7 @@ layout(push_constant) uniform Push {
     float share[2]; // one over the texels of the finer level, across and down
 };
 
-vec3 taps(int i, int n, float share)
+vec3 taps(const int i, const int n, const float share)
 {
     if (n == 1) return vec3(1.0, 0.0, 0.0);
     if ((n & 1) == 0) return vec3(0.5, 0.5, 0.0);
@@ -26,7 +26,7 @@ vec3 taps(int i, int n, float share)
     return vec3(m - i, m, i + 1) * share;
 }
 
-int tap_count(int n) { return n == 1 ? 1 : 2 + (n & 1); }
+int tap_count(const int n) { return n == 1 ? 1 : 2 + (n & 1); }
 
 void main()
 {

@@ -1,7 +1,7 @@
 #ifndef SELFTEST_AFFINE_GLSL
 #define SELFTEST_AFFINE_GLSL
 
-float selftest_affine(float x, float scale, float shift) {
+float selftest_affine(const float x, const float scale, const float shift) {
     return scale * x + shift;
 }
 

@@ -72,12 +72,12 @@ float at_least_once(float v) {
     return v;
 }
 
-bool either(bool a, bool b) {
+bool either(const bool a, bool b) {
     b = b && ONCE;
     return a || b;
 }
 
-void choose(int way, inout bool chosen, out int steps) {
+void choose(const int way, inout bool chosen, out int steps) {
     if (way == 1) {
         chosen = !chosen;
     }

@@ -3,7 +3,7 @@
 #include "leadr/slopes/moments.glsl"
 #include "probes/leadr_probe.glsl"
 
-void put(SlopeMoments a) { put(a.first); put(a.second); }
+void put(const SlopeMoments a) { put(a.first); put(a.second); }
 
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;

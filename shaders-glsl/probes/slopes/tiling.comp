@@ -4,7 +4,7 @@
 #include "probes/leadr_probe.glsl"
 
 // A map of one wave, and its slope: what is blended does not change where the looks of a place do.
-vec3 example(vec2 at) {
+vec3 example(const vec2 at) {
     vec2 phase = 6.28318530718 * at;
     return vec3(sin(phase.x + 2.0 * phase.y), 6.28318530718 * cos(phase.x + 2.0 * phase.y) * vec2(1.0, 2.0));
 }
