@@ -117,7 +117,8 @@ float facet_mirror_density(const FacetMirrors f, vec2 m, const vec3 cholesky, co
 }
 
 // Radiance towards the viewer under the light, per unit of its irradiance on a plane that faces it.
-vec3 facet_mirrors_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetMirrors f, const vec2 m, const vec3 cholesky, const vec3 f0) {
+vec3 facet_mirrors_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetMirrors f, const vec2 m,
+                         const vec3 cholesky, const vec3 f0) {
     float d = facet_mirror_density(f, m, cholesky, shadowing);
     return fresnel_schlick(f0, dot(f.wi, f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i));
 }

@@ -31,7 +31,8 @@ DirectionArea displaced_ggx_area(const vec3 w, const vec2 m, const DisplacedGgx 
 
 // Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. o: displaced_ggx_area
 // of wo.
-vec3 displaced_ggx_light(const int shadowing, const DirectionArea o, const vec3 wo, const vec3 wi, const vec2 m, const DisplacedGgx d, const vec3 cholesky,
+vec3 displaced_ggx_light(const int shadowing, const DirectionArea o, const vec3 wo, const vec3 wi, const vec2 m, const DisplacedGgx d,
+                         const vec3 cholesky,
                          const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));

@@ -21,7 +21,8 @@ vec3 leadr_specular_directional(const vec3 wo, const vec3 wi, const vec2 m, cons
 
 // The same with any shadowing model, from the areas seen along wo and wi: compute o once per pixel and share it between
 // lights.
-vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0) {
+vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const vec3 wo, const vec3 wi, const vec2 m,
+                          const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float d = beckmann_ndf_over(wh, m, S, max(o.visible, LEADR_MIN_AREA));

@@ -26,7 +26,8 @@ float half_facet_area(const vec3 wo, const vec3 wi, const vec3 wh) {
 
 // m: mean slope; area_o, area_i: visible projected areas A(wo), A(wi) of the distribution, clamped above MIN_AREA; S:
 // covariance of the slopes, or a multiple of it (a roughness matrix), which only the direction-correlated forms use.
-float masking_factor(const int masking, const vec3 wo, const vec3 wi, const vec3 wh, const vec2 m, float area_o, float area_i, const vec3 S) {
+float masking_factor(const int masking, const vec3 wo, const vec3 wi, const vec3 wh, const vec2 m, float area_o, float area_i,
+                     const vec3 S) {
     float ao = max(meso_area(wo, m), 0.0);
     float ai = max(meso_area(wi, m), 0.0);
     area_o = max(area_o, LEADR_MIN_AREA);

@@ -68,7 +68,8 @@ vec3 first_albedo(const FacetBounces bounces, const vec3 albedo) {
 
 // The BRDF, per steradian; 0 where a direction is not above the horizon. entered_o, entered_i, entered_average: what enters along the
 // viewer's direction, along the light's, and on average (`entered` of energy.glsl).
-vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bounces, const vec3 f0, const vec3 albedo, const vec3 entered_o, const vec3 entered_i,
+vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bounces, const vec3 f0, const vec3 albedo,
+                             const vec3 entered_o, const vec3 entered_i,
                              const vec3 entered_average) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec3(0.0);
     float c_o = min(wo.z, 1.0), c_i = min(wi.z, 1.0);

@@ -34,7 +34,8 @@ const float LEADR_HALF_DEVIATION = 0.5;
 const float LEADR_MIRROR_HORIZON = 1.2;
 
 // Lit share of a direction, and the same weighted by Schlick's term. relief: whether the light, of this deviation, must pass h.
-vec2 lit_direction(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const vec3 w, const bool relief, const Horizon h, const float deviation) {
+vec2 lit_direction(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const vec3 w, const bool relief,
+                   const Horizon h, const float deviation) {
     vec3 middle = wo + w;
     float share = probes.lit.mean + lit_share(probes.lit, middle.xy / -max(middle.z, 1e-4) - probes.m);
     float lit = lit_fraction(shadowing, o, direction_area(w, probes.m, probes.cholesky)) * exp(min(share, LEADR_MOST_SHARE));
@@ -47,7 +48,8 @@ vec2 lit_direction(const int shadowing, const VisibleProbes probes, const Direct
 // The lit part of a probe: the mean of the directions one deviation above it and below it, as seen from the mesosurface, each
 // with its lit fraction, share and Fresnel term. The lookup moves and narrows to the lit part. relief: whether it must pass the
 // horizon h of larger bumps as well.
-LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p, const bool relief, Horizon h) {
+LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
+                   const bool relief, Horizon h) {
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
     p.wi *= inversesqrt(max(dot(p.wi, p.wi), 1e-12));
     h = raised_horizon(h, LEADR_MIRROR_HORIZON);
@@ -74,7 +76,8 @@ LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const Direct
     return LitProbe(both.x, both.y, towards, 1.0 - 0.5 * bias * bias);
 }
 
-LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, const VisibleProbe p) {
+LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0,
+                   const VisibleProbe p) {
     return lit_probe(shadowing, probes, o, wo, f0, p, false, Horizon(vec2(0.0), vec3(0.0)));
 }
 

@@ -124,7 +124,8 @@ vec4 coarse_part(sampler2D coarse, const Place place, const Levels levels) {
 }
 
 // Of one layer. size: of the tiles in texels; skipped: finest levels that the image lacks.
-vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const Place place, const Levels levels, const vec2 size, const float skipped) {
+vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const Place place, const Levels levels, const vec2 size,
+               const float skipped) {
     vec4 sum = vec4(0.0);
     if (levels.fine > 0.0) {
         vec2 at = (tile_start(place.index) + place.at * tile_inner()) / size;

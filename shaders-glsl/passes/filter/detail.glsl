@@ -40,7 +40,8 @@ struct DetailMeans {
 
 // Adds the detail that follows coordinates c of the surface, by the place in `by_place`. linear: from gradients by the place to slopes;
 // weight: of its slopes, share: of its colours.
-void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const mat2 across, const mat2 linear, const float weight, const float share) {
+void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const mat2 across, const mat2 linear, const float weight,
+                const float share) {
     mat2 to_detail = mat2(detail_linear.xy, detail_linear.zw);
     mat2 detail_by_place = to_detail * by_place;
     vec2 size = vec2(textureSize(detail_a, 0));

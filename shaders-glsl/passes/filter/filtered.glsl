@@ -486,7 +486,8 @@ Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 t
 }
 
 // That of a relief that is shown without repeats, by shares: bumps of one look that hide a place of another are left out.
-Horizon filter_tiled_horizon(const Footprint footprint, const uint index, PlacedLooks looks, const vec2 texcoord, const mat2 linear, const float scale) {
+Horizon filter_tiled_horizon(const Footprint footprint, const uint index, PlacedLooks looks, const vec2 texcoord, const mat2 linear,
+                             const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     vec2 at = texcoord + tiling_shift();
     looks = merged_at(looks, footprint.level);
@@ -502,7 +503,8 @@ Horizon filter_tiled_horizon(const Footprint footprint, const uint index, Placed
 }
 
 // That of a relief that is seen along the axes.
-Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, const uint index, const vec2 place, const mat2 linear, const float scale) {
+Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, const uint index, const vec2 place, const mat2 linear,
+                            const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
@@ -537,7 +539,8 @@ float relief_height(const uint index, PlacedLooks looks, const vec2 texcoord, fl
 
 // The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
 // one step as over level relief, and one of the secant method. texels: by texture coordinate; longest: of the footprint, texels.
-vec2 refined_texcoord(uint index, PlacedLooks looks, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod, const float longest, out vec2 passing) {
+vec2 refined_texcoord(uint index, PlacedLooks looks, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod,
+                      const float longest, out vec2 passing) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
     float square = max(dot(normal, normal), 1e-30);
     float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));

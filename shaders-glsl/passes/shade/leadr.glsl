@@ -41,7 +41,8 @@ Mirrors of_facing(const Mirrors mirrors, const Surface surface, const float faci
 }
 
 // One node of the grid; sums weights in `area`. relief: share of a normal map in the variance of the mirrors, whose facets count alike.
-void add_grid_mirror(inout Mirrors sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S, const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
+void add_grid_mirror(inout Mirrors sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
+                     const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
     float weight = node.z * e.area;
     if (MAPPED) {
@@ -304,7 +305,8 @@ vec3 environment_albedo(const Surface surface, const DirectionArea o) {
 }
 
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
-float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments normals, const vec2 faced, const float lambda, const vec3 wi) {
+float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments normals, const vec2 faced, const float lambda,
+                    const vec3 wi) {
     vec3 S = surface.slope_covariance;
     if (MAPPED && !LIGHTS_BY_SH) {
         return mapped_diffuse_light(wi, surface.mean_slope, S, DIFFUSE_TERMS);
@@ -383,7 +385,8 @@ Base base_of(const Surface surface, float alpha) {
 }
 
 // Specular radiance of a light with a size, per unit of irradiance: its directions widen the lobe. o: area seen by the viewer.
-vec3 sized_light(const Surface surface, const DirectionArea o, const Light light, const vec3 S, const DisplacedGgx ggx, const vec3 cholesky) {
+vec3 sized_light(const Surface surface, const DirectionArea o, const Light light, const vec3 S, const DisplacedGgx ggx,
+                 const vec3 cholesky) {
     vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
     vec2 m = surface.mean_slope;
     if (MAPPED && !GGX_BASE) {
@@ -415,7 +418,8 @@ vec3 mean_fresnel(const Surface surface, const Base base) {
 }
 
 // What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.
-vec3 mirrored_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o, const DirectionArea diffuse_i,
+vec3 mirrored_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
+                    const DirectionArea diffuse_i,
                     const vec3 diffuse_cholesky) {
     vec3 wo = surface.wo, f0 = surface.f0;
     vec2 m = surface.mean_slope;
@@ -525,7 +529,8 @@ vec3 smooth_fresnel(Surface surface, const Bounces bounces) {
 }
 
 // A light in the mirrors of all bases, per unit of irradiance; the arguments as in mirrored_light.
-vec3 light_in_mirrors(const Surface surface, const vec2 bases[MOST_BASES], const int number, const Light light, const DirectionArea diffuse_o, const DirectionArea diffuse_i,
+vec3 light_in_mirrors(const Surface surface, const vec2 bases[MOST_BASES], const int number, const Light light,
+                      const DirectionArea diffuse_o, const DirectionArea diffuse_i,
                       const vec3 diffuse_cholesky) {
     vec3 sum = vec3(0.0);
     if (BASES > 2) {

@@ -134,7 +134,8 @@ float sun_visibility(const int sun, const vec3 position, const vec3 mesonormal, 
 }
 
 // Fraction of a point light that the macrosurface sees. Its map shows the sphere around all that casts shadows: nothing outside is shadowed.
-float point_visibility(const int layer, const int point, const vec3 position, const vec3 mesonormal, const vec3 macronormal, const float width) {
+float point_visibility(const int layer, const int point, const vec3 position, const vec3 mesonormal, const vec3 macronormal,
+                       const float width) {
     vec3 towards = normalize(lighting.point_position[point].xyz - position);
     vec4 place = lighting.shadow_from_world[layer] * vec4(position, 1.0);
     float texel = lighting.point_shadow[point].y * max(place.w, 1e-6);

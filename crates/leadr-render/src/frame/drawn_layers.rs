@@ -30,9 +30,7 @@ impl Renderer {
             let pixels = frame.plan.pixels(index);
             frame.look(&pixels, index)?;
             frame.renderer.timer.clone().submit(&mut CpuTime::default(), |passes| {
-                for surface in &frame.plan.surfaces {
-                    surface.record_motion(passes);
-                }
+                frame.plan.surfaces.record_motion(passes);
                 frame.record_pixel_geometry(passes, &pixels);
             })?;
             let visible = &frame.plan.targets.pixels.visible;
@@ -62,8 +60,7 @@ impl Renderer {
             let pixels = frame.plan.pixels(index);
             frame.look(&pixels, index)?;
             let of = |&[object, patch, ..]: &[f32; 4]| {
-                let mut surfaces = frame.plan.surfaces.iter();
-                let divided = surfaces.find_map(|surface| surface.segments(object as u32, patch as u32));
+                let divided = frame.plan.surfaces.segments(object as u32, patch as u32);
                 let [u, v] = divided.unwrap_or([0.0; 2]);
                 [u, v, 0.0, 0.0]
             };

@@ -1,8 +1,6 @@
 //! The edge samples of a frame: sub-frames of their own beside that of the pixels.
 
-use super::surfaces::Extent;
 use super::targets::EdgeTargets;
-use crate::camera::Camera;
 use crate::passes::edges::{EdgeRays, JoinPass};
 use crate::passes::shade::ShadePass;
 use crate::pixel_area::PixelArea;
@@ -48,16 +46,4 @@ impl EdgeSamples {
         };
         (0..count).map(image).collect()
     }
-}
-
-/// The pixels that can see surfaces of these extents.
-pub fn area_of(extents: Vec<Extent>, camera: &Camera, size: (u32, u32)) -> PixelArea {
-    let mut spheres = Vec::new();
-    for extent in extents {
-        match extent {
-            Extent::Everywhere => return PixelArea::whole(size),
-            Extent::Spheres(more) => spheres.extend(more),
-        }
-    }
-    PixelArea::of_spheres(&spheres, camera, size)
 }

@@ -194,9 +194,7 @@ impl Renderer {
         let pixels = frame.plan.pixels(last.index);
         frame.look(&pixels, last.index)?;
         timer.submit(&mut CpuTime::default(), |passes| {
-            for surface in &frame.plan.surfaces {
-                surface.record_motion(passes);
-            }
+            frame.plan.surfaces.record_motion(passes);
             frame.record_pixel_geometry(passes, &pixels);
             frame.record_filter(passes, &frame.plan.targets.pixels, &pixels, None);
         })?;

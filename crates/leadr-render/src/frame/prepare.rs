@@ -1,18 +1,20 @@
 //! What is made and written before the first sample of a frame: poses, targets, the lights' views, pipelines.
 
-use super::drawing::{Demands, Purpose, drawing, shade_kind};
-use super::edge_samples::{EdgeSamples, area_of};
-use super::prepared::{FramePlan, Light, PreparedFrame};
+use super::drawing::{Purpose, drawing, shade_kind};
+use super::edge_samples::EdgeSamples;
+use super::prepared::{FramePath, FramePlan, MappedLight, Multisample, PreparedFrame};
 use super::renderer::Renderer;
 use super::scene_set::FrameLight;
-use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
+use super::surfaces::{PreparedSurfaces, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
-use crate::passes::accumulate::PartsKind;
-use crate::passes::edges::{JoinKind, edge_grid};
+use crate::passes::accumulate::{AccumulatePass, PartsKind};
+use crate::passes::edges::{JoinKind, JoinPass, MAX_GRID, edge_grid};
 use crate::passes::filter::FilterInto;
-use crate::passes::reference::{ReferenceKind, ReliefLights};
-use crate::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
+use crate::passes::msaa::MsaaPass;
+use crate::passes::reference::{ReferenceKind, ReferencePass, ReliefLights};
+use crate::passes::shade::{Edges, LightingGpu, ShadeKind, ShadePass, SkyBehindPass, suns_of};
 use crate::passes::shadow::{ShadowView, map_size};
+use crate::passes::targets::MultisampleTargets;
 use crate::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::settings::{Quadrature, RenderSettings};
 use crate::surfaces::material::Bases;
@@ -45,45 +47,27 @@ impl Renderer {
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
         let settings = RenderSettings { tessellation, ..*settings };
-        let demands = Demands {
-            relief: self.surfaces.iter().any(|surface| surface.has_relief(state)),
-            casters: !self.casters.is_empty(),
-            bases: self.surfaces.iter().fold(Bases::default(), |all, surface| all.and(surface.bases())),
-            relief_color: self.surfaces.iter().any(|surface| surface.has_relief_color()),
-        };
         let tells_light = purpose == Purpose::Light;
-        let kind = ShadeKind { tells_light, ..shade_kind(state, &settings, &self.environment, demands) };
+        let kind = ShadeKind {
+            tells_light,
+            ..shade_kind(state, &settings, &self.environment, self.surfaces.meshes.demands(state))
+        };
         let (settings, drawing) = drawing(settings, kind, purpose);
         let filter = drawing.filter;
-        let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, drawing);
-        let mut surfaces = self.surfaces.iter_mut().map(prepare).collect::<Result<Vec<_>>>()?;
+        let mut surfaces = self.surfaces.prepare(state, &settings, drawing)?;
         let targets = self.targets_for(&surfaces, &settings, drawing)?;
-        let light = self.prepare_light(state, &settings, kind, filter, &mut surfaces)?;
-        let edges = match (settings.edges(), targets.edges.clone()) {
-            (Some(samples), Some(targets)) => {
-                Some(self.prepare_edges(state, &settings, kind, &surfaces, samples, targets)?)
-            }
-            _ => None,
-        };
-        let multisample = match &targets.multisample {
-            Some(targets) => Some(self.pipelines.multisample(&self.gpu, targets.count, self.numbering)?),
-            None => None,
-        };
-        let parts = match (&edges, &multisample) {
+        let path = self.prepare_path(state, &settings, kind, filter, &mut surfaces, &targets)?;
+        let parts = match (path.edges(), path.multisample()) {
             (Some(_), _) => PartsKind::Edges,
             (None, Some(_)) => PartsKind::Multisampled(settings.msaa),
             (None, None) => PartsKind::One,
         };
-        let accumulate = self.pipelines.accumulate(&self.gpu, parts)?;
+        let accumulate = self.pipelines.accumulate.get(parts, || AccumulatePass::new(&self.gpu, parts))?;
         let block = || Buffer::new(&self.gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload);
         let lighting = self.lighting.take(block)?;
-        let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.shadows().len() as u32)?;
-        let sky = match light {
-            Light::Mapped { .. } if kind.shading.options().sky_occlusion => {
-                self.sky.around(&self.gpu, &casters(&surfaces))?
-            }
-            _ => None,
-        };
+        let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), path.shadows().len() as u32)?;
+        let shades_sky = path.lit().is_some() && kind.shading.options().sky_occlusion;
+        let sky = if shades_sky { self.sky.around(&self.gpu, &surfaces.meshes.casters())? } else { None };
         let frame_light = FrameLight { lighting: &lighting, shadow_maps: shadow_maps.array(), sky: sky.as_ref() };
         let scene = self.tables.set(&self.gpu, &self.environment, &self.irradiance, &frame_light)?;
         let (state, number) = (state.clone(), self.prepared);
@@ -92,12 +76,10 @@ impl Renderer {
             settings,
             surfaces,
             targets,
-            light,
+            path,
             shadow_maps,
             lighting,
             scene,
-            multisample,
-            edges,
             accumulate,
             drawn: 0,
             number,
@@ -124,11 +106,12 @@ impl Renderer {
     /// The targets of the last frame if they suit, or new ones.
     fn targets_for(
         &mut self,
-        surfaces: &[Box<dyn PreparedSurface>],
+        surfaces: &PreparedSurfaces,
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<Targets> {
-        let finest = surfaces.iter().map(|surface| surface.finest_grid()).min().unwrap_or(1);
+        // The geometry stages of the sea know no grid.
+        let finest = if surfaces.sea.is_some() { 1 } else { MAX_GRID };
         let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
         let shape = TargetShape {
             size: settings.size,
@@ -149,33 +132,75 @@ impl Renderer {
         Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())
     }
 
-    /// Points the shadow maps at the casters, or makes the lights of the reference.
-    fn prepare_light(
+    /// Chooses the passes of a frame; points the shadow maps at the casters, or makes the lights of the reference.
+    fn prepare_path(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
         kind: ShadeKind,
         filter: FilterInto,
-        surfaces: &mut [Box<dyn PreparedSurface>],
-    ) -> Result<Light> {
+        surfaces: &mut PreparedSurfaces,
+        targets: &Targets,
+    ) -> Result<FramePath> {
         if settings.shadows_of_relief() {
-            if let Some(sky) = &state.sky {
-                self.show_sky(sky)?;
-            }
-            let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
-            let kind = ReferenceKind {
-                terms: settings.shading.terms(),
-                facet_frame: settings.shading.facet_frame(),
-                bases: kind.bases,
-                casters: self.casters,
-                displaced: settings.displacement,
-                height_field: lights.is_height_field(),
-                drawn: lights.are_drawn(),
-            };
-            let pass = self.pipelines.reference(&self.gpu, kind)?;
-            return Ok(Light::Relief { pass, lights: Box::new(lights) });
+            return self.prepare_reference(state, settings, kind.bases, surfaces);
         }
-        let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
+        let lit = self.prepare_light(state, settings, surfaces)?;
+        let (gpu, numbering) = (&self.gpu, self.numbering);
+        match filter {
+            FilterInto::Radiance(_) => {
+                let of = |targets: MultisampleTargets| {
+                    let count = targets.count;
+                    let pass = self.pipelines.multisample.get(count, || MsaaPass::new(gpu, count, numbering))?;
+                    Ok(Multisample { pass, targets })
+                };
+                Ok(FramePath::Fused { lit, multisample: targets.multisample.clone().map(of).transpose()? })
+            }
+            FilterInto::GBuffer => {
+                let shade = self.pipelines.shade.get(kind, || ShadePass::new(gpu, kind))?;
+                let edges = match (settings.edges(), targets.edges.clone()) {
+                    (Some(samples), Some(targets)) => {
+                        Some(self.prepare_edges(state, settings, kind, surfaces, samples, targets)?)
+                    }
+                    _ => None,
+                };
+                Ok(FramePath::Deferred { lit, shade, edges })
+            }
+        }
+    }
+
+    fn prepare_reference(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        bases: Bases,
+        surfaces: &PreparedSurfaces,
+    ) -> Result<FramePath> {
+        if let Some(sky) = &state.sky {
+            self.show_sky(sky)?;
+        }
+        let lights = ReliefLights::new(&self.gpu, state, &self.environment, &surfaces.meshes.casters())?;
+        let kind = ReferenceKind {
+            terms: settings.shading.terms(),
+            facet_frame: settings.shading.facet_frame(),
+            bases,
+            casters: self.casters,
+            displaced: settings.displacement,
+            height_field: lights.is_height_field(),
+            drawn: lights.are_drawn(),
+        };
+        let pass = self.pipelines.reference.get(kind, || ReferencePass::new(&self.gpu, kind))?;
+        Ok(FramePath::Reference { pass, lights: Box::new(lights) })
+    }
+
+    /// Points the shadow maps at the casters.
+    fn prepare_light(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        surfaces: &mut PreparedSurfaces,
+    ) -> Result<MappedLight> {
+        let spheres: Vec<Sphere> = surfaces.meshes.casters().into_iter().map(PosedObject::bounds).collect();
         let size = map_size(settings.size);
         let shadows: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
             Some(sphere) => {
@@ -186,15 +211,12 @@ impl Renderer {
             None => Vec::new(),
         };
         let lens = state.camera.lens(settings.size.1);
-        for surface in surfaces.iter_mut().filter(|_| !shadows.is_empty()) {
-            surface.cast(&shadows, lens)?;
+        if !shadows.is_empty() {
+            surfaces.meshes.cast(&shadows, lens)?;
         }
-        let shade = match filter {
-            FilterInto::GBuffer => Some(self.pipelines.shade(&self.gpu, kind)?),
-            FilterInto::Radiance(_) => None,
-        };
-        let behind = self.pipelines.sky(&self.gpu, settings.msaa > 1)?;
-        Ok(Light::Mapped { shadows, shade, behind })
+        let multisampled = settings.msaa > 1;
+        let behind = self.pipelines.sky.get(multisampled, || SkyBehindPass::new(&self.gpu, multisampled))?;
+        Ok(MappedLight { shadows, behind })
     }
 
     /// Finds where edge samples are needed and makes what draws them into `targets`.
@@ -203,23 +225,18 @@ impl Renderer {
         state: &FrameState,
         settings: &RenderSettings,
         kind: ShadeKind,
-        surfaces: &[Box<dyn PreparedSurface>],
+        surfaces: &PreparedSurfaces,
         samples: u32,
         targets: EdgeTargets,
     ) -> Result<EdgeSamples> {
         let join = JoinKind { needs: settings.shading.needs(), shadow_maps: kind.lights.sun_maps() };
-        let extents = surfaces.iter().map(|surface| surface.extent()).collect();
+        let shaded = ShadeKind { edges: Edges::Shaded, ..kind };
         Ok(EdgeSamples {
             samples,
-            area: area_of(extents, &state.camera, settings.size),
+            area: surfaces.area(&state.camera, settings.size),
             targets,
-            shade: self.pipelines.shade(&self.gpu, ShadeKind { edges: Edges::Shaded, ..kind })?,
-            join: self.pipelines.join(&self.gpu, join)?,
+            shade: self.pipelines.shade.get(shaded, || ShadePass::new(&self.gpu, shaded))?,
+            join: self.pipelines.join.get(join, || JoinPass::new(&self.gpu, join))?,
         })
     }
-}
-
-/// What throws shadows.
-pub(super) fn casters(surfaces: &[Box<dyn PreparedSurface>]) -> Vec<&PosedObject> {
-    surfaces.iter().flat_map(|surface| surface.casters()).collect()
 }

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::edge_samples::EdgeSamples;
 use super::renderer::Renderer;
-use super::surfaces::PreparedSurface;
+use super::surfaces::PreparedSurfaces;
 use super::targets::Targets;
 use crate::passes::accumulate::AccumulatePass;
 use crate::passes::msaa::MsaaPass;
 use crate::passes::reference::{ReferencePass, ReliefLights};
 use crate::passes::shade::{ShadePass, SkyBehindPass};
 use crate::passes::shadow::{ShadowMaps, ShadowView};
+use crate::passes::targets::MultisampleTargets;
 use crate::scene::FrameState;
 use crate::settings::RenderSettings;
 use leadr_gpu::{Buffer, GpuError, Image, ResourceSet, Result};
@@ -30,18 +31,14 @@ pub struct PausedFrame(FramePlan);
 pub(super) struct FramePlan {
     pub state: FrameState,
     pub settings: RenderSettings,
-    /// The surfaces in the order in which they are drawn; there is at least one.
-    pub surfaces: Vec<Box<dyn PreparedSurface>>,
+    pub surfaces: PreparedSurfaces,
     pub targets: Targets,
-    pub light: Light,
+    pub path: FramePath,
     pub shadow_maps: ShadowMaps,
     /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: Arc<Buffer>,
     /// The set of its light.
     pub scene: ResourceSet,
-    /// Where the geometry is multisampled.
-    pub multisample: Option<MsaaPass>,
-    pub edges: Option<EdgeSamples>,
     pub accumulate: AccumulatePass,
     /// Samples in the mean.
     pub drawn: u32,
@@ -49,42 +46,65 @@ pub(super) struct FramePlan {
     pub number: u64,
 }
 
-/// How the surfaces of a frame are lit.
-pub(super) enum Light {
-    /// By suns, point lights and environment; shadow maps show the coarse shadows.
-    Mapped {
-        /// Where the lights look from, if they throw shadows: suns, then point lights.
-        shadows: Vec<ShadowView>,
-        /// `None` where the filter passes shade what they filter.
-        shade: Option<ShadePass>,
-        behind: SkyBehindPass,
+/// The passes that a frame takes.
+pub(super) enum FramePath {
+    /// Filter passes shade what they filter, in one submission.
+    Fused {
+        lit: MappedLight,
+        /// Where the geometry is multisampled.
+        multisample: Option<Multisample>,
     },
-    /// As the reference, by lights that the relief hides.
-    Relief { pass: ReferencePass, lights: Box<ReliefLights> },
+    /// What is filtered goes through the G-buffer, where edge samples are joined to it before it is shaded.
+    Deferred { lit: MappedLight, shade: ShadePass, edges: Option<EdgeSamples> },
+    /// As the reference, by lights that the relief hides, drawn anew for every sample.
+    Reference { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
-impl FramePlan {
-    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
-    pub fn counts(&self) -> (u64, u32) {
-        let surfaces = &self.surfaces;
-        (
-            surfaces.iter().map(|surface| surface.triangles()).sum(),
-            surfaces.iter().map(|surface| surface.patches()).sum(),
-        )
-    }
+/// Suns, point lights and environment, whose coarse shadows are in maps.
+pub(super) struct MappedLight {
+    /// Where the lights look from, if they throw shadows: suns, then point lights.
+    pub shadows: Vec<ShadowView>,
+    pub behind: SkyBehindPass,
 }
 
-impl Light {
-    /// Whether the filter passes shade what they filter.
-    pub fn shades_with_filter(&self) -> bool {
-        matches!(self, Self::Mapped { shade: None, .. })
+/// Several samples of the geometry in each pixel.
+pub(super) struct Multisample {
+    pub pass: MsaaPass,
+    pub targets: MultisampleTargets,
+}
+
+impl FramePath {
+    /// Lights with shadow maps, if it has such.
+    pub fn lit(&self) -> Option<&MappedLight> {
+        match self {
+            Self::Fused { lit, .. } | Self::Deferred { lit, .. } => Some(lit),
+            Self::Reference { .. } => None,
+        }
     }
 
     /// The views of the shadow maps.
     pub fn shadows(&self) -> &[ShadowView] {
+        self.lit().map_or(&[], |lit| &lit.shadows)
+    }
+
+    /// Whether what is filtered goes through the G-buffer.
+    pub fn fills_gbuffer(&self) -> bool {
+        !matches!(self, Self::Fused { .. })
+    }
+
+    /// Edge samples, if there are any.
+    pub fn edges(&self) -> Option<&EdgeSamples> {
         match self {
-            Self::Mapped { shadows, .. } => shadows,
-            Self::Relief { .. } => &[],
+            Self::Deferred { edges, .. } => edges.as_ref(),
+            Self::Fused { .. } | Self::Reference { .. } => None,
+        }
+    }
+
+    /// Multisampled geometry, if there is any.
+    pub fn multisample(&self) -> Option<&Multisample> {
+        match self {
+            Self::Fused { multisample, .. } => multisample.as_ref(),
+            Self::Deferred { .. } | Self::Reference { .. } => None,
         }
     }
 }
@@ -93,7 +113,7 @@ impl PreparedFrame<'_> {
     /// Whether a sample is one submission, so that the processor can prepare the next frame while the device draws this one.
     #[doc(hidden)]
     pub fn overlaps(&self) -> bool {
-        self.plan.edges.is_none() && matches!(self.plan.light, Light::Mapped { .. })
+        self.plan.path.lit().is_some() && self.plan.path.edges().is_none()
     }
 
     /// The image that holds the mean of the samples.
@@ -134,7 +154,7 @@ impl PausedFrame {
     /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
     #[doc(hidden)]
     pub fn counts(&self) -> (u64, u32) {
-        self.0.counts()
+        self.0.surfaces.counts()
     }
 }
 

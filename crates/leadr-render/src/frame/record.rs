@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use super::edge_samples::{EdgeImage, EdgeSamples};
-use super::prepare::casters;
-use super::prepared::{FramePlan, Light, PreparedFrame};
+use super::prepared::{FramePath, FramePlan, MappedLight, Multisample, PreparedFrame};
 use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
 use crate::passes::accumulate::{EdgeSum, Parts};
@@ -31,7 +30,7 @@ impl PreparedFrame<'_> {
     ) -> Result<Vec<PassTime>> {
         let timer = self.renderer.timer.repeating(repeats);
         let pixels = self.plan.pixels(index);
-        let edges = self.plan.edges.clone();
+        let edges = self.plan.path.edges().cloned();
 
         // Frames that were recorded by others may still be drawn.
         self.renderer.gpu.wait_idle()?;
@@ -78,12 +77,16 @@ impl PreparedFrame<'_> {
     fn record_pixels(&mut self, passes: &mut Passes<'_>, pixels: &View) {
         self.record_light(passes);
         self.record_pixel_geometry(passes, pixels);
-        if self.plan.light.shades_with_filter() {
-            self.record_filter_and_shade(passes, &self.plan.targets.pixels, pixels);
-        } else {
-            self.record_filter(passes, &self.plan.targets.pixels, pixels, None);
+        let target = &self.plan.targets.pixels;
+        match &self.plan.path {
+            FramePath::Fused { lit, multisample } => {
+                self.record_filter_and_shade(passes, target, pixels, lit, multisample.as_ref());
+            }
+            FramePath::Deferred { .. } | FramePath::Reference { .. } => {
+                self.record_filter(passes, target, pixels, None);
+            }
         }
-        if self.plan.edges.is_none() {
+        if self.plan.path.edges().is_none() {
             self.record_shading(passes);
         }
     }
@@ -92,47 +95,46 @@ impl PreparedFrame<'_> {
         self.plan.drawn += 1;
         let FramePlan { state, settings, .. } = &self.plan;
         let (state, settings) = (state.clone(), *settings);
-        self.renderer.last =
-            Some(LastSample { state, settings, index, in_gbuffer: !self.plan.light.shades_with_filter() });
+        self.renderer.last = Some(LastSample { state, settings, index, in_gbuffer: self.plan.path.fills_gbuffer() });
     }
 
     /// Chooses what is drawn in a view, and writes its light. The device must not be drawing this frame.
     pub(super) fn look(&mut self, view: &View, index: u32) -> Result<()> {
-        for surface in &mut self.plan.surfaces {
-            surface.look(view)?;
-        }
+        self.plan.surfaces.look(view)?;
         self.write_lighting(view, index)?;
-        let FramePlan { state, settings, surfaces, light, .. } = &mut self.plan;
-        match light {
-            Light::Relief { lights, .. } => lights.point(state, settings, view, &casters(surfaces), index),
-            Light::Mapped { .. } => Ok(()),
+        let FramePlan { state, settings, surfaces, path, .. } = &mut self.plan;
+        match path {
+            FramePath::Reference { lights, .. } => {
+                lights.point(state, settings, view, &surfaces.meshes.casters(), index)
+            }
+            FramePath::Fused { .. } | FramePath::Deferred { .. } => Ok(()),
         }
     }
 
     /// Writes the light and the rays of a view. The device must not be drawing this frame.
     fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
-        let FramePlan { state, settings, light, surfaces, lighting, .. } = &self.plan;
+        let FramePlan { state, settings, path, surfaces, lighting, .. } = &self.plan;
         let block =
-            LightingGpu::new(state, view, &self.renderer.environment, light.shadows()).with_draws(index, settings.seed);
-        let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
-        lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
+            LightingGpu::new(state, view, &self.renderer.environment, path.shadows()).with_draws(index, settings.seed);
+        // The horizon of a sea lies below eye level: the sky goes on below it.
+        lighting.write(0, &[if surfaces.sea.is_some() { block.with_sea_horizon() } else { block }])
     }
 
     /// Light, which is the same in every view: waves, sky, irradiance and shadows, once per frame. Shadows of the relief are new for
     /// every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
-        let FramePlan { state, surfaces, light, shadow_maps, drawn, .. } = &self.plan;
+        let FramePlan { state, surfaces, path, shadow_maps, drawn, .. } = &self.plan;
         let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
         let first = *drawn == 0;
-        for surface in surfaces.iter().filter(|_| first) {
-            surface.record_motion(passes);
+        if first {
+            surfaces.record_motion(passes);
         }
-        match light {
-            Light::Relief { pass, lights } => {
-                let casters = casters(surfaces);
+        match path {
+            FramePath::Reference { pass, lights } => {
+                let casters = surfaces.meshes.casters();
                 passes.run("shadow", |cmd| pass.record_maps(cmd, lights, &casters));
             }
-            Light::Mapped { shadows, .. } if first => {
+            FramePath::Fused { lit, .. } | FramePath::Deferred { lit, .. } if first => {
                 if let Some(sky) = &state.sky {
                     let mut moved = false;
                     passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
@@ -143,29 +145,29 @@ impl PreparedFrame<'_> {
                     });
                 }
                 passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
-                let casters = |light| surfaces.iter().flat_map(move |surface| surface.casters_under(light));
-                passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..shadows.len()).map(casters)));
+                let casters = |light| surfaces.meshes.casters_under(light).into_iter();
+                passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..lit.shadows.len()).map(casters)));
             }
-            Light::Mapped { .. } => {}
+            FramePath::Fused { .. } | FramePath::Deferred { .. } => {}
         }
     }
 
     /// The geometry of the pixels, with one sample or with several.
     pub(super) fn record_pixel_geometry(&self, passes: &mut Passes<'_>, view: &View) {
         let visible = &self.plan.targets.pixels.visible;
-        match (&self.plan.multisample, &self.plan.targets.multisample) {
-            (Some(pass), Some(target)) => {
-                self.record_geometry(passes, &target.geometry, view);
-                passes.run("multisampling", |cmd| pass.record(cmd, target, visible, view));
+        match self.plan.path.multisample() {
+            Some(Multisample { pass, targets }) => {
+                self.record_geometry(passes, &targets.geometry, view);
+                passes.run("multisampling", |cmd| pass.record(cmd, targets, visible, view));
             }
-            _ => self.record_geometry(passes, &visible.geometry(), view),
+            None => self.record_geometry(passes, &visible.geometry(), view),
         }
     }
 
     /// Geometry: tessellated, displaced, and rasterised; each sample learns what it sees.
     fn record_geometry(&self, passes: &mut Passes<'_>, target: &GeometryTargets, view: &View) {
         let mut begin = Begin::Clear;
-        for surface in &self.plan.surfaces {
+        for surface in self.plan.surfaces.drawn() {
             let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, target, view);
             passes.run(surface.names().geometry, |cmd| target.draw(cmd, begin, draw));
             begin = Begin::Continue;
@@ -183,7 +185,7 @@ impl PreparedFrame<'_> {
         let SampleTargets { visible, gbuffer, .. } = target;
         let mut begin = Begin::Clear;
         passes.run("filter", |cmd| self.renderer.common.tiles.record(cmd, visible));
-        for surface in &self.plan.surfaces {
+        for surface in self.plan.surfaces.drawn() {
             let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view, None);
             passes.run(surface.names().filter, |cmd| gbuffer.draw(cmd, begin, scissor, draw));
             begin = Begin::Continue;
@@ -191,18 +193,25 @@ impl PreparedFrame<'_> {
     }
 
     /// Statistics, and shading by them at once; and the sky where no surface is.
-    fn record_filter_and_shade(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
-        let Light::Mapped { behind, .. } = &self.plan.light else { return };
+    fn record_filter_and_shade(
+        &self,
+        passes: &mut Passes<'_>,
+        target: &SampleTargets,
+        view: &View,
+        lit: &MappedLight,
+        multisample: Option<&Multisample>,
+    ) {
         let (visible, scene) = (&target.visible, &self.plan.scene);
-        for (i, surface) in self.plan.surfaces.iter().enumerate() {
+        for (i, surface) in self.plan.surfaces.drawn().enumerate() {
             passes.run(surface.names().filter_and_shade, |cmd| {
                 if i == 0 {
-                    self.renderer.common.objects.record(cmd, visible, self.plan.targets.multisample.as_ref());
+                    let multisampled = multisample.map(|multisample| &multisample.targets);
+                    self.renderer.common.objects.record(cmd, visible, multisampled);
                 }
                 let begin = if i == 0 { Begin::Clear } else { Begin::Continue };
                 target.draw_radiance_of_objects(cmd, begin, |cmd| {
                     if i == 0 {
-                        behind.draw(cmd, visible, scene);
+                        lit.behind.draw(cmd, visible, scene);
                     }
                     surface.draw_filter(cmd, visible, view, Some(scene));
                 });
@@ -228,32 +237,28 @@ impl PreparedFrame<'_> {
 
     /// Shading of the pixels, and the mean of the samples.
     fn record_shading(&self, passes: &mut Passes<'_>) {
-        let FramePlan { targets, light, edges, accumulate, drawn, scene, .. } = &self.plan;
+        let FramePlan { targets, path, accumulate, drawn, scene, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
-        let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
-        if !light.shades_with_filter() {
-            let pixels = &targets.pixels;
-            passes.run("shade", |cmd| match light {
-                Light::Relief { pass, lights } => {
-                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, scene));
-                }
-                Light::Mapped { shade, behind, .. } => {
-                    common.objects.record(cmd, &pixels.visible, None);
-                    pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
-                        behind.draw(cmd, &pixels.visible, scene);
-                        if let Some(shade) = shade {
-                            shade.draw(cmd, pixels, scene, edges.map(|edges| edges.joined));
-                        }
-                    });
-                }
-            });
+        let edges = path.edges().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
+        let pixels = &targets.pixels;
+        match path {
+            FramePath::Fused { .. } => {}
+            FramePath::Reference { pass, lights } => passes.run("shade", |cmd| {
+                pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, scene));
+            }),
+            FramePath::Deferred { lit, shade, .. } => passes.run("shade", |cmd| {
+                common.objects.record(cmd, &pixels.visible, None);
+                pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
+                    lit.behind.draw(cmd, &pixels.visible, scene);
+                    shade.draw(cmd, pixels, scene, edges.map(|edges| edges.joined));
+                });
+            }),
         }
-        let parts = match (edges, &targets.multisample) {
+        let parts = match (edges, path.multisample()) {
             (Some(edges), _) => Parts::Edges(edges),
-            (None, Some(multisample)) => Parts::Multisampled(multisample),
+            (None, Some(multisample)) => Parts::Multisampled(&multisample.targets),
             (None, None) => Parts::One,
         };
-        let pixels = &targets.pixels;
         passes.run("accumulate", |cmd| accumulate.record(cmd, pixels, parts, &targets.mean, *drawn));
     }
 }

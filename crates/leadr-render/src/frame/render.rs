@@ -91,7 +91,7 @@ impl Renderer {
             add_times(&mut times, frame.draw_sample(index)?);
             done(index + 1 - first);
         }
-        let (triangles, patches) = frame.plan.counts();
+        let (triangles, patches) = frame.plan.surfaces.counts();
         Ok(FrameOutput { size: settings.size, color: frame.plan.targets.mean.read(0, 0)?, times, triangles, patches })
     }
 
@@ -127,7 +127,7 @@ impl Renderer {
         let mut frame = self.prepare(state, settings)?;
         let mut cpu = CpuTime { prepare: since(start), ..Default::default() };
         let passes = frame.draw_sample_repeating(index, repeats, &mut cpu)?;
-        let (triangles, patches) = frame.plan.counts();
+        let (triangles, patches) = frame.plan.surfaces.counts();
         Ok(FrameCost { passes, cpu, triangles, patches })
     }
 }

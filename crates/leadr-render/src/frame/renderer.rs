@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::drawing::{Demands, Purpose, drawing, shade_kind};
+use super::drawing::{Purpose, drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
 use super::scene_set::SceneTables;
 use super::sky::SkyPast;
-use super::surfaces::Surface;
+use super::surfaces::Surfaces;
 use super::surfaces::meshes::{MeshPipelines, Meshes};
 use super::surfaces::sea::Sea;
 use super::targets::Targets;
@@ -27,8 +27,7 @@ use leadr_gpu::{Buffer, Gpu, Image, Result};
 /// Renders a scene on a device.
 pub struct Renderer {
     pub(super) gpu: Arc<Gpu>,
-    /// The kinds of surfaces, in the order in which they are drawn.
-    pub(super) surfaces: Vec<Box<dyn Surface>>,
+    pub(super) surfaces: Surfaces,
     /// What there is among them that throws shadows.
     pub(super) casters: CasterKinds,
     pub(super) environment: Environment,
@@ -100,13 +99,7 @@ impl Renderer {
         let pipelines = MeshPipelines::of(gpu, &objects, numbering);
         let casters = pipelines.casters();
         let first = first.map(|(state, settings)| {
-            let demands = Demands {
-                relief: pipelines.have_relief(state),
-                casters: !casters.is_empty(),
-                bases: pipelines.bases(),
-                relief_color: pipelines.have_relief_color(),
-            };
-            let kind = shade_kind(state, settings, &environment, demands);
+            let kind = shade_kind(state, settings, &environment, pipelines.demands(state));
             (state, drawing(*settings, kind, Purpose::Picture))
         });
         let fits = Fits::of(&objects)?;
@@ -131,12 +124,8 @@ impl Renderer {
             || Meshes::new(pipelines, objects, upload, of_meshes),
         );
         let (irradiance, tables, common) = passes?;
-        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes?)];
-        if let Some(sea) = sea? {
-            surfaces.push(Box::new(sea));
-        }
         Ok(Self {
-            surfaces,
+            surfaces: Surfaces { meshes: meshes?, sea: sea? },
             casters,
             environment,
             irradiance,
@@ -157,7 +146,7 @@ impl Renderer {
     /// Whether anything moves by itself as time goes on, whatever its poses: a sea does.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {
-        self.surfaces.iter().any(|surface| surface.moves())
+        self.surfaces.sea.is_some()
     }
 
     /// The device.

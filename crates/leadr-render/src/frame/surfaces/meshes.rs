@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing, inner_segments};
+use super::{DrawnSurface, ForViews, PassNames, SurfaceDrawing, inner_segments};
 use crate::frame::cache::Cache;
+use crate::frame::drawing::Demands;
 use crate::frame::pool::Pool;
 use crate::passes::edges::edge_tessellation;
 use crate::passes::filter::{FilterInto, FilterPass};
@@ -24,6 +25,7 @@ use crate::surfaces::object_view::{DrawnObject, ObjectView, Viewpoint};
 use crate::surfaces::patch_mesh::PosedVertices;
 use crate::surfaces::posed::PosedObject;
 use crate::surfaces::records::{ObjectRecordGpu, ObjectRecords, Records, Shown, ViewRecordGpu, ViewRecords};
+use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Commands, Gpu, ResourceSet, Result};
@@ -66,19 +68,15 @@ impl MeshPipelines {
         Self { gpu: gpu.clone(), kinds, casters, numbering, geometry: Cache::default(), filters: Cache::default() }
     }
 
-    /// Whether bumps hide the surroundings from each other.
-    pub fn have_relief(&self, state: &FrameState) -> bool {
-        state.height_scale != 0.0 && self.kinds.iter().any(|kind| kind.horizon)
-    }
-
-    /// What the bases of the objects are.
-    pub fn bases(&self) -> Bases {
-        self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.has.bases))
-    }
-
-    /// Whether colours follow the relief of any object.
-    pub fn have_relief_color(&self) -> bool {
-        self.kinds.iter().any(|kind| kind.follows.any())
+    /// What the objects make necessary of the shading of a frame.
+    pub fn demands(&self, state: &FrameState) -> Demands {
+        let any = |is: fn(&SurfaceKind) -> bool| self.kinds.iter().any(is);
+        Demands {
+            relief: state.height_scale != 0.0 && any(|kind| kind.horizon),
+            casters: !self.casters.is_empty(),
+            bases: self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.has.bases)),
+            relief_color: any(|kind| kind.follows.any()),
+        }
     }
 
     /// What there is among the objects that throw shadows.
@@ -223,25 +221,19 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
     Ok(meshes.into_values().collect())
 }
 
-impl Surface for Meshes {
-    fn has_relief(&self, state: &FrameState) -> bool {
-        self.pipelines.have_relief(state)
+impl Meshes {
+    /// What they make necessary of the shading of a frame.
+    pub fn demands(&self, state: &FrameState) -> Demands {
+        self.pipelines.demands(state)
     }
 
-    fn bases(&self) -> Bases {
-        self.pipelines.bases()
-    }
-
-    fn has_relief_color(&self) -> bool {
-        self.pipelines.have_relief_color()
-    }
-
-    fn prepare(
+    /// Poses them for a frame, in buffers that no other frame holds, and makes the pipelines that draw them.
+    pub(super) fn prepare(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
-    ) -> Result<Box<dyn PreparedSurface>> {
+    ) -> Result<PreparedMeshes> {
         let (geometry, filter) = self.pipelines.prepare(state, settings, drawing)?;
         let lens = state.camera.lens(settings.size.1);
         let Self { gpu, records, views, .. } = self;
@@ -259,19 +251,19 @@ impl Surface for Meshes {
             meshes.push(level.prepare(gpu, posed, lights)?);
         }
         records.write(&written)?;
-        Ok(Box::new(PreparedMeshes {
+        Ok(PreparedMeshes {
             meshes,
             views: views.take(|| ViewRecords::new(gpu))?,
             geometry,
             filter,
             tessellation: settings.tessellation,
             mark_inside: settings.mark_inside,
-        }))
+        })
     }
 }
 
 /// The meshes in their poses.
-struct PreparedMeshes {
+pub(in crate::frame) struct PreparedMeshes {
     meshes: Vec<PreparedMesh>,
     geometry: ForViews<GeometryPass>,
     filter: FilterPass,
@@ -320,30 +312,26 @@ impl PreparedMesh {
     }
 }
 
-impl PreparedSurface for PreparedMeshes {
-    fn names(&self) -> PassNames {
-        PassNames { geometry: "geometry", filter: "filter", filter_and_shade: "filter and shade" }
-    }
-
-    fn extent(&self) -> Extent {
-        Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
-    }
-
-    fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
+impl PreparedMeshes {
+    /// Chooses what is drawn into the lights' shadow maps, divided for the camera's lens. The device must not be drawing this frame.
+    pub fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
         let views: Vec<_> = lights.iter().map(|light| ViewRecordGpu::of_light(&light.viewpoint(lens))).collect();
         self.views.write(1, &views)?;
         self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(lights, lens, self.tessellation))
     }
 
-    fn casters(&self) -> Vec<&PosedObject> {
+    /// What of them throws shadows.
+    pub fn casters(&self) -> Vec<&PosedObject> {
         self.meshes.iter().map(|mesh| &mesh.posed).filter(|posed| posed.object.object.casts_shadow).collect()
     }
 
-    fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
+    /// The same, as last chosen for one of the lights.
+    pub fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
         self.meshes.iter().filter_map(|mesh| mesh.cast_under(&self.views, light)).collect()
     }
 
-    fn look(&mut self, view: &View) -> Result<()> {
+    /// Chooses what is drawn of them in a view, and how finely. The device must not be drawing this frame.
+    pub fn look(&mut self, view: &View) -> Result<()> {
         let from = Viewpoint::from(view);
         self.views.write(0, &[ViewRecordGpu::of_camera(view)])?;
         for PreparedMesh { posed, divided, camera, .. } in &mut self.meshes {
@@ -358,26 +346,19 @@ impl PreparedSurface for PreparedMeshes {
         Ok(())
     }
 
-    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
-        let drawn = self.meshes.iter().map(|mesh| mesh.seen(&self.views));
-        self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
+    /// Spheres that hold them.
+    pub fn bounds(&self) -> Vec<Sphere> {
+        self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect()
     }
 
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>) {
-        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
-        let drawn = seen.map(|mesh| mesh.seen(&self.views));
-        self.filter.draw(cmd, visible, view, drawn, light);
+    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    pub fn counts(&self) -> (u64, u32) {
+        let views = self.meshes.iter().flat_map(|mesh| mesh.lights.iter().chain([&mesh.camera]));
+        (views.map(|view| view.triangles).sum(), self.meshes.iter().map(|mesh| mesh.camera.patches).sum())
     }
 
-    fn triangles(&self) -> u64 {
-        self.meshes.iter().map(|m| m.camera.triangles + m.lights.iter().map(|light| light.triangles).sum::<u64>()).sum()
-    }
-
-    fn patches(&self) -> u32 {
-        self.meshes.iter().map(|mesh| mesh.camera.patches).sum()
-    }
-
-    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
+    /// Into how many segments a patch was last divided along u and v; `None` for objects that are no meshes.
+    pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let mesh = self.meshes.get((object as usize).checked_sub(1)?)?;
         let edges = mesh.posed.object.topology.patch_edges.get(patch as usize)?;
         let factors = edges.map(|edge| mesh.divided.division.edge_factors[(edge >> 1) as usize]);
@@ -387,5 +368,22 @@ impl PreparedSurface for PreparedMeshes {
             return Some([a.max(b).max(c); 2]);
         }
         Some(inner_segments(factors))
+    }
+}
+
+impl DrawnSurface for PreparedMeshes {
+    fn names(&self) -> PassNames {
+        PassNames { geometry: "geometry", filter: "filter", filter_and_shade: "filter and shade" }
+    }
+
+    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
+        let drawn = self.meshes.iter().map(|mesh| mesh.seen(&self.views));
+        self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
+    }
+
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>) {
+        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
+        let drawn = seen.map(|mesh| mesh.seen(&self.views));
+        self.filter.draw(cmd, visible, view, drawn, light);
     }
 }

@@ -1,53 +1,99 @@
-//! The kinds of surfaces that a frame is made of: meshes, and the sea.
+//! What a frame is made of: meshes, and the sea.
 
 pub(super) mod meshes;
 pub(super) mod sea;
 
+use self::meshes::{Meshes, PreparedMeshes};
+use self::sea::{PreparedSea, Sea};
+use crate::camera::Camera;
 use crate::frame::timing::Passes;
-use crate::passes::edges::MAX_GRID;
 use crate::passes::filter::FilterInto;
 use crate::passes::geometry::GeometryKind;
-use crate::passes::shadow::ShadowView;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
+use crate::pixel_area::PixelArea;
 use crate::scene::FrameState;
 use crate::settings::RenderSettings;
-use crate::surfaces::material::Bases;
-use crate::surfaces::object_view::DrawnObject;
-use crate::surfaces::posed::PosedObject;
-use crate::surfaces::sphere::Sphere;
-use crate::surfaces::tessellation::Lens;
 use crate::view::{Samples, View};
 use leadr_gpu::{Commands, ResourceSet, Result};
 
-/// A kind of surface on the device, as it is whatever the frame.
-pub(super) trait Surface {
-    /// Whether it moves by itself as time goes on, whatever its poses.
-    fn moves(&self) -> bool {
-        false
-    }
+/// The surfaces of a scene on the device, as they are whatever the frame.
+pub(super) struct Surfaces {
+    pub meshes: Meshes,
+    pub sea: Option<Sea>,
+}
 
-    /// Whether its bumps hide the surroundings from each other.
-    fn has_relief(&self, _state: &FrameState) -> bool {
-        false
-    }
-
-    /// What its bases are.
-    fn bases(&self) -> Bases {
-        Bases::default()
-    }
-
-    /// Whether its colours follow its relief.
-    fn has_relief_color(&self) -> bool {
-        false
-    }
-
-    /// Poses it for a frame, in buffers that no other frame holds, and makes the pipelines that draw it.
-    fn prepare(
+impl Surfaces {
+    /// Poses them for a frame, in buffers that no other frame holds, and makes the pipelines that draw them.
+    pub fn prepare(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
-    ) -> Result<Box<dyn PreparedSurface>>;
+    ) -> Result<PreparedSurfaces> {
+        let meshes = self.meshes.prepare(state, settings, drawing)?;
+        let sea = self.sea.as_mut().map(|sea| sea.prepare(state, settings, drawing)).transpose()?;
+        Ok(PreparedSurfaces { meshes, sea })
+    }
+}
+
+/// The surfaces of a scene in the pose of a frame.
+pub(super) struct PreparedSurfaces {
+    pub meshes: PreparedMeshes,
+    pub sea: Option<PreparedSea>,
+}
+
+impl PreparedSurfaces {
+    /// In the order in which they are drawn.
+    pub fn drawn(&self) -> impl Iterator<Item = &dyn DrawnSurface> {
+        let sea = self.sea.iter().map(|sea| sea as &dyn DrawnSurface);
+        std::iter::once(&self.meshes as &dyn DrawnSurface).chain(sea)
+    }
+
+    /// Chooses what is drawn of them in a view, and how finely. The device must not be drawing this frame.
+    pub fn look(&mut self, view: &View) -> Result<()> {
+        self.meshes.look(view)?;
+        self.sea.as_mut().map_or(Ok(()), |sea| sea.look(view))
+    }
+
+    /// Moves what moves by itself on the device, before anything looks at it.
+    pub fn record_motion(&self, passes: &mut Passes<'_>) {
+        if let Some(sea) = &self.sea {
+            sea.record_motion(passes);
+        }
+    }
+
+    /// The pixels that can see them.
+    pub fn area(&self, camera: &Camera, size: (u32, u32)) -> PixelArea {
+        match self.sea {
+            Some(_) => PixelArea::whole(size),
+            None => PixelArea::of_spheres(&self.meshes.bounds(), camera, size),
+        }
+    }
+
+    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    pub fn counts(&self) -> (u64, u32) {
+        let (triangles, patches) = self.meshes.counts();
+        let (of_sea, in_sea) = self.sea.as_ref().map_or((0, 0), PreparedSea::counts);
+        (triangles + of_sea, patches + in_sea)
+    }
+
+    /// Into how many segments a patch was last divided along u and v.
+    pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
+        let sea = || self.sea.as_ref().and_then(|sea| sea.segments(object, patch));
+        self.meshes.segments(object, patch).or_else(sea)
+    }
+}
+
+/// Surfaces that geometry and filter passes of their own draw.
+pub(super) trait DrawnSurface {
+    /// Names of these passes.
+    fn names(&self) -> PassNames;
+
+    /// Draws its geometry into the begun targets.
+    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
+
+    /// Filters its maps under the pixels that see it into the begun targets. `light`: the set of the scene, where the filter pass shades.
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>);
 }
 
 /// What of a surface will be drawn.
@@ -89,61 +135,6 @@ impl<P> ForViews<P> {
     }
 }
 
-/// A kind of surface in the pose of a frame.
-pub(super) trait PreparedSurface {
-    /// Names of its passes.
-    fn names(&self) -> PassNames;
-
-    /// Where it can be seen.
-    fn extent(&self) -> Extent;
-
-    /// The finest grid of edge samples that it can be drawn with, 1 to [`MAX_GRID`] along a side of a pixel.
-    fn finest_grid(&self) -> u32 {
-        MAX_GRID
-    }
-
-    /// Whether its horizon lies below eye level, so that the sky has to go on below it.
-    fn lowers_horizon(&self) -> bool {
-        false
-    }
-
-    /// Chooses what is drawn into the lights' shadow maps, divided for the camera's lens. The device must not be drawing this frame.
-    fn cast(&mut self, _lights: &[ShadowView], _lens: Lens) -> Result<()> {
-        Ok(())
-    }
-
-    /// What of it throws shadows.
-    fn casters(&self) -> Vec<&PosedObject> {
-        Vec::new()
-    }
-
-    /// The same, as last chosen for one of the lights.
-    fn casters_under(&self, _light: usize) -> Vec<DrawnObject<'_>> {
-        Vec::new()
-    }
-
-    /// Chooses what is drawn of it in a view, and how finely. The device must not be drawing this frame.
-    fn look(&mut self, view: &View) -> Result<()>;
-
-    /// Moves what moves by itself on the device, before anything looks at it.
-    fn record_motion(&self, _passes: &mut Passes<'_>) {}
-
-    /// Draws its geometry into the begun targets.
-    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
-
-    /// Filters its maps under the pixels that see it into the begun targets. `light`: the set of the scene, where the filter pass shades.
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>);
-
-    /// Upper bound on the triangles of one sample, all views together.
-    fn triangles(&self) -> u64;
-
-    /// Patches drawn for the camera.
-    fn patches(&self) -> u32;
-
-    /// Into how many segments a patch was last divided along u and v; `None` for objects of other surfaces.
-    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]>;
-}
-
 /// What the tessellator divides the inside of a patch into along u and v, where its edges, v = 0, u = 1, v = 1 and u = 0, have these
 /// factors: `geometry.tesc`.
 pub(super) fn inner_segments([v0, u1, v1, u0]: [f32; 4]) -> [f32; 2] {
@@ -157,12 +148,4 @@ pub(super) struct PassNames {
     pub filter: &'static str,
     /// Of a filter pass that shades too.
     pub filter_and_shade: &'static str,
-}
-
-/// Where a surface can be seen.
-pub(super) enum Extent {
-    /// From the feet to the horizon.
-    Everywhere,
-    /// Inside these spheres.
-    Spheres(Vec<Sphere>),
 }

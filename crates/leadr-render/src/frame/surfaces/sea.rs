@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing, inner_segments};
+use super::{DrawnSurface, ForViews, PassNames, SurfaceDrawing, inner_segments};
 use crate::frame::cache::Cache;
 use crate::frame::pool::Pool;
 use crate::frame::timing::Passes;
@@ -111,33 +111,28 @@ impl Sea {
             drawing.geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, beach, numbering)))?;
         Ok(Drawing::Rings { fields: self.fields.clone(), surface, filter })
     }
-}
 
-impl Surface for Sea {
-    fn moves(&self) -> bool {
-        true
-    }
-
-    fn prepare(
+    /// Poses it for a frame, and makes the pipelines that draw it.
+    pub(super) fn prepare(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
-    ) -> Result<Box<dyn PreparedSurface>> {
+    ) -> Result<PreparedSea> {
         let (gpu, drawing) = (self.gpu.clone(), self.drawing(settings, drawing)?);
-        Ok(Box::new(PreparedSea {
+        Ok(PreparedSea {
             buffers: self.buffers.take(|| SeaBuffers::new(&gpu, &self.water.rings))?,
             water: self.water.clone(),
             drawing,
             time: state.time,
             laid: Laid::default(),
             tessellation: settings.tessellation,
-        }))
+        })
     }
 }
 
 /// The sea at one moment.
-struct PreparedSea {
+pub(in crate::frame) struct PreparedSea {
     water: Water,
     buffers: Arc<SeaBuffers>,
     drawing: Drawing,
@@ -156,25 +151,9 @@ enum Drawing {
     March(OceanMarch),
 }
 
-impl PreparedSurface for PreparedSea {
-    fn names(&self) -> PassNames {
-        PassNames { geometry: "sea geometry", filter: "sea filter", filter_and_shade: "sea filter and shade" }
-    }
-
-    fn extent(&self) -> Extent {
-        Extent::Everywhere
-    }
-
-    fn finest_grid(&self) -> u32 {
-        // Its geometry stages know no grid.
-        1
-    }
-
-    fn lowers_horizon(&self) -> bool {
-        true
-    }
-
-    fn look(&mut self, view: &View) -> Result<()> {
+impl PreparedSea {
+    /// Lays the rings around a viewer, and writes its buffers. The device must not be drawing this frame.
+    pub fn look(&mut self, view: &View) -> Result<()> {
         let Water { ocean, rings, deviations, .. } = &self.water;
         let buffers = &self.buffers;
         let from = Viewpoint::from(view);
@@ -190,7 +169,8 @@ impl PreparedSurface for PreparedSea {
         buffers.shore.write(0, &[shore_block.unwrap_or_default()])
     }
 
-    fn record_motion(&self, passes: &mut Passes<'_>) {
+    /// Moves the waves on the device, before anything looks at them.
+    pub fn record_motion(&self, passes: &mut Passes<'_>) {
         let (time, choppiness) = (self.time, self.water.ocean.choppiness);
         let fields = match &self.drawing {
             Drawing::Rings { fields, .. } => fields,
@@ -199,6 +179,32 @@ impl PreparedSurface for PreparedSea {
         passes.run("wave rows", |cmd| fields.record_rows(cmd, time));
         passes.run("wave columns", |cmd| fields.record_columns(cmd, choppiness));
         passes.run("wave mips", |cmd| fields.record_mips(cmd));
+    }
+
+    /// Upper bound on the triangles of one sample, and patches drawn for the camera.
+    pub fn counts(&self) -> (u64, u32) {
+        (self.laid.list.triangles, self.laid.list.visible.len() as u32)
+    }
+
+    /// Into how many segments a patch of the sea was last divided along u and v; 0 where it is marched.
+    pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
+        let edges = self
+            .water
+            .rings
+            .topology
+            .patch_edges
+            .get(patch as usize)
+            .filter(|_| object == self.water.numbering.sea())?;
+        Some(match self.drawing {
+            Drawing::Rings { .. } => inner_segments(edges.map(|edge| self.laid.factors[(edge >> 1) as usize])),
+            Drawing::March(_) => [0.0; 2],
+        })
+    }
+}
+
+impl DrawnSurface for PreparedSea {
+    fn names(&self) -> PassNames {
+        PassNames { geometry: "sea geometry", filter: "sea filter", filter_and_shade: "sea filter and shade" }
     }
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
@@ -219,27 +225,5 @@ impl PreparedSurface for PreparedSea {
             }
             Drawing::March(march) => march.draw_filter(cmd, visible, water),
         }
-    }
-
-    fn triangles(&self) -> u64 {
-        self.laid.list.triangles
-    }
-
-    fn patches(&self) -> u32 {
-        self.laid.list.visible.len() as u32
-    }
-
-    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
-        let edges = self
-            .water
-            .rings
-            .topology
-            .patch_edges
-            .get(patch as usize)
-            .filter(|_| object == self.water.numbering.sea())?;
-        Some(match self.drawing {
-            Drawing::Rings { .. } => inner_segments(edges.map(|edge| self.laid.factors[(edge >> 1) as usize])),
-            Drawing::March(_) => [0.0; 2],
-        })
     }
 }
