@@ -94,4 +94,19 @@ impl MapFault {
     pub fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged { what: what.into() }
     }
+
+    /// A valid file that is not read here, and what would be.
+    pub fn unsupported(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Unsupported { what: what.into(), remedy: remedy.into() }
+    }
+
+    /// A claim beyond a limit.
+    pub fn too_large(what: impl Into<String>) -> Self {
+        Self::TooLarge { what: what.into() }
+    }
+
+    /// What the operating system refused, from its reason; `doing` as in [`Self::Io`].
+    pub fn io(doing: &'static str) -> impl Fn(std::io::Error) -> Self + Copy {
+        move |source| Self::Io { doing, source }
+    }
 }

@@ -21,10 +21,10 @@ const FORMATS: &[(&str, usize, &[u8])] = &[
 pub(super) fn unrecognised(bytes: &[u8], expected: &'static str, target: &str) -> MapFault {
     let begins = |at: usize, with: &[u8]| bytes.get(at..at + with.len()) == Some(with);
     match FORMATS.iter().find(|(_, at, with)| begins(*at, with)) {
-        Some((name, ..)) => MapFault::Unsupported {
-            what: format!("it is {name}, and {expected} is expected"),
-            remedy: format!("convert it, for example with ImageMagick: magick FILE {target}"),
-        },
+        Some((name, ..)) => MapFault::unsupported(
+            format!("it is {name}, and {expected} is expected"),
+            format!("convert it, for example with ImageMagick: magick FILE {target}"),
+        ),
         None => MapFault::Unrecognised { expected },
     }
 }

@@ -38,7 +38,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     for row in 0..major {
         read_scanline(&mut body, minor, &mut line)
             .map_err(|what| MapFault::damaged(format!("{what} in scanline {row} of {major}")))?;
-        texels.try_reserve(minor).map_err(|_| MapFault::TooLarge { what: "no memory for its texels".into() })?;
+        texels.try_reserve(minor).map_err(|_| MapFault::too_large("no memory for its texels"))?;
         texels.extend(line.iter().map(|&[r, g, b, e]| {
             let value = [r, g, b].map(|m| f32::from(m) * scales[e as usize]);
             if header.xyz { rgb_from_xyz(value) } else { value }
@@ -131,7 +131,7 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
                 "32-bit_rle_xyze" => true,
                 other => {
                     let what = format!("its FORMAT is `{}`", other.escape_debug());
-                    return Err(MapFault::Unsupported { what, remedy: "save it as 32-bit_rle_rgbe".into() });
+                    return Err(MapFault::unsupported(what, "save it as 32-bit_rle_rgbe"));
                 }
             };
         } else if let Some(value) = line.strip_prefix("EXPOSURE=") {

@@ -37,26 +37,18 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
     }
     let texels = width.checked_mul(height).filter(|&n| n <= MAX_TEXELS && width <= MAX_SIDE && height <= MAX_SIDE);
     let Some(texels) = texels else {
-        return Err(MapFault::TooLarge {
-            what: format!(
-                "{width} x {height} texels, the limit is as many as 16384 x 16384 have, and {MAX_SIDE} a side"
-            ),
-        });
+        return Err(MapFault::too_large(format!(
+            "{width} x {height} texels, the limit is as many as 16384 x 16384 have, and {MAX_SIDE} a side"
+        )));
     };
     let bytes = texels.saturating_mul(bytes_per_texel);
+    let [decoded, most, file] = [bytes, MAX_DECODED_BYTES, file_bytes as u64].map(in_words);
     if bytes > MAX_DECODED_BYTES {
-        return Err(MapFault::TooLarge {
-            what: format!("{} when decoded, the limit is {}", in_words(bytes), in_words(MAX_DECODED_BYTES)),
-        });
+        return Err(MapFault::too_large(format!("{decoded} when decoded, the limit is {most}")));
     }
     if bytes > FREE_DECODED_BYTES.saturating_add(MAX_EXPANSION.saturating_mul(file_bytes as u64)) {
-        return Err(MapFault::TooLarge {
-            what: format!(
-                "the header claims {} when decoded, and the file has only {}",
-                in_words(bytes),
-                in_words(file_bytes as u64)
-            ),
-        });
+        let what = format!("the header claims {decoded} when decoded, and the file has only {file}");
+        return Err(MapFault::too_large(what));
     }
     Ok(())
 }
@@ -74,8 +66,8 @@ pub fn in_words(bytes: u64) -> String {
 /// A zeroed buffer, or an error instead of an abort when memory is short.
 pub fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
     let mut buffer = Vec::new();
-    buffer.try_reserve_exact(len).map_err(|_| MapFault::TooLarge {
-        what: format!("no memory for {}", in_words(len.saturating_mul(size_of::<T>()) as u64)),
+    buffer.try_reserve_exact(len).map_err(|_| {
+        MapFault::too_large(format!("no memory for {}", in_words(len.saturating_mul(size_of::<T>()) as u64)))
     })?;
     buffer.resize(len, T::zeroed());
     Ok(buffer)
@@ -88,19 +80,29 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, MapFault> {
 
 /// Reads up to `most` bytes from the start of a regular file of at most [`MAX_FILE_BYTES`].
 pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
-    let io = |doing| move |source| MapFault::Io { doing, source };
+    let (file, length) = open(path)?;
+    if length > MAX_FILE_BYTES {
+        let [length, most] = [length, MAX_FILE_BYTES].map(in_words);
+        return Err(MapFault::too_large(format!("{length}, the limit is {most}")));
+    }
+    let bytes = first_bytes(&file, most.min(MAX_FILE_BYTES))?;
+    reads::note(path, &bytes);
+    Ok(bytes)
+}
+
+/// Opens a regular file, and tells its length.
+fn open(path: &Path) -> Result<(File, u64), MapFault> {
     // Asked before opening: opening a pipe would wait for its writer.
-    let metadata = std::fs::metadata(path).map_err(io("cannot be found"))?;
+    let metadata = std::fs::metadata(path).map_err(MapFault::io("cannot be found"))?;
     if !metadata.is_file() {
         return Err(MapFault::NotAFile);
     }
-    if metadata.len() > MAX_FILE_BYTES {
-        let [length, most] = [metadata.len(), MAX_FILE_BYTES].map(in_words);
-        return Err(MapFault::TooLarge { what: format!("{length}, the limit is {most}") });
-    }
-    let file = File::open(path).map_err(io("cannot be opened"))?;
+    Ok((File::open(path).map_err(MapFault::io("cannot be opened"))?, metadata.len()))
+}
+
+/// Reads up to `most` bytes of a file.
+fn first_bytes(file: &File, most: u64) -> Result<Vec<u8>, MapFault> {
     let mut bytes = Vec::new();
-    file.take(most.min(MAX_FILE_BYTES)).read_to_end(&mut bytes).map_err(io("cannot be read"))?;
-    reads::note(path, &bytes);
+    file.take(most).read_to_end(&mut bytes).map_err(MapFault::io("cannot be read"))?;
     Ok(bytes)
 }

@@ -39,7 +39,7 @@ impl NewFile {
     /// If no file can be made in the folder of `target`, or `target` is a folder itself.
     pub fn create(target: impl AsRef<Path>) -> Result<Self, MapError> {
         let target = target.as_ref().to_path_buf();
-        let refused = |doing, source| MapFault::Io { doing, source }.in_file(&target);
+        let refused = |doing, source| MapFault::io(doing)(source).in_file(&target);
         if target.is_dir() {
             return Err(refused("cannot be written", std::io::ErrorKind::IsADirectory.into()));
         }
@@ -66,8 +66,8 @@ impl NewFile {
     /// # Errors
     /// If the disk or the folder refuses.
     pub fn write(mut self, bytes: &[u8]) -> Result<(), MapError> {
-        let written = self.file.write_all(bytes);
-        written.map_err(|source| MapFault::Io { doing: "cannot be written", source }.in_file(&self.target))?;
+        let written = self.file.write_all(bytes).map_err(MapFault::io("cannot be written"));
+        written.map_err(|fault| fault.in_file(&self.target))?;
         self.finish()
     }
 
@@ -76,7 +76,7 @@ impl NewFile {
     /// # Errors
     /// If the disk or the folder refuses.
     pub fn finish(mut self) -> Result<(), MapError> {
-        let fault = |doing, source| MapFault::Io { doing, source }.in_file(&self.target);
+        let fault = |doing, source| MapFault::io(doing)(source).in_file(&self.target);
         self.file.sync_all().map_err(|e| fault("cannot be written to disk", e))?;
         fs::rename(&self.beside, &self.target).map_err(|e| fault("cannot be replaced", e))?;
         self.finished = true;

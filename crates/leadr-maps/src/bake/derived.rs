@@ -35,8 +35,7 @@ impl Inputs {
     /// If there are no normals, or memory is short.
     pub fn find_heights(&mut self, progress: &dyn Fn(f32)) -> Result<FoundHeights, MapFault> {
         let Some(normals) = &self.normals else {
-            let what = "there are no normals to find heights of".into();
-            return Err(MapFault::Unsupported { what, remedy: "give a normal map".into() });
+            return Err(MapFault::unsupported("there are no normals to find heights of", "give a normal map"));
         };
         let slopes = Slopes::of_normal_map(normals)?;
         let default = Integration::default();
@@ -56,8 +55,8 @@ impl Inputs {
     /// If there are no heights, or memory is short.
     pub fn look_around(&mut self, progress: &dyn Fn(f32)) -> Result<(), MapFault> {
         let Some(heights) = &self.heights else {
-            let what = "there are no heights to look around from".into();
-            return Err(MapFault::Unsupported { what, remedy: "give a height map or a normal map".into() });
+            let what = "there are no heights to look around from";
+            return Err(MapFault::unsupported(what, "give a height map or a normal map"));
         };
         // With heights in the unit of their map nothing tells how steep they are: the map is taken to be as wide as that.
         let scale = self.usual_height_scale();

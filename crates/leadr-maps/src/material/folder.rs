@@ -91,14 +91,13 @@ impl MaterialFolder {
     /// If it is no folder or cannot be read, if two pictures claim one role, or if none has any.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, MapError> {
         let folder = folder.as_ref();
-        let fault = |fault: MapFault| fault.in_file(folder);
-        let entries = std::fs::read_dir(folder)
-            .map_err(|source| fault(MapFault::Io { doing: "cannot be read as a folder of a material", source }))?;
-        let mut files = Vec::new();
-        for entry in entries.take(MOST_ENTRIES) {
-            let entry = entry.map_err(|source| fault(MapFault::Io { doing: "cannot be listed", source }))?;
-            files.push(entry.path());
-        }
+        Self::find(folder).map_err(|fault| fault.in_file(folder))
+    }
+
+    fn find(folder: &Path) -> Result<Self, MapFault> {
+        let entries = std::fs::read_dir(folder).map_err(MapFault::io("cannot be read as a folder of a material"))?;
+        let files: std::io::Result<Vec<_>> = entries.take(MOST_ENTRIES).map(|entry| Ok(entry?.path())).collect();
+        let mut files = files.map_err(MapFault::io("cannot be listed"))?;
         files.sort();
         let mut pictures: Vec<(Role, PathBuf)> = Vec::new();
         let mut remarks = Vec::new();
@@ -112,10 +111,8 @@ impl MaterialFolder {
                 continue;
             };
             if let Some((_, other)) = pictures.iter().find(|(taken, _)| *taken == role) {
-                return Err(fault(MapFault::Unsupported {
-                    what: format!("{} and {} are both {role:?}", name_of(other), name_of(&file)),
-                    remedy: "leave one of them in the folder".into(),
-                }));
+                let what = format!("{} and {} are both {role:?}", name_of(other), name_of(&file));
+                return Err(MapFault::unsupported(what, "leave one of them in the folder"));
             }
             pictures.push((role, file));
         }
@@ -123,10 +120,8 @@ impl MaterialFolder {
         let mut this = Self { name: name_of(folder), pictures, remarks };
         this.leave_aside();
         if this.pictures.is_empty() {
-            return Err(fault(MapFault::Unsupported {
-                what: "no picture in it is named like a part of a material".into(),
-                remedy: "name them NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png".into(),
-            }));
+            let remedy = "name them NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png";
+            return Err(MapFault::unsupported("no picture in it is named like a part of a material", remedy));
         }
         Ok(this)
     }
@@ -169,9 +164,9 @@ impl MaterialFolder {
         let mut material = Material::new(&self.name);
         for (role, file) in &self.pictures {
             match role {
-                Role::Color => material.base_color = Input::colors(texture(file, Encoding::Srgb)?),
+                Role::Color => material.set_colors(file)?,
                 Role::Roughness | Role::Gloss => material.set_roughness(file, *role == Role::Gloss)?,
-                Role::Metalness => material.metalness = Input::texture(texture(file, Encoding::Linear)?, 0),
+                Role::Metalness => material.metalness = numbers(file)?,
                 Role::Packed => {
                     let packed = texture(file, Encoding::Linear)?;
                     material.roughness = Input::texture(packed.clone(), 1);
@@ -187,10 +182,7 @@ impl MaterialFolder {
                 Role::Occlusion if self.picture(Role::Height).is_some() => {}
                 Role::Occlusion => material.set_occlusion(file)?,
                 Role::Cones => material.set_cones(file)?,
-                Role::Opacity => {
-                    let mask = Input::texture(texture(file, Encoding::Linear)?, 0);
-                    material.opacity = Opacity::Mask { mask, cutoff: 0.5 };
-                }
+                Role::Opacity => material.opacity = Opacity::Mask { mask: numbers(file)?, cutoff: 0.5 },
                 Role::Emission => material.emission = Input::colors(texture(file, Encoding::Srgb)?),
             }
         }
@@ -213,7 +205,7 @@ impl Material {
     /// # Errors
     /// If it is damaged, too large or of the wrong kind.
     pub fn set_roughness(&mut self, file: &Path, gloss: bool) -> Result<(), MapError> {
-        self.roughness = Input::texture(texture(file, Encoding::Linear)?, 0);
+        self.roughness = numbers(file)?;
         self.roughness_meaning =
             if gloss { RoughnessMeaning::Gloss(Gloss::Perceptual) } else { RoughnessMeaning::Perceptual };
         Ok(())
@@ -226,11 +218,8 @@ impl Material {
     pub fn set_normals(&mut self, file: &Path, green: Option<GreenAxis>) -> Result<(), MapError> {
         let texture = texture(file, Encoding::Linear)?;
         if texture.raster.channels() == 1 {
-            let fault = MapFault::Unsupported {
-                what: "it is grey, and normals have two or three channels".into(),
-                remedy: "give heights as a height map".into(),
-            };
-            return Err(fault.in_file(file));
+            let what = "it is grey, and normals have two or three channels";
+            return Err(MapFault::unsupported(what, "give heights as a height map").in_file(file));
         }
         let green = green.unwrap_or_else(|| green_axis(&texture.raster));
         self.normal_map = Some(NormalMap { texture, green, scale: 1.0 });
@@ -242,7 +231,7 @@ impl Material {
     /// # Errors
     /// If it is damaged, too large or of the wrong kind.
     pub fn set_occlusion(&mut self, file: &Path) -> Result<(), MapError> {
-        self.occlusion = Input::texture(texture(file, Encoding::Linear)?, 0);
+        self.occlusion = numbers(file)?;
         Ok(())
     }
 
@@ -253,11 +242,9 @@ impl Material {
     pub fn set_cones(&mut self, file: &Path) -> Result<(), MapError> {
         let texture = texture(file, Encoding::Linear)?;
         if texture.raster.channels() != 4 {
-            let fault = MapFault::Unsupported {
-                what: "cones have four channels: a direction, and the share of the surroundings that is seen".into(),
-                remedy: "make them with leadr bake --kind cones -o NAME_Cones.png".into(),
-            };
-            return Err(fault.in_file(file));
+            let what = "cones have four channels: a direction, and the share of the surroundings that is seen";
+            let remedy = "make them with leadr bake --kind cones -o NAME_Cones.png";
+            return Err(MapFault::unsupported(what, remedy).in_file(file));
         }
         self.cones = Some(texture);
         Ok(())
@@ -273,6 +260,11 @@ impl Material {
         self.relief = Some(Relief { map, scale: None, in_widths: false, middle });
         Ok(())
     }
+}
+
+/// The first channel of a picture.
+fn numbers(file: &Path) -> Result<Input<f32>, MapError> {
+    Ok(Input::texture(texture(file, Encoding::Linear)?, 0))
 }
 
 fn texture(file: &Path, encoding: Encoding) -> Result<Texture, MapError> {
