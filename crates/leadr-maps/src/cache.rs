@@ -5,6 +5,7 @@
 //! from, programs included; a file of another key is none.
 
 use std::convert::Infallible;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,8 @@ use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::checksum::checksum;
+use super::new_file::NewFile;
+use super::{MapError, MapFault, limits};
 
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
 /// Bytes of the header: magic, key, checksum.
@@ -21,42 +24,15 @@ const HEADER: usize = 3 * 8;
 /// Bytes that files named by their key may take up together. The ones used longest ago are removed.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Why a cache file was not used.
-#[derive(Debug, thiserror::Error)]
-enum CacheError {
-    /// Reading or writing failed.
-    #[error("cache file {path}: {source}; its content is made anew")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The content is not what was written.
-    #[error("cache file {path} is damaged ({fault}); it is made anew and replaced")]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        fault: &'static str,
-    },
+/// Why a file of the cache that is there was not used.
+fn damaged(path: &Path, fault: impl Display) -> String {
+    format!("cache file {} is damaged ({fault}); it is made anew and replaced", path.display())
 }
 
 /// The folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MapCache {
     folder: PathBuf,
-}
-
-/// The content of a file.
-struct Cached {
-    bytes: Vec<u8>,
-}
-
-impl Cached {
-    fn content(&self) -> &[u8] {
-        &self.bytes[HEADER..]
-    }
 }
 
 fn variable(name: &str) -> Option<PathBuf> {
@@ -84,71 +60,51 @@ impl MapCache {
         self.folder.join(name).with_extension("bin")
     }
 
-    /// What is stored as `name` under `key`, of at most so many bytes; `None` if there is nothing or it is of another key.
+    /// The file stored as `name` under `key`, with its header and at most so many bytes after it; `None` if there is nothing or it is of
+    /// another key.
     ///
     /// # Errors
-    /// [`CacheError`] if the file exists but cannot be read or is damaged.
-    fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Cached>, CacheError> {
-        let path = self.path(name);
-        let io = |source| CacheError::Io { path: path.clone(), source };
-        // Asked before opening: opening a pipe would wait for its writer.
-        match std::fs::metadata(&path) {
-            Ok(data) if !data.is_file() => return Err(self.damaged(name, "it is no regular file")),
-            Ok(_) => {}
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(io(e)),
-        }
-        let file = File::open(&path).map_err(io)?;
-        let most = most.saturating_add(HEADER as u64);
-        let length = file.metadata().map_err(io)?.len();
-        if length > most {
-            return Err(self.damaged(name, "it is too long"));
-        }
-        let bytes = read_side_by_side(&file, length as usize).map_err(io)?;
-        let word =
-            |i: usize| bytes.get(8 * i..8 * i + 8).map(|w| u64::from_le_bytes(w.try_into().expect("eight bytes")));
-        let (Some(magic), Some(stored), Some(sum)) = (word(0), word(1), word(2)) else {
-            return Err(self.damaged(name, "it is too short"));
+    /// A sentence, if the file exists but cannot be read or is damaged.
+    fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Vec<u8>>, String> {
+        let path = &self.path(name);
+        let (file, length) = match limits::open(path) {
+            Ok(opened) => opened,
+            Err(MapFault::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(MapFault::NotAFile) => return Err(damaged(path, "it is no regular file")),
+            Err(fault) => return Err(format!("cache file {}: {fault}", path.display())),
         };
+        if length > most.saturating_add(HEADER as u64) {
+            return Err(damaged(path, "it is too long"));
+        }
+        let bytes = read_side_by_side(&file, length as usize).map_err(|error| damaged(path, error))?;
+        let (header, content) = bytes.split_at_checked(HEADER).ok_or_else(|| damaged(path, "it is too short"))?;
+        let [magic, stored, sum]: [u64; 3] = bytemuck::pod_read_unaligned(header);
         if magic != MAGIC {
-            return Err(self.damaged(name, "it is of another kind"));
+            return Err(damaged(path, "it is of another kind"));
         }
         if stored != key {
             return Ok(None);
         }
-        if checksum(&bytes[HEADER..]) != sum {
-            return Err(self.damaged(name, "its checksum differs"));
+        if checksum(content) != sum {
+            return Err(damaged(path, "its checksum differs"));
         }
         // Only `MOST_BYTES` asks when it was used.
         let _ = file.set_modified(SystemTime::now());
-        Ok(Some(Cached { bytes }))
+        Ok(Some(bytes))
     }
 
-    fn damaged(&self, name: &str, fault: &'static str) -> CacheError {
-        CacheError::Damaged { path: self.path(name), fault }
-    }
-
-    /// Stores `content` as `name` under `key` by way of a temporary file.
+    /// Stores `content` as `name` under `key`, all or nothing.
     ///
     /// # Errors
-    /// [`CacheError::Io`] if the folder cannot be made or written.
-    fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), CacheError> {
+    /// If the folder cannot be made or written.
+    fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), MapError> {
         let path = self.path(name);
-        let io = |source| CacheError::Io { path: path.clone(), source };
-        std::fs::create_dir_all(&self.folder).map_err(io)?;
-        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
-        let attempt = || {
-            let mut file = File::create(&temporary)?;
-            file.write_all(bytemuck::bytes_of(&[MAGIC, key, checksum(content)]))?;
-            file.write_all(content)?;
-            file.sync_all()?;
-            std::fs::rename(&temporary, &path)
-        };
-        attempt().map_err(|source| {
-            // Whatever was left half written is of no use; failing to remove it changes nothing.
-            let _ = std::fs::remove_file(&temporary);
-            io(source)
-        })
+        let fault = |source| MapFault::io("cannot be written")(source).in_file(&path);
+        std::fs::create_dir_all(&self.folder).map_err(fault)?;
+        let mut new = NewFile::create(&path)?;
+        new.file.write_all(bytemuck::bytes_of(&[MAGIC, key, checksum(content)])).map_err(fault)?;
+        new.file.write_all(content).map_err(fault)?;
+        new.finish()
     }
 
     /// Whether something is stored under this key as one of its `kind`; whether it is whole only [`remember`](Self::remember) finds.
@@ -172,17 +128,17 @@ impl MapCache {
     ) -> Result<T, E> {
         let name = named(kind, key);
         match self.read(&name, key, most) {
-            Ok(Some(cached)) => match read(cached.content()) {
+            Ok(Some(bytes)) => match read(&bytes[HEADER..]) {
                 Ok(value) => return Ok(value),
-                Err(fault) => tracing::warn!("{}", self.damaged(&name, fault)),
+                Err(fault) => tracing::warn!("{}", damaged(&self.path(&name), fault)),
             },
             Ok(None) => {}
-            Err(error) => tracing::warn!("{error}"),
+            Err(sentence) => tracing::warn!("{sentence}"),
         }
         let (value, content) = make()?;
         match self.write(&name, key, &content) {
             Ok(()) => self.trim(&self.path(&name), MOST_BYTES),
-            Err(error) => tracing::warn!("{error}"),
+            Err(error) => tracing::warn!("cache file {error}"),
         }
         Ok(value)
     }
@@ -320,7 +276,7 @@ mod tests {
         let (_folder, cache) = in_temporary_folder();
         assert!(cache.read("a", 7, 100).unwrap().is_none());
         cache.write("a", 7, b"content").unwrap();
-        assert_eq!(cache.read("a", 7, 100).unwrap().unwrap().content(), b"content");
+        assert_eq!(cache.read("a", 7, 100).unwrap().unwrap()[HEADER..], *b"content");
         assert!(cache.read("a", 8, 100).unwrap().is_none(), "another key");
         let files = std::fs::read_dir(cache.path("a").parent().unwrap()).unwrap().count();
         assert_eq!(files, 1, "nothing temporary is left");
@@ -342,7 +298,7 @@ mod tests {
         ];
         for bytes in cases {
             std::fs::write(cache.path("a"), bytes).unwrap();
-            assert!(matches!(cache.read("a", 7, 100), Err(CacheError::Damaged { .. })));
+            assert!(cache.read("a", 7, 100).is_err_and(|sentence| sentence.contains("damaged")));
         }
     }
 

@@ -91,7 +91,7 @@ pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
 }
 
 /// Opens a regular file, and tells its length.
-fn open(path: &Path) -> Result<(File, u64), MapFault> {
+pub(crate) fn open(path: &Path) -> Result<(File, u64), MapFault> {
     // Asked before opening: opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(MapFault::io("cannot be found"))?;
     if !metadata.is_file() {
@@ -101,7 +101,7 @@ fn open(path: &Path) -> Result<(File, u64), MapFault> {
 }
 
 /// Reads up to `most` bytes of a file.
-fn first_bytes(file: &File, most: u64) -> Result<Vec<u8>, MapFault> {
+pub(crate) fn first_bytes(file: &File, most: u64) -> Result<Vec<u8>, MapFault> {
     let mut bytes = Vec::new();
     file.take(most).read_to_end(&mut bytes).map_err(MapFault::io("cannot be read"))?;
     Ok(bytes)
