@@ -16,8 +16,8 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::SampleType;
 
+use super::fault::one_line;
 use super::guard::guarded;
-use super::png_read::one_line;
 use super::{MapFault, limits};
 
 /// The chosen channels of one part, each `width * height` values, row 0 on top.

@@ -110,3 +110,8 @@ impl MapFault {
         move |source| Self::Io { doing, source }
     }
 }
+
+/// A foreign error message without line breaks.
+pub(crate) fn one_line(message: &dyn std::fmt::Display) -> String {
+    message.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -4,11 +4,10 @@ use std::path::Path;
 
 use super::foreign::unrecognised;
 use super::looks::{Looks, looks};
-use super::material::{self, Raster};
-use super::png_read::{Png, Samples};
-use super::remark::remark;
+use super::material::{Raster, Samples};
+use super::raster_read::{decode_png, decode_raster, is_png, is_raster};
 use super::srgb::linear_from_srgb;
-use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read, raster_read};
+use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits};
 
 /// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
@@ -72,13 +71,18 @@ pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
 pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
     load(path.as_ref(), |bytes| {
         if !exr_read::is_exr(bytes) {
-            return raster_read::decode_raster(bytes);
+            return decode_raster(bytes);
         }
         let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
         let channels = planes.len();
         let samples = (0..planes[0].len()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
-        Raster::new(width, height, channels, material::Samples::F32(samples))
+        Raster::new(width, height, channels, Samples::F32(samples))
     })
+}
+
+/// Logs that a file is odd, and read all the same.
+fn remark(file: &Path, text: &str) {
+    tracing::warn!("{}: {text}", file.display());
 }
 
 fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, MapError> {
@@ -101,20 +105,16 @@ fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, Looks), MapFault> {
         let texels = image.planes.into_iter().next().unwrap_or_default();
         return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(looks)?));
     }
-    if !raster_read::is_raster(bytes) {
+    if !is_raster(bytes) {
         return Err(unrecognised(bytes, "a PNG, JPEG or EXR height map", "-depth 16 FILE.png"));
     }
-    let raster = raster_read::decode_raster(bytes)?;
+    let raster = decode_raster(bytes)?;
     let (width, height) = (raster.width(), raster.height());
-    let looks = if raster.channels() >= 3 {
-        let place = |i: usize| [i % width as usize, i / width as usize].map(|k| k as u32);
-        looks(width as usize * height as usize, |i| {
-            let [x, y] = place(i);
-            [0, 1, 2].map(|channel| raster.value(x, y, channel))
-        })
-    } else {
-        Looks::Grey
+    let color = |i: usize| {
+        let [x, y] = [i % width as usize, i / width as usize].map(|k| k as u32);
+        [0, 1, 2].map(|channel| raster.value(x, y, channel))
     };
+    let looks = if raster.channels() >= 3 { looks(width as usize * height as usize, color) } else { Looks::Grey };
     refuse_normals(looks)?;
     let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     Ok((HeightMap::new(width, height, places.map(|(x, y)| raster.value(x, y, 0)).collect())?, looks))
@@ -124,10 +124,9 @@ fn refuse_normals(looks: Looks) -> Result<Looks, MapFault> {
     if looks != Looks::Normals {
         return Ok(looks);
     }
-    Err(MapFault::Unsupported {
-        what: "it looks like a normal map, and heights are expected".into(),
-        remedy: "give it as --normal-map (leadr bake: --normal), or make heights of it: leadr bake --normal FILE --kind height".into(),
-    })
+    let remedy =
+        "give it as --normal-map (leadr bake: --normal), or make heights of it: leadr bake --normal FILE --kind height";
+    Err(MapFault::unsupported("it looks like a normal map, and heights are expected", remedy))
 }
 
 /// [`load_environment`] from bytes in memory.
@@ -162,7 +161,7 @@ fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
 
 /// [`load_picture`] from bytes in memory.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, MapFault> {
-    let display_referred = png_read::is_png(bytes);
+    let display_referred = is_png(bytes);
     let image =
         if display_referred { decode_color(bytes)? } else { decode_radiance(bytes, "a PNG, EXR or HDR picture")? };
     Ok(Picture { image, display_referred })
@@ -184,41 +183,37 @@ fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, Map
 
 /// [`load_color`] from bytes in memory.
 pub fn decode_color(bytes: &[u8]) -> Result<RgbImage, MapFault> {
-    let Png { width, height, channels, samples } = decode_color_png(bytes)?;
-    let texels = match samples {
-        Samples::U8(s) => {
-            return Ok(Rgb8Image::new(width, height, spread(&s, channels))?.to_linear());
-        }
-        Samples::U16(s) => spread(&s, channels),
-    };
-    let texels = texels.into_iter().map(|t| t.map(|v| linear_from_srgb(f32::from(v) / 65535.0))).collect();
-    RgbImage::new(width, height, texels)
+    let png = decode_color_png(bytes)?;
+    let Samples::U16(codes) = png.samples() else { return Ok(srgb8_of(&png)?.to_linear()) };
+    let linear = |code: u16| linear_from_srgb(f32::from(code) / 65535.0);
+    RgbImage::new(png.width(), png.height(), colors(codes, png.channels()).map(|t| t.map(linear)).collect())
 }
 
 /// [`load_color_srgb8`] from bytes in memory.
 pub fn decode_color_srgb8(bytes: &[u8]) -> Result<Rgb8Image, MapFault> {
-    let Png { width, height, channels, samples } = decode_color_png(bytes)?;
-    let texels = match samples {
-        Samples::U8(s) => spread(&s, channels),
-        // 65535 = 257 * 255, so this rounds to the nearest code.
-        Samples::U16(s) => {
-            spread(&s, channels).into_iter().map(|t| t.map(|v| ((u32::from(v) + 128) / 257) as u8)).collect()
-        }
-    };
-    Rgb8Image::new(width, height, texels)
+    srgb8_of(&decode_color_png(bytes)?)
 }
 
-fn decode_color_png(bytes: &[u8]) -> Result<Png, MapFault> {
-    if !png_read::is_png(bytes) {
-        return Err(unrecognised(bytes, "a PNG colour map", "FILE.png"));
-    }
-    png_read::decode(bytes)
+fn decode_color_png(bytes: &[u8]) -> Result<Raster, MapFault> {
+    if is_png(bytes) { decode_png(bytes) } else { Err(unrecognised(bytes, "a PNG colour map", "FILE.png")) }
+}
+
+fn srgb8_of(png: &Raster) -> Result<Rgb8Image, MapFault> {
+    let texels = match png.samples() {
+        Samples::U8(codes) => colors(codes, png.channels()).collect(),
+        // 65535 = 257 * 255, so this rounds to the nearest code.
+        Samples::U16(codes) => {
+            let nearest = |code: u16| ((u32::from(code) + 128) / 257) as u8;
+            colors(codes, png.channels()).map(|t| t.map(nearest)).collect()
+        }
+        Samples::F32(_) => unreachable!("PNG has no floats"),
+    };
+    Rgb8Image::new(png.width(), png.height(), texels)
 }
 
 /// Grey or RGB, with or without alpha, to RGB.
-fn spread<T: Copy>(samples: &[T], channels: usize) -> Vec<[T; 3]> {
-    let texels = samples.chunks_exact(channels);
-    if channels < 3 { texels.map(|t| [t[0]; 3]).collect() } else { texels.map(|t| [t[0], t[1], t[2]]).collect() }
+fn colors<T: Copy>(samples: &[T], channels: usize) -> impl Iterator<Item = [T; 3]> {
+    samples.chunks_exact(channels).map(move |t| if channels < 3 { [t[0]; 3] } else { [t[0], t[1], t[2]] })
 }
 
 /// The name without its layer, in lower case.

@@ -1,21 +1,30 @@
-//! PNG and JPEG of any kind to a [`Raster`], with the size checked before anything is unpacked.
+//! PNG and JPEG to a [`Raster`] through the `image` crate, with the size checked before anything is unpacked. Palettes and greys of 1, 2
+//! or 4 bits arrive expanded to 8 bits; interlacing and 16 bits are handled; only the first frame of an animation is read.
 
 use std::io::Cursor;
 
 use image::codecs::jpeg::JpegDecoder;
-use image::{ColorType, ImageDecoder};
+use image::codecs::png::PngDecoder;
+use image::{ImageDecoder, ImageError, Limits};
 
+use super::fault::one_line;
 use super::foreign::unrecognised;
 use super::guard::guarded;
 use super::material::{Raster, Samples};
-use super::png_read::{self, fault};
 use super::{MapFault, limits};
 
-const REMEDY: &str = "save it as an 8-bit grey or RGB JPEG";
+const PNG_REMEDY: &str = "save it as 8 or 16-bit grey or RGB PNG";
+const JPEG_REMEDY: &str = "save it as an 8-bit grey or RGB JPEG";
 
 /// Whether it begins as a PNG or a JPEG does.
 pub(super) fn is_raster(bytes: &[u8]) -> bool {
-    is_jpeg(bytes) || png_read::is_png(bytes)
+    is_jpeg(bytes) || is_png(bytes)
+}
+
+/// Whether the bytes start like a PNG. Only the letters `PNG` are checked, so that a PNG whose signature was damaged in transfer
+/// is called damaged rather than unknown.
+pub(super) fn is_png(bytes: &[u8]) -> bool {
+    bytes.len() >= 4 && &bytes[1..4] == b"PNG"
 }
 
 fn is_jpeg(bytes: &[u8]) -> bool {
@@ -31,15 +40,20 @@ pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
     if is_jpeg(bytes) {
         return guarded("JPEG", || decode_jpeg(bytes));
     }
-    if !png_read::is_png(bytes) {
-        return Err(unrecognised(bytes, "a PNG, JPEG or EXR image", "FILE.png"));
+    if is_png(bytes) {
+        return decode_png(bytes);
     }
-    let png = png_read::decode(bytes)?;
-    let samples = match png.samples {
-        png_read::Samples::U8(samples) => Samples::U8(samples),
-        png_read::Samples::U16(samples) => Samples::U16(samples),
-    };
-    Raster::new(png.width, png.height, png.channels, samples)
+    Err(unrecognised(bytes, "a PNG, JPEG or EXR image", "FILE.png"))
+}
+
+/// Decodes a whole PNG.
+pub(super) fn decode_png(bytes: &[u8]) -> Result<Raster, MapFault> {
+    let mut cap = Limits::no_limits();
+    cap.max_image_width = Some(limits::MAX_SIDE as u32);
+    cap.max_image_height = Some(limits::MAX_SIDE as u32);
+    cap.max_alloc = Some(limits::MAX_DECODED_BYTES);
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), cap).map_err(|error| fault(error, PNG_REMEDY))?;
+    unpack(decoder, bytes.len(), PNG_REMEDY)
 }
 
 fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
@@ -47,20 +61,40 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
     if !has_end(bytes) {
         return Err(MapFault::damaged("its JPEG data end early"));
     }
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|error| fault(error, REMEDY))?;
-    let (width, height) = decoder.dimensions();
-    let channels = match decoder.color_type() {
-        ColorType::L8 => 1,
-        ColorType::Rgb8 => 3,
-        other => {
-            let what = format!("its texels are {other:?}");
-            return Err(MapFault::Unsupported { what, remedy: REMEDY.into() });
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|error| fault(error, JPEG_REMEDY))?;
+    unpack(decoder, bytes.len(), JPEG_REMEDY)
+}
+
+/// Unpacks the image of a file of so many bytes.
+fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result<Raster, MapFault> {
+    let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
+    let channels = usize::from(color.channel_count());
+    limits::check_size(width.into(), height.into(), color.bytes_per_pixel().into(), file_bytes)?;
+    let count = width as usize * height as usize * channels;
+    let samples = match usize::from(color.bytes_per_pixel()) / channels {
+        1 => {
+            let mut samples = limits::zeroed::<u8>(count)?;
+            decoder.read_image(&mut samples).map_err(|error| fault(error, remedy))?;
+            Samples::U8(samples)
         }
+        2 => {
+            let mut samples = limits::zeroed::<u16>(count)?;
+            decoder.read_image(bytemuck::cast_slice_mut(&mut samples)).map_err(|error| fault(error, remedy))?;
+            Samples::U16(samples)
+        }
+        _ => return Err(MapFault::unsupported(format!("its texels are {color:?}"), remedy)),
     };
-    limits::check_size(width.into(), height.into(), channels as u64, bytes.len())?;
-    let mut samples = limits::zeroed(width as usize * height as usize * channels)?;
-    decoder.read_image(&mut samples).map_err(|error| fault(error, REMEDY))?;
-    Raster::new(width, height, channels, Samples::U8(samples))
+    Raster::new(width, height, channels, samples)
+}
+
+/// A decoder's error, worded as one of our sentences. `remedy`: for what it does not support.
+fn fault(error: ImageError, remedy: &str) -> MapFault {
+    match error {
+        ImageError::Unsupported(reason) => MapFault::unsupported(one_line(&reason), remedy),
+        ImageError::Limits(reason) => MapFault::too_large(one_line(&reason)),
+        ImageError::IoError(reason) => MapFault::damaged(one_line(&reason)),
+        other => MapFault::damaged(one_line(&other)),
+    }
 }
 
 /// Whether the end marker of a JPEG stands behind its first scan. The segments before the scan may hold other JPEGs, as thumbnails.

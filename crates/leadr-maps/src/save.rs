@@ -10,9 +10,9 @@ use exr::prelude::{
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
+use super::fault::one_line;
 use super::new_file::write_atomic;
 use super::origin::Origin;
-use super::png_read::one_line;
 use super::tonemap::{Tonemap, display_image};
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage};
 
@@ -72,10 +72,7 @@ pub(super) fn encode_png(
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
         .write_image(samples, width, height, color)
-        .map_err(|error| MapFault::Unsupported {
-            what: one_line(&error),
-            remedy: "give an image of at least 1 x 1".into(),
-        })?;
+        .map_err(|error| MapFault::unsupported(one_line(&error), "give an image of at least 1 x 1"))?;
     Ok(bytes)
 }
 
@@ -103,7 +100,7 @@ fn encode_exr_with(
     channels: &[(&str, &[f32])],
     attributes: LayerAttributes,
 ) -> Result<Vec<u8>, MapFault> {
-    let refuse = |what: String| MapFault::Unsupported { what, remedy: "give named, equally large channels".into() };
+    let refuse = |what: String| MapFault::unsupported(what, "give named, equally large channels");
     if width == 0 || height == 0 {
         return Err(MapFault::Empty { width: width.into(), height: height.into() });
     }

@@ -17,7 +17,7 @@ use half::f16;
 use super::keys::keys;
 use super::pyramid::level_sizes;
 use super::{Layout, Plan, Precision, Report, Target};
-use crate::png_read::one_line;
+use crate::fault::one_line;
 use crate::{MapFault, Wrap, limits};
 
 /// Levels on their way to a file.
