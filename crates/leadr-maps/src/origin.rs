@@ -3,11 +3,13 @@
 //! PNG keeps it in `iTXt` chunks before the pixels, EXR in attributes of its layer, both where other programs show it: `Software`
 //! and `Comment` are registered names of PNG, `software` and `comments` standard ones of EXR.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{LayerAttributes, Text};
+use png::text_metadata::{EncodableTextChunk, ITXtChunk};
 
 /// Name of the fingerprint.
 const FINGERPRINT: &str = "leadr-fingerprint";
@@ -15,8 +17,6 @@ const FINGERPRINT: &str = "leadr-fingerprint";
 const PNG_NAMES: [&str; 3] = ["Software", "Comment", FINGERPRINT];
 /// The signature and the chunk `IHDR`.
 const PNG_HEADER: usize = 8 + 25;
-/// Longer texts are not this program's.
-const MOST_BYTES: usize = 1 << 20;
 
 /// Where a picture comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,32 +32,21 @@ pub struct Origin {
 impl Origin {
     /// `png`, whole and not animated, with this in it.
     pub fn in_png(&self, mut png: Vec<u8>) -> Vec<u8> {
-        let texts = [&self.software, &self.command, &self.fingerprint];
-        let chunks =
-            PNG_NAMES.into_iter().zip(texts).flat_map(|(name, text)| text_chunk(name, text)).collect::<Vec<_>>();
+        let mut chunks = Vec::new();
+        for (name, text) in PNG_NAMES.into_iter().zip([&self.software, &self.command, &self.fingerprint]) {
+            ITXtChunk::new(name, text).encode(&mut chunks).expect("a short plain name, and memory to write to");
+        }
         let at = PNG_HEADER.min(png.len());
         png.splice(at..at, chunks);
         png
     }
 
     /// What the bytes of a PNG say, if they say it all.
-    pub fn of_png(png: &[u8]) -> Option<Self> {
-        let mut found = [None, None, None];
-        let mut rest = png.get(8..)?;
-        while let Some((kind, data, after)) = chunk(rest) {
-            rest = after;
-            match &kind {
-                b"IDAT" | b"IEND" => break,
-                b"iTXt" => {
-                    let Some((name, text)) = text_of(data) else { continue };
-                    if let Some(i) = PNG_NAMES.iter().position(|known| known.as_bytes() == name) {
-                        found[i] = Some(text.to_owned());
-                    }
-                }
-                _ => {}
-            }
-        }
-        let [software, command, fingerprint] = found;
+    pub fn of_png(bytes: &[u8]) -> Option<Self> {
+        let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+        let texts = &reader.info().utf8_text;
+        let find = |name| texts.iter().find(|text| text.keyword == name)?.get_text().ok();
+        let [software, command, fingerprint] = PNG_NAMES.map(find);
         Some(Self { software: software?, command: command?, fingerprint: fingerprint? })
     }
 
@@ -92,42 +81,6 @@ fn latin(text: &str) -> Text {
     Text::new_or_none(&escaped).unwrap_or_else(|| Text::from(""))
 }
 
-fn text_chunk(name: &str, text: &str) -> Vec<u8> {
-    // Keyword, then: not compressed, no method, no language, no translated keyword.
-    let data = [name.as_bytes(), &[0, 0, 0, 0, 0], text.as_bytes()].concat();
-    let kind_and_data = [b"iTXt", &data[..]].concat();
-    let (length, sum) = (data.len() as u32, crc(&kind_and_data));
-    [&length.to_be_bytes()[..], &kind_and_data, &sum.to_be_bytes()].concat()
-}
-
-/// The kind and the data of the first chunk, and what follows it; `None` if it is not whole.
-fn chunk(bytes: &[u8]) -> Option<([u8; 4], &[u8], &[u8])> {
-    let length = u32::from_be_bytes(bytes.get(..4)?.try_into().ok()?) as usize;
-    let kind_and_data = bytes.get(4..8usize.checked_add(length)?)?;
-    let rest = &bytes[8 + length..];
-    let sum = u32::from_be_bytes(rest.get(..4)?.try_into().ok()?);
-    (sum == crc(kind_and_data)).then_some(())?;
-    Some((kind_and_data[..4].try_into().ok()?, &kind_and_data[4..], &rest[4..]))
-}
-
-/// Keyword and text of an `iTXt` chunk that is not compressed.
-fn text_of(data: &[u8]) -> Option<(&[u8], &str)> {
-    let mut parts = data.splitn(2, |&byte| byte == 0);
-    let (name, rest) = (parts.next()?, parts.next()?);
-    let [0, _, rest @ ..] = rest else { return None };
-    let text = rest.splitn(3, |&byte| byte == 0).nth(2)?;
-    (text.len() <= MOST_BYTES).then_some(())?;
-    Some((name, std::str::from_utf8(text).ok()?))
-}
-
-/// The checksum of PNG.
-fn crc(bytes: &[u8]) -> u32 {
-    let step = |sum: u32, &byte: &u8| {
-        (0..8).fold(sum ^ u32::from(byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg()))
-    };
-    !bytes.iter().fold(u32::MAX, step)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,11 +91,6 @@ mod tests {
     fn origin() -> Origin {
         let [software, command] = ["leadr 1 (abc)", "leadr capture --material 'ä wall'"].map(str::to_owned);
         Origin { software, command, fingerprint: "0123456789abcdef".to_owned() }
-    }
-
-    #[test]
-    fn the_checksum_is_that_of_png() {
-        assert_eq!(crc(b"IEND"), 0xae42_6082);
     }
 
     #[test]
