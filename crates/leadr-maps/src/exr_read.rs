@@ -39,7 +39,11 @@ pub(crate) fn is_exr(bytes: &[u8]) -> bool {
 /// error message.
 pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
     // Damaged blocks overflow arithmetic inside the crate (its B44, for one).
-    guarded("EXR", || decode_unguarded(bytes, choose, wanted))
+    guarded("EXR", || {
+        let file = Opened::new(bytes)?;
+        let (part, picked) = pick_part(&file.meta, choose, wanted)?;
+        file.level(part, &picked, 0)
+    })
 }
 
 /// What the first part says of itself; a flat part.
@@ -53,87 +57,131 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
 /// Decodes these channels of the first part on all its mip levels, which are halved and rounded down to 1 x 1.
 pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes>, MapFault> {
     guarded("EXR", || {
-        let (meta, tables_start) = read_meta(bytes)?;
-        let header = &meta.headers[0];
+        let file = Opened::new(bytes)?;
+        let header = &file.meta.headers[0];
         let BlockDescription::Tiles(tiles) = header.blocks else {
             return Err(MapFault::damaged("it has no mip levels"));
         };
         if (tiles.level_mode, tiles.rounding_mode) != (LevelMode::MipMap, RoundingMode::Down) {
             return Err(MapFault::damaged("it has no mip levels of sizes that are rounded down"));
         }
-        if header.deep || header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
+        if header.deep || is_subsampled(header) {
             return Err(MapFault::damaged("its channels are deep or subsampled"));
         }
         let longest = header.layer_size.width().max(header.layer_size.height());
         let count = usize::BITS - longest.leading_zeros();
-        (0..count).map(|level| decode_level(bytes, &meta, tables_start, 0, picked, level)).collect()
+        (0..count).map(|level| file.level(0, picked, level)).collect()
     })
 }
 
-fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
-    let (meta, tables_start) = read_meta(bytes)?;
-    let (part, picked) = pick_part(&meta, choose, wanted)?;
-    decode_level(bytes, &meta, tables_start, part, &picked, 0)
+fn is_subsampled(header: &Header) -> bool {
+    header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1))
 }
 
-/// The header, and where the tables of blocks begin, which lie within the file.
-fn read_meta(bytes: &[u8]) -> Result<(MetaData, usize), MapFault> {
-    let mut cursor = Cursor::new(bytes);
-    let meta = MetaData::read_from_buffered(&mut cursor, false).map_err(fault)?;
-    let tables_start = cursor.position() as usize;
-    let chunks = meta.headers.iter().try_fold(0usize, |sum, h| sum.checked_add(h.chunk_count));
-    if chunks.and_then(|n| n.checked_mul(8)).is_none_or(|n| n > bytes.len() - tables_start) {
-        return Err(MapFault::damaged("the file is shorter than its own table of blocks"));
-    }
-    Ok((meta, tables_start))
+/// A file whose header is read, and whose tables of blocks lie within it.
+struct Opened<'a> {
+    bytes: &'a [u8],
+    meta: MetaData,
+    /// Where the tables begin.
+    tables: usize,
 }
 
-/// Decodes channels of a part on one level.
-fn decode_level(
-    bytes: &[u8],
-    meta: &MetaData,
-    tables_start: usize,
-    part: usize,
-    picked: &[usize],
-    level: u32,
-) -> Result<Planes, MapFault> {
-    let chunk_counts: Vec<usize> = meta.headers.iter().map(|h| h.chunk_count).collect();
-    let header = &meta.headers[part];
-    let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
-    limits::check_size(
-        width,
-        height,
-        (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64),
-        bytes.len(),
-    )?;
-    // Only now, so that sizes of zero and of billions get their own sentences.
-    MetaData::validate(&meta.headers, false).map_err(fault)?;
-
-    let table = tables_start + 8 * chunk_counts[..part].iter().sum::<usize>();
-    let offsets = bytes[table..table + 8 * chunk_counts[part]].chunks_exact(8);
-    let offsets: Vec<u64> = offsets.map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
-
-    let [width, height] = [width, height].map(|side| (side >> level).max(1));
-    let texel_count = (width * height) as usize;
-    let mut planes = Vec::new();
-    let mut seen = HashSet::new();
-    let mut covered = 0;
-    for offset in offsets {
-        let Some(block) = read_block(bytes, offset, part, meta, level)? else { continue };
-        if !seen.insert(block.index.pixel_position) {
-            return Err(MapFault::damaged("two of its blocks claim the same texels"));
+impl<'a> Opened<'a> {
+    fn new(bytes: &'a [u8]) -> Result<Self, MapFault> {
+        let mut cursor = Cursor::new(bytes);
+        let meta = MetaData::read_from_buffered(&mut cursor, false).map_err(fault)?;
+        let tables = cursor.position() as usize;
+        let chunks = meta.headers.iter().try_fold(0usize, |sum, h| sum.checked_add(h.chunk_count));
+        if chunks.and_then(|n| n.checked_mul(8)).is_none_or(|n| n > bytes.len() - tables) {
+            return Err(MapFault::damaged("the file is shorter than its own table of blocks"));
         }
-        covered += block.index.pixel_size.area();
-        // The size is believed only once a block has really filled its place.
-        while planes.len() < picked.len() {
-            planes.push(limits::zeroed::<f32>(texel_count)?);
+        Ok(Self { bytes, meta, tables })
+    }
+
+    /// Decodes channels of a part on one level.
+    fn level(&self, part: usize, picked: &[usize], level: u32) -> Result<Planes, MapFault> {
+        let header = &self.meta.headers[part];
+        let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+        let texel_bytes = (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64);
+        limits::check_size(width, height, texel_bytes, self.bytes.len())?;
+        // Only now, so that sizes of zero and of billions get their own sentences.
+        MetaData::validate(&self.meta.headers, false).map_err(fault)?;
+
+        let before: usize = self.meta.headers[..part].iter().map(|h| h.chunk_count).sum();
+        let (offsets, _) = self.bytes[self.tables + 8 * before..][..8 * header.chunk_count].as_chunks();
+        let [width, height] = [width, height].map(|side| (side >> level).max(1));
+        let texel_count = (width * height) as usize;
+        let mut planes = Vec::new();
+        let mut seen = HashSet::new();
+        let mut covered = 0;
+        for offset in offsets {
+            let Some(block) = self.block(u64::from_le_bytes(*offset), part, level)? else { continue };
+            if !seen.insert(block.index.pixel_position) {
+                return Err(MapFault::damaged("two of its blocks claim the same texels"));
+            }
+            covered += block.index.pixel_size.area();
+            // The size is believed only once a block has really filled its place.
+            while planes.len() < picked.len() {
+                planes.push(limits::zeroed::<f32>(texel_count)?);
+            }
+            copy_lines(&block, header, picked, width as usize, &mut planes)?;
         }
-        copy_lines(&block, header, picked, width as usize, &mut planes)?;
+        if covered != texel_count {
+            return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
+        }
+        Ok(Planes { width: width as u32, height: height as u32, planes })
     }
-    if covered != texel_count {
-        return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
+
+    /// Unpacks the block at `offset`, or `None` when it belongs to another mip level.
+    fn block(&self, offset: u64, part: usize, level: u32) -> Result<Option<UncompressedBlock>, MapFault> {
+        if offset == 0 {
+            return Err(MapFault::damaged("a block was never written (incomplete render?)"));
+        }
+        let rest = usize::try_from(offset).ok().and_then(|at| self.bytes.get(at..));
+        let rest = &mut rest.ok_or_else(outside)?;
+        if self.meta.requirements.is_multilayer() && read_i32(rest)? != part as i32 {
+            return Err(MapFault::damaged("a block belongs to another part than its table says"));
+        }
+        let header = &self.meta.headers[part];
+        let negative = |_| MapFault::damaged("a tile has a negative index");
+        let tiled = matches!(header.blocks, BlockDescription::Tiles(_));
+        let (mut coordinates, mut y_coordinate) = ([0usize; 4], 0);
+        if tiled {
+            for value in &mut coordinates {
+                *value = usize::try_from(read_i32(rest)?).map_err(negative)?;
+            }
+        } else {
+            y_coordinate = read_i32(rest)?;
+        }
+        let length = read_i32(rest)?;
+        let length = usize::try_from(length).map_err(|_| MapFault::damaged("a block has a negative length"))?;
+        let data = rest.get(..length).ok_or_else(outside)?;
+        if coordinates[2..] != [level as usize; 2] {
+            return Ok(None);
+        }
+        check_dwa_claims(data, header)?;
+        let compressed_pixels_le = data.to_vec();
+        let compressed_block = if tiled {
+            let [x, y, level_x, level_y] = coordinates;
+            let coordinates = TileCoordinates { tile_index: Vec2(x, y), level_index: Vec2(level_x, level_y) };
+            CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
+        } else {
+            CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
+        };
+        let chunk = Chunk { layer_index: part, compressed_block };
+        UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map(Some).map_err(fault)
     }
-    Ok(Planes { width: width as u32, height: height as u32, planes })
+}
+
+fn outside() -> MapFault {
+    MapFault::damaged("a block lies outside the file (truncated?)")
+}
+
+/// Takes a little-endian `i32` off the front.
+fn read_i32(rest: &mut &[u8]) -> Result<i32, MapFault> {
+    let (value, after) = rest.split_first_chunk().ok_or_else(outside)?;
+    *rest = after;
+    Ok(i32::from_le_bytes(*value))
 }
 
 /// The first flat part in which `choose` finds its channels.
@@ -147,19 +195,16 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
         let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
         let holds = |name: &str| names.iter().any(|n| n.rsplit('.').next() == Some(name));
         if ["Y", "RY", "BY"].into_iter().all(holds) {
-            let what = "it holds luminance and chroma (channels Y, RY and BY)".into();
-            return Err(MapFault::Unsupported { what, remedy: "save it as plain RGB".into() });
+            let what = "it holds luminance and chroma (channels Y, RY and BY)";
+            return Err(MapFault::unsupported(what, "save it as plain RGB"));
         }
         let Some(picked) = choose(&names) else {
             found.extend(names);
             continue;
         };
-        if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
-            let what = "its channels have fewer samples than it has pixels".into();
-            return Err(MapFault::Unsupported {
-                what,
-                remedy: "save it with one sample of each channel for every pixel".into(),
-            });
+        if is_subsampled(header) {
+            let what = "its channels have fewer samples than it has pixels";
+            return Err(MapFault::unsupported(what, "save it with one sample of each channel for every pixel"));
         }
         return Ok((part, picked));
     }
@@ -168,61 +213,7 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
         found.truncate(cut);
     }
     let what = format!("it has no channel {wanted}, only: {found}");
-    Err(MapFault::Unsupported { what, remedy: "rename or re-export its channels".into() })
-}
-
-/// Reads the little-endian `i32` at `*at` and advances `at` past it.
-fn read_i32(bytes: &[u8], at: &mut usize) -> Result<i32, MapFault> {
-    let end = at.checked_add(4).filter(|&end| end <= bytes.len());
-    let end = end.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
-    let value = i32::from_le_bytes(bytes[*at..end].try_into().expect("four bytes"));
-    *at = end;
-    Ok(value)
-}
-
-/// Unpacks the block at `offset`, or `None` when it belongs to another mip level.
-fn read_block(
-    bytes: &[u8],
-    offset: u64,
-    part: usize,
-    meta: &MetaData,
-    level: u32,
-) -> Result<Option<UncompressedBlock>, MapFault> {
-    if offset == 0 {
-        return Err(MapFault::damaged("a block was never written (incomplete render?)"));
-    }
-    let mut at = usize::try_from(offset).unwrap_or(usize::MAX);
-    if meta.requirements.is_multilayer() && read_i32(bytes, &mut at)? != part as i32 {
-        return Err(MapFault::damaged("a block belongs to another part than its table says"));
-    }
-    let negative = |_| MapFault::damaged("a tile has a negative index");
-    let tiled = matches!(meta.headers[part].blocks, BlockDescription::Tiles(_));
-    let (mut coordinates, mut y_coordinate) = ([0usize; 4], 0);
-    if tiled {
-        for value in &mut coordinates {
-            *value = usize::try_from(read_i32(bytes, &mut at)?).map_err(negative)?;
-        }
-    } else {
-        y_coordinate = read_i32(bytes, &mut at)?;
-    }
-    let len =
-        usize::try_from(read_i32(bytes, &mut at)?).map_err(|_| MapFault::damaged("a block has a negative length"))?;
-    let data = at.checked_add(len).and_then(|end| bytes.get(at..end));
-    let data = data.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
-    if coordinates[2..] != [level as usize; 2] {
-        return Ok(None);
-    }
-    check_dwa_claims(data, &meta.headers[part])?;
-    let compressed_pixels_le = data.to_vec();
-    let compressed_block = if tiled {
-        let [x, y, level_x, level_y] = coordinates;
-        let coordinates = TileCoordinates { tile_index: Vec2(x, y), level_index: Vec2(level_x, level_y) };
-        CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
-    } else {
-        CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
-    };
-    let chunk = Chunk { layer_index: part, compressed_block };
-    UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(fault)
+    Err(MapFault::unsupported(what, "rename or re-export its channels"))
 }
 
 /// Checks the sizes that a block of DWA states for its sections: the crate allocates them before it unpacks anything, and would end
@@ -283,10 +274,9 @@ fn fill<T>(
 /// The crate's error, worded as one of our sentences.
 fn fault(error: exr::error::Error) -> MapFault {
     match error {
-        exr::error::Error::NotSupported(reason) => MapFault::Unsupported {
-            what: one_line(&reason),
-            remedy: "save it as a flat EXR with ZIP compression".into(),
-        },
+        exr::error::Error::NotSupported(reason) => {
+            MapFault::unsupported(one_line(&reason), "save it as a flat EXR with ZIP compression")
+        }
         exr::error::Error::Invalid(reason) => MapFault::damaged(one_line(&reason)),
         other => MapFault::damaged(one_line(&other)),
     }
