@@ -105,6 +105,12 @@ impl MapFault {
         Self::TooLarge { what: what.into() }
     }
 
+    /// A value in the texel at an index of an image `width` across.
+    pub(crate) fn bad_texel(index: usize, width: u32, channel: &'static str, value: f32, remedy: &'static str) -> Self {
+        let [x, y] = [index % width as usize, index / width as usize].map(|place| place as u32);
+        Self::BadTexel { channel, x, y, value, remedy }
+    }
+
     /// What the operating system refused, from its reason; `doing` as in [`Self::Io`].
     pub fn io(doing: &'static str) -> impl Fn(std::io::Error) -> Self + Copy {
         move |source| Self::Io { doing, source }

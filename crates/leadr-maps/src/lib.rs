@@ -40,4 +40,4 @@ pub use load::{
 };
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
 pub use raster_read::decode_raster;
-pub use types::{HeightMap, Rgb8Image, RgbImage};
+pub use types::{HeightMap, Image, Rgb8Image, RgbImage};

@@ -22,7 +22,7 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::HeightMap;
+use super::{HeightMap, Image};
 use leadr_reflectance::limits::{at_least, within};
 
 /// What lies beyond the edge of a map.
@@ -84,15 +84,7 @@ impl Moments {
 }
 
 /// One mip level.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MomentLevel {
-    /// Texels across.
-    pub width: u32,
-    /// Texels down.
-    pub height: u32,
-    /// `width * height` texels, row-major.
-    pub texels: Vec<Moments>,
-}
+pub type MomentLevel = Image<Moments>;
 
 /// A height map's moments with all mip levels down to 1 x 1, each side halved and rounded down as Vulkan does.
 #[derive(Clone, Debug, PartialEq)]

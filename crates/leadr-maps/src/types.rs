@@ -1,57 +1,55 @@
-//! The three kinds of image, and the checks on their texels.
+//! Images, and the checks on their texels.
 
-use super::MapFault;
 use super::limits::{MAX_HEIGHT, MAX_RADIANCE};
 use super::srgb::linear_of_srgb8;
+use super::{MapFault, Wrap};
 
-/// Heights over texture space, row 0 on top. From a PNG the texels lie in 0 to 1; from an EXR they are as stored and
-/// may be negative. Always finite and at least 1 x 1.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeightMap {
-    /// Texels across.
-    pub width: u32,
-    /// Texels down.
-    pub height: u32,
-    /// `width * height` heights, row-major.
-    pub texels: Vec<f32>,
-}
-
-/// Linear Rec.709 colour or radiance, row 0 on top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RgbImage {
-    /// Texels across.
-    pub width: u32,
-    /// Texels down.
-    pub height: u32,
-    /// `width * height` colours, row-major.
-    pub texels: Vec<[f32; 3]>,
-}
-
-/// Colour as 8-bit sRGB codes, row 0 on top.
+/// Texels in rows, row 0 on top.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rgb8Image {
+pub struct Image<T> {
     /// Texels across.
     pub width: u32,
     /// Texels down.
     pub height: u32,
-    /// `width * height` codes, row-major.
-    pub texels: Vec<[u8; 3]>,
+    /// `width * height` texels, row-major.
+    pub texels: Vec<T>,
 }
 
-/// Refuses buffers that do not fill `width` x `height`, and empty ones.
-fn check_len(width: u32, height: u32, len: usize) -> Result<(), MapFault> {
-    if width == 0 || height == 0 {
-        return Err(MapFault::Empty { width: width.into(), height: height.into() });
+/// Heights over texture space. From a PNG the texels lie in 0 to 1; from an EXR they are as stored and may be negative. Always finite
+/// and at least 1 x 1.
+pub type HeightMap = Image<f32>;
+
+/// Linear Rec.709 colour or radiance.
+pub type RgbImage = Image<[f32; 3]>;
+
+/// Colour as 8-bit sRGB codes.
+pub type Rgb8Image = Image<[u8; 3]>;
+
+impl<T> Image<T> {
+    /// Refuses texels that do not fill `width` x `height`, and empty ones.
+    fn filled(width: u32, height: u32, texels: Vec<T>) -> Result<Self, MapFault> {
+        if width == 0 || height == 0 {
+            return Err(MapFault::Empty { width: width.into(), height: height.into() });
+        }
+        if u64::from(width) * u64::from(height) != texels.len() as u64 {
+            let what = format!("{} texels were given for {width} x {height}", texels.len());
+            return Err(MapFault::SizeMismatch { what });
+        }
+        Ok(Self { width, height, texels })
     }
-    if u64::from(width) * u64::from(height) != len as u64 {
-        return Err(MapFault::SizeMismatch { what: format!("{len} texels were given for {width} x {height}") });
-    }
-    Ok(())
 }
 
-/// Column and row of a row-major index.
-fn place(index: usize, width: u32) -> (u32, u32) {
-    ((index % width as usize) as u32, (index / width as usize) as u32)
+impl<T: Copy> Image<T> {
+    /// The texel at column `x`, row `y`; panics outside the image.
+    pub fn at(&self, x: u32, y: u32) -> T {
+        assert!(x < self.width, "column {x} of an image {} wide", self.width);
+        self.texels[(y * self.width + x) as usize]
+    }
+
+    /// The texel at a column and a row that may be -1 or the side.
+    pub(crate) fn beyond(&self, x: i64, y: i64, wrap: Wrap) -> T {
+        self.texels[wrap.texel(y, self.height) * self.width as usize + wrap.texel(x, self.width)]
+    }
 }
 
 impl HeightMap {
@@ -63,19 +61,20 @@ impl HeightMap {
     /// A height map of `width` x `height`. Fails when a side is 0, the length is not their product, or a height is
     /// not finite or beyond [`MAX_HEIGHT`] (its place is named).
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {
-        check_len(width, height, texels.len())?;
-        if let Some(index) = texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
-            let (x, y) = place(index, width);
-            let remedy = "heights must be finite and within 1e12";
-            return Err(MapFault::BadTexel { channel: "height", x, y, value: texels[index], remedy });
+        let map = Self::filled(width, height, texels)?;
+        match map.texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
+            Some(at) => {
+                let remedy = "heights must be finite and within 1e12";
+                Err(MapFault::bad_texel(at, width, "height", map.texels[at], remedy))
+            }
+            None => Ok(map),
         }
-        Ok(Self { width, height, texels })
     }
 
-    /// The height at column `x`, row `y`; panics outside the map.
-    pub fn at(&self, x: u32, y: u32) -> f32 {
-        assert!(x < self.width, "column {x} of a map {} wide", self.width);
-        self.texels[(y * self.width + x) as usize]
+    /// Central differences at a texel, per texel.
+    pub(crate) fn central_differences(&self, x: u32, y: u32, wrap: Wrap) -> [f64; 2] {
+        let at = |dx, dy| f64::from(self.beyond(i64::from(x) + dx, i64::from(y) + dy, wrap));
+        [0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1))]
     }
 }
 
@@ -83,14 +82,7 @@ impl RgbImage {
     /// An image of any linear colours. Fails when a side is 0 or the length is not `width * height`; texels are not
     /// checked (a render may hold NaN; see [`RgbImage::check_radiance`]).
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<Self, MapFault> {
-        check_len(width, height, texels.len())?;
-        Ok(Self { width, height, texels })
-    }
-
-    /// The colour at column `x`, row `y`; panics outside the image.
-    pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
-        assert!(x < self.width, "column {x} of an image {} wide", self.width);
-        self.texels[(y * self.width + x) as usize]
+        Self::filled(width, height, texels)
     }
 
     /// Finds the first texel that is not finite and names its place.
@@ -105,13 +97,11 @@ impl RgbImage {
     }
 
     fn check(&self, good: impl Fn(f32) -> bool, remedy: &'static str) -> Result<(), MapFault> {
-        for (index, texel) in self.texels.iter().enumerate() {
-            if let Some(c) = texel.iter().position(|&v| !good(v)) {
-                let (x, y) = place(index, self.width);
-                return Err(MapFault::BadTexel { channel: ["R", "G", "B"][c], x, y, value: texel[c], remedy });
-            }
+        let values = self.texels.as_flattened();
+        match values.iter().position(|&v| !good(v)) {
+            Some(at) => Err(MapFault::bad_texel(at / 3, self.width, ["R", "G", "B"][at % 3], values[at], remedy)),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Mean colour, summed in 64 bits.
@@ -129,8 +119,7 @@ impl RgbImage {
 impl Rgb8Image {
     /// An image of sRGB codes. Fails when a side is 0 or the length is not `width * height`.
     pub fn new(width: u32, height: u32, texels: Vec<[u8; 3]>) -> Result<Self, MapFault> {
-        check_len(width, height, texels.len())?;
-        Ok(Self { width, height, texels })
+        Self::filled(width, height, texels)
     }
 
     /// The same colours, linear, 0 to 1.

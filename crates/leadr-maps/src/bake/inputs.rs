@@ -77,17 +77,16 @@ impl Inputs {
     /// # Errors
     /// If there are neither heights nor normals, or sizes differ.
     pub fn size(&self) -> Result<[u32; 2], MapFault> {
-        let of = |raster: &Raster| [raster.width(), raster.height()];
         let sizes = [
             ("heights", self.heights.as_ref().map(|map| [map.width, map.height])),
-            ("normals", self.normals.as_ref().map(|map| of(&map.texture.raster))),
-            ("roughness", self.roughness.as_ref().map(|map| of(&map.raster))),
-            ("colours", self.color.as_ref().map(of)),
+            ("normals", self.normals.as_ref().map(|map| map.texture.raster.size())),
+            ("roughness", self.roughness.as_ref().map(|map| map.raster.size())),
+            ("colours", self.color.as_ref().map(Raster::size)),
         ];
         let mut given = sizes.into_iter().filter_map(|(name, size)| Some((name, size?)));
         let Some((first, size)) = given.next().filter(|(name, _)| ["heights", "normals"].contains(name)) else {
-            let what = "there are neither heights nor normals".into();
-            return Err(MapFault::Unsupported { what, remedy: "give a height map or a normal map".into() });
+            let what = "there are neither heights nor normals";
+            return Err(MapFault::unsupported(what, "give a height map or a normal map"));
         };
         match given.find(|&(_, other)| other != size) {
             None => Ok(size),
@@ -96,16 +95,6 @@ impl Inputs {
                 Err(MapFault::SizeMismatch { what })
             }
         }
-    }
-
-    /// Central differences of the heights at a texel, per texel.
-    fn central(map: &HeightMap, wrap: Wrap, x: u32, y: u32) -> [f64; 2] {
-        let at = |dx: i64, dy: i64| {
-            let x = wrap.texel(i64::from(x) + dx, map.width);
-            let y = wrap.texel(i64::from(y) + dy, map.height);
-            f64::from(map.texels[y * map.width as usize + x])
-        };
-        [0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1))]
     }
 
     /// Compares heights with normals, if there are both and neither is flat.
@@ -155,7 +144,7 @@ impl Inputs {
                     [s, t * texels[1] / texels[0]]
                 }
                 (None, Some(heights)) => {
-                    let [s, t] = Self::central(heights, self.wrap, x, y);
+                    let [s, t] = heights.central_differences(x, y, self.wrap);
                     [s * f64::from(scale) * texels[0], t * f64::from(scale) * texels[1]]
                 }
                 (None, None) => unreachable!("checked before baking"),
@@ -219,10 +208,7 @@ impl Inputs {
         let Some(map) = &self.heights else { return [0.0; 2] };
         let row = |y: u32| {
             (0..map.width).fold(0.0f64, |most, x| {
-                let at = |dx, dy| {
-                    let x = self.wrap.texel(i64::from(x) + dx, map.width);
-                    f64::from(map.texels[self.wrap.texel(i64::from(y) + dy, map.height) * map.width as usize + x])
-                };
+                let at = |dx, dy| f64::from(map.beyond(i64::from(x) + dx, i64::from(y) + dy, self.wrap));
                 most.max((at(1, 0) - at(0, 0)).abs() * width).max((at(0, 1) - at(0, 0)).abs() * height)
             })
         };

@@ -48,49 +48,44 @@ fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wra
         _ => raster.value(x, y, if channel == 1 && raster.channels() == 2 { 3 } else { channel }),
     };
     let channels = if encoding == Encoding::Srgb { 3 } else { raster.channels() };
-    let texels = resampled(value, [raster.width(), raster.height()], to, channels, wrap);
+    let texels = resampled(value, raster.size(), to, channels, wrap);
     Raster::new(to[0], to[1], channels, Samples::F32(texels)).expect("means of finite values in a size that exists")
 }
 
 impl Inputs {
     /// Brings all pictures to the size of the first; says which were changed.
     pub fn resample(&mut self) -> Vec<String> {
-        let of = |raster: &Raster| [raster.width(), raster.height()];
         let heights = self.heights.as_ref().map(|map| [map.width, map.height]);
-        let Some(size) = heights.or(self.normals.as_ref().map(|map| of(&map.texture.raster))) else {
+        let Some(size) = heights.or(self.normals.as_ref().map(|map| map.texture.raster.size())) else {
             return Vec::new();
         };
         let mut remarks = Vec::new();
-        let mut remark = |what: &str, [w, h]: [u32; 2]| {
-            remarks.push(format!("the {what} are resampled from {w} x {h} to {} x {}", size[0], size[1]));
+        let mut differs = |what: &str, [w, h]: [u32; 2]| {
+            if [w, h] != size {
+                remarks.push(format!("the {what} are resampled from {w} x {h} to {} x {}", size[0], size[1]));
+            }
+            [w, h] != size
         };
-        if let Some(normals) = &mut self.normals {
-            let raster = &normals.texture.raster;
-            let from = of(raster);
-            if from != size {
-                remark("normals", from);
-                // Their slopes: codes of other lengths than 1 would weigh texels.
-                let map = normals.clone();
-                let slope = |x, y, channel: usize| if channel < 2 { map.slope(x, y)[channel] as f32 } else { 0.0 };
-                let texels = resampled(slope, from, size, 3, self.wrap);
-                let raster = Raster::new(size[0], size[1], 3, Samples::F32(texels)).expect("means of finite slopes");
-                normals.texture.raster = raster.into();
-                normals.texture.encoding = Encoding::Slopes;
-            }
+        if let Some(normals) = &mut self.normals
+            && differs("normals", normals.texture.raster.size())
+        {
+            // Their slopes: codes of other lengths than 1 would weigh texels.
+            let map = normals.clone();
+            let slope = |x, y, channel: usize| if channel < 2 { map.slope(x, y)[channel] as f32 } else { 0.0 };
+            let texels = resampled(slope, map.texture.raster.size(), size, 3, self.wrap);
+            let raster = Raster::new(size[0], size[1], 3, Samples::F32(texels)).expect("means of finite slopes");
+            normals.texture.raster = raster.into();
+            normals.texture.encoding = Encoding::Slopes;
         }
-        if let Some(roughness) = &mut self.roughness {
-            let from = of(&roughness.raster);
-            if from != size {
-                remark("roughness", from);
-                roughness.raster = resampled_raster(&roughness.raster, size, Encoding::Linear, self.wrap);
-            }
+        if let Some(roughness) = &mut self.roughness
+            && differs("roughness", roughness.raster.size())
+        {
+            roughness.raster = resampled_raster(&roughness.raster, size, Encoding::Linear, self.wrap);
         }
-        if let Some(color) = &mut self.color {
-            let from = of(color);
-            if from != size {
-                remark("colours", from);
-                *color = resampled_raster(color, size, Encoding::Srgb, self.wrap);
-            }
+        if let Some(color) = &mut self.color
+            && differs("colours", color.size())
+        {
+            *color = resampled_raster(color, size, Encoding::Srgb, self.wrap);
         }
         remarks
     }

@@ -70,16 +70,11 @@ impl std::fmt::Display for Agreement {
 /// flat.
 pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option<Agreement> {
     let raster = &normals.texture.raster;
-    let at = |x: u32, y: u32, dx: i64, dy: i64| {
-        let x = wrap.texel(i64::from(x) + dx, heights.width);
-        let y = wrap.texel(i64::from(y) + dy, heights.height);
-        f64::from(heights.texels[y * heights.width as usize + x])
-    };
     let nearest = |k: u32, of: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(of)) as u32;
     // Row by row, and rows in their order: the same sums on any number of cores.
     let row = |y: u32| {
         (0..heights.width).fold([0.0f64; 3], |sum, x| {
-            let gradient = [0.5 * (at(x, y, 1, 0) - at(x, y, -1, 0)), 0.5 * (at(x, y, 0, 1) - at(x, y, 0, -1))];
+            let gradient = heights.central_differences(x, y, wrap);
             let slope =
                 normals.slope(nearest(x, heights.width, raster.width()), nearest(y, heights.height, raster.height()));
             let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];

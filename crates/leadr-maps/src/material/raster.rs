@@ -53,14 +53,8 @@ impl Raster {
         if let Samples::F32(values) = &samples
             && let Some(index) = values.iter().position(|v| !v.is_finite())
         {
-            let texel = index / channels;
-            return Err(MapFault::BadTexel {
-                channel: ["R", "G", "B", "A"][index % channels],
-                x: (texel % width as usize) as u32,
-                y: (texel / width as usize) as u32,
-                value: values[index],
-                remedy: "every value must be finite",
-            });
+            let (channel, remedy) = (["R", "G", "B", "A"][index % channels], "every value must be finite");
+            return Err(MapFault::bad_texel(index / channels, width, channel, values[index], remedy));
         }
         Ok(Self { width, height, channels, samples })
     }
@@ -73,6 +67,11 @@ impl Raster {
     /// Texels down.
     pub const fn height(&self) -> u32 {
         self.height
+    }
+
+    /// Texels across and down.
+    pub const fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
     }
 
     /// Channels of a texel, 1 to 4: grey, grey and alpha, RGB, RGBA.
