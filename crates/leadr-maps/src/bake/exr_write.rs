@@ -40,10 +40,7 @@ impl<'a> ExrFile<'a> {
             Ok(match plan.precision {
                 Precision::F32 => FlatSamples::F32(limits::zeroed(texels)?),
                 Precision::F16 => FlatSamples::F16(limits::zeroed(texels)?),
-                Precision::Bc => {
-                    let what = "an EXR holds no blocks".into();
-                    return Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() });
-                }
+                Precision::Bc => return Err(MapFault::unsupported("an EXR holds no blocks", "write a .ktx2 file")),
             })
         };
         let planes =
@@ -83,18 +80,13 @@ impl<'a> ExrFile<'a> {
         let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
         let written = Image::from_layer(layer).write().to_buffered(BufWriter::new(file));
         written.map_err(|error| match error {
-            exr::error::Error::Io(source) => MapFault::Io { doing: "cannot be written", source },
-            other => MapFault::Unsupported { what: one_line(&other), remedy: "write a .ktx2 file".into() },
+            exr::error::Error::Io(source) => MapFault::io("cannot be written")(source),
+            other => MapFault::unsupported(one_line(&other), "write a .ktx2 file"),
         })
     }
 }
 
 impl Target for ExrFile<'_> {
-    fn blocks(&mut self, _: usize, _: u32, _: &[Vec<u8>]) -> Result<(), MapFault> {
-        let what = "an EXR holds no blocks".into();
-        Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() })
-    }
-
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault> {
         let width = self.sizes[level][0] as usize;
         let channels = self.plan.channels.len();

@@ -60,3 +60,16 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
     keys.extend(offsets.map(|offsets| ("leadr.offsets", offsets)));
     keys
 }
+
+/// Which of these channels each channel of the layers of a map holds: four to a layer, and colour from the start of another.
+pub(crate) fn packed(channels: &[impl AsRef<str>]) -> Vec<Option<usize>> {
+    let mut slots: Vec<Option<usize>> = Vec::new();
+    for (i, name) in channels.iter().enumerate() {
+        if name.as_ref() == "red" {
+            slots.resize(slots.len().next_multiple_of(4), None);
+        }
+        slots.push(Some(i));
+    }
+    slots.resize(slots.len().next_multiple_of(4), None);
+    slots
+}

@@ -44,31 +44,25 @@ impl Kind {
 
     /// Its name on the command line and in files.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Leadr => "leadr",
-            Self::Lean => "lean",
-            Self::Clean => "clean",
-            Self::Toksvig => "toksvig",
-            Self::Normal => "normal",
-            Self::Gloss => "gloss",
-            Self::Height => "height",
-            Self::Occlusion => "occlusion",
-            Self::Cones => "cones",
-        }
+        self.name_and_channels().0
     }
 
     /// Its channels, in their order. More may follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`, `blue`.
     pub const fn channels(self) -> &'static [&'static str] {
+        self.name_and_channels().1
+    }
+
+    const fn name_and_channels(self) -> (&'static str, &'static [&'static str]) {
         match self {
-            Self::Leadr => &["x", "y", "xx", "yy", "xy", "height"],
-            Self::Lean => &["B.x", "B.y", "M.xx", "M.yy", "M.xy", "height"],
-            Self::Clean => &["B.x", "B.y", "M", "height"],
-            Self::Toksvig => &["N.x", "N.y", "N.z", "height"],
-            Self::Normal => &["N.x", "N.y", "N.z"],
-            Self::Gloss => &["N.x", "N.y", "N.z", "gloss"],
-            Self::Height => &["height"],
-            Self::Occlusion => &["occlusion"],
-            Self::Cones => &["C.x", "C.y", "C.z", "occlusion"],
+            Self::Leadr => ("leadr", &["x", "y", "xx", "yy", "xy", "height"]),
+            Self::Lean => ("lean", &["B.x", "B.y", "M.xx", "M.yy", "M.xy", "height"]),
+            Self::Clean => ("clean", &["B.x", "B.y", "M", "height"]),
+            Self::Toksvig => ("toksvig", &["N.x", "N.y", "N.z", "height"]),
+            Self::Normal => ("normal", &["N.x", "N.y", "N.z"]),
+            Self::Gloss => ("gloss", &["N.x", "N.y", "N.z", "gloss"]),
+            Self::Height => ("height", &["height"]),
+            Self::Occlusion => ("occlusion", &["occlusion"]),
+            Self::Cones => ("cones", &["C.x", "C.y", "C.z", "occlusion"]),
         }
     }
 

@@ -12,6 +12,7 @@ use half::f16;
 use ktx2::{Format, Header, Index, LevelIndex};
 
 use super::blocks::BlockPlan;
+use super::keys::{keys, packed};
 use super::pyramid::level_sizes;
 use super::{Plan, Precision, Report, Target};
 use crate::{MapFault, bc5};
@@ -38,44 +39,38 @@ fn layers(plan: &Plan) -> Vec<Vec<Option<usize>>> {
     if count <= 2 {
         return vec![(0..count).map(Some).collect()];
     }
-    let colors = plan.channels.iter().position(|name| *name == "red").unwrap_or(count);
-    let pack = |channels: std::ops::Range<usize>| -> Vec<Vec<Option<usize>>> {
-        let starts = channels.clone().step_by(4);
-        starts.map(|start| (start..start + 4).map(|c| Some(c).filter(|c| *c < channels.end)).collect()).collect()
-    };
-    [pack(0..colors), pack(colors..plan.channels.len())].concat()
+    packed(&plan.channels).chunks(4).map(<[_]>::to_vec).collect()
 }
 
 /// The basic descriptor block: two channels of BC5, or so many floats of one size; linear.
 fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
-    if precision == Precision::Bc {
-        // Total size; vendor and type 0; version 2, size of the block; BC5, BT.709, linear, straight alpha; texels of 4 x 4; bytes.
-        let mut block =
-            [60u32.to_le_bytes(), [0; 4], [2, 0, 56, 0], [132, 1, 1, 0], [3, 3, 0, 0], [16, 0, 0, 0], [0; 4]].concat();
-        for channel in [0u8, 1] {
-            block.extend((64 * u16::from(channel)).to_le_bytes());
-            // Signed.
-            block.extend([63, channel | 0x40]);
-            block.extend([0; 4]);
-            block.extend(i32::MIN.to_le_bytes());
-            block.extend(i32::MAX.to_le_bytes());
-        }
-        return block;
-    }
-    let (bytes, count) = (precision.bytes() as u8, channels as u8);
-    let size = 24 + 16 * count;
-    // Total size; vendor and type 0; version 2, size of the block; RGBSDA, BT.709, linear, straight alpha; texels of 1 x 1; bytes.
-    let texel = [count * bytes, 0, 0, 0];
-    let mut block =
-        [u32::from(size + 4).to_le_bytes(), [0; 4], [2, 0, size, 0], [1, 1, 1, 0], [0; 4], texel, [0; 4]].concat();
+    let in_blocks = precision == Precision::Bc;
+    let channels = if in_blocks { 2 } else { channels };
+    let bits = if in_blocks { 64 } else { 8 * precision.bytes() as u16 };
+    let (size, bytes) = (24 + 16 * channels as u8, (channels as u16 * bits / 8) as u8);
+    // BC5 or RGBSDA; one less than the texels along a block.
+    let (model, last) = if in_blocks { (132, 3) } else { (1, 0) };
+    // Total size; vendor and type 0; version 2, size of the block; model, BT.709, linear, straight alpha; texels; bytes.
+    let mut block = [
+        u32::from(size + 4).to_le_bytes(),
+        [0; 4],
+        [2, 0, size, 0],
+        [model, 1, 1, 0],
+        [last, last, 0, 0],
+        [bytes, 0, 0, 0],
+        [0; 4],
+    ]
+    .concat();
+    // Signed, or signed floats.
+    let (sign, [low, high]) = if in_blocks {
+        (0x40, [i32::MIN, i32::MAX].map(i32::to_le_bytes))
+    } else {
+        (0xc0, [-1.0, 1.0].map(f32::to_le_bytes))
+    };
     for (i, channel) in [0u8, 1, 2, 15].into_iter().take(channels).enumerate() {
-        let bits = 8 * u16::from(bytes);
         block.extend((bits * i as u16).to_le_bytes());
-        // Signed floats.
-        block.extend([bits as u8 - 1, channel | 0xc0]);
-        block.extend([0; 4]);
-        block.extend((-1.0f32).to_le_bytes());
-        block.extend(1.0f32.to_le_bytes());
+        block.extend([bits as u8 - 1, channel | sign]);
+        block.extend([[0; 4], low, high].as_flattened());
     }
     block
 }
@@ -87,9 +82,9 @@ fn float_format(precision: Precision, channels: usize) -> Format {
 }
 
 /// The keys, of the same length whatever `report` says.
-fn keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> Vec<u8> {
+fn encoded_keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> Vec<u8> {
     let slots: Vec<Option<usize>> = layers.iter().flatten().copied().collect();
-    let mut keys = super::keys::keys(plan, &slots, report);
+    let mut keys = keys(plan, &slots, report);
     keys.push(("KTXorientation", "rd".to_owned()));
     keys.push(("KTXwriter", concat!("leadr-vk ", env!("CARGO_PKG_VERSION")).to_owned()));
     keys.sort_by_key(|(key, _)| *key);
@@ -103,8 +98,8 @@ fn keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> 
     bytes
 }
 
-fn refused(source: std::io::Error) -> MapFault {
-    MapFault::Io { doing: "cannot be written", source }
+fn write_at(file: &mut File, place: u64, bytes: &[u8]) -> Result<(), MapFault> {
+    file.seek(SeekFrom::Start(place)).and_then(|_| file.write_all(bytes)).map_err(MapFault::io("cannot be written"))
 }
 
 impl<'a> Ktx2File<'a> {
@@ -116,7 +111,7 @@ impl<'a> Ktx2File<'a> {
         let layers = layers(plan);
         let sizes = level_sizes(plan.size);
         let channels = layers[0].len();
-        let (descriptor, keys) = (descriptor(plan.precision, channels), keys(plan, &layers, None));
+        let (descriptor, keys) = (descriptor(plan.precision, channels), encoded_keys(plan, &layers, None));
         let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
         let keys_at = descriptor_at + descriptor.len() as u64;
         // Of a texel of a layer, or of a block.
@@ -160,7 +155,7 @@ impl<'a> Ktx2File<'a> {
         }
         head.extend(descriptor);
         head.extend(keys);
-        file.write_all(&head).and_then(|()| file.set_len(end)).map_err(refused)?;
+        file.write_all(&head).and_then(|()| file.set_len(end)).map_err(MapFault::io("cannot be written"))?;
         Ok(Self { file, plan, layers, sizes, offsets, keys_at })
     }
 
@@ -169,8 +164,7 @@ impl<'a> Ktx2File<'a> {
     /// # Errors
     /// If the file cannot be written.
     pub fn finish(self, report: &Report) -> Result<(), MapFault> {
-        let keys = keys(self.plan, &self.layers, Some(report));
-        self.file.seek(SeekFrom::Start(self.keys_at)).and_then(|_| self.file.write_all(&keys)).map_err(refused)
+        write_at(self.file, self.keys_at, &encoded_keys(self.plan, &self.layers, Some(report)))
     }
 }
 
@@ -185,7 +179,7 @@ impl Target for Ktx2File<'_> {
         let [_, rows] = units(self.plan, self.sizes[level]);
         for (i, bytes) in layers.iter().enumerate() {
             let place = self.offsets[level] + (i as u64 * rows + u64::from(row)) * bytes.len() as u64;
-            self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes)).map_err(refused)?;
+            write_at(self.file, place, bytes)?;
         }
         Ok(())
     }
@@ -205,7 +199,7 @@ impl Target for Ktx2File<'_> {
                     Precision::Bc => unreachable!("rows become blocks"),
                 }
             }
-            self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(&bytes)).map_err(refused)?;
+            write_at(self.file, place, &bytes)?;
         }
         Ok(())
     }

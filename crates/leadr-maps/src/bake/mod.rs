@@ -25,6 +25,7 @@ mod work;
 pub use derived::FoundHeights;
 pub use exr_write::ExrFile;
 pub use inputs::{DetailNormals, Inputs, Roughness};
+pub(super) use keys::packed;
 pub(super) use kind::HEIGHT_REST;
 pub use kind::{Kind, Layout, Precision, Texels};
 pub use ktx2_write::Ktx2File;

@@ -56,7 +56,7 @@ impl<'a> PngFile<'a> {
             _ => ExtendedColorType::Rgba16,
         };
         let bytes = encode_png(&samples, self.plan.size[0], self.plan.size[1], color)?;
-        file.write_all(&bytes).map_err(|source| MapFault::Io { doing: "cannot be written", source })
+        file.write_all(&bytes).map_err(MapFault::io("cannot be written"))
     }
 }
 
@@ -71,10 +71,5 @@ impl Target for PngFile<'_> {
         let from = rows.iter().flat_map(|row| row.chunks_exact(all).flat_map(|texel| &texel[..kept]));
         self.texels[start..].iter_mut().zip(from).for_each(|(to, v)| *to = *v);
         Ok(())
-    }
-
-    fn blocks(&mut self, _: usize, _: u32, _: &[Vec<u8>]) -> Result<(), MapFault> {
-        let what = "a PNG holds no blocks".into();
-        Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() })
     }
 }

@@ -59,11 +59,13 @@ pub trait Target {
     /// If they cannot be written.
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
 
-    /// Takes a row of blocks of a level, in their order, for each layer.
+    /// Takes a row of blocks of a level, in their order, for each layer. Only files that hold blocks have this.
     ///
     /// # Errors
     /// If they cannot be written, or the file has none.
-    fn blocks(&mut self, level: usize, row: u32, layers: &[Vec<u8>]) -> Result<(), MapFault>;
+    fn blocks(&mut self, _level: usize, _row: u32, _layers: &[Vec<u8>]) -> Result<(), MapFault> {
+        Err(MapFault::unsupported("files of this format hold no blocks", "write a .ktx2 file"))
+    }
 }
 
 impl Plan {
@@ -73,10 +75,10 @@ impl Plan {
     /// If there are neither heights nor normals, sizes differ, or the layout has no place for what was given.
     pub fn new(inputs: &Inputs, kind: Kind, layout: Layout, precision: Precision) -> Result<Self, MapFault> {
         let size = inputs.size()?;
-        let refuse = |what: &str, remedy: &str| MapFault::Unsupported { what: what.into(), remedy: remedy.into() };
         if layout == Layout::Oiio && (kind != Kind::Leadr || inputs.roughness.is_some() || inputs.color.is_some()) {
             let what = "the layout oiio holds the moments of slopes and heights alone";
-            return Err(refuse(what, "bake kind leadr without roughness and colour, or take the layout leadr"));
+            let remedy = "bake kind leadr without roughness and colour, or take the layout leadr";
+            return Err(MapFault::unsupported(what, remedy));
         }
         let mut channels = if layout == Layout::Oiio { OIIO_CHANNELS.to_vec() } else { kind.channels().to_vec() };
         if inputs.roughness.is_some() && kind.tells_variance() {
@@ -111,7 +113,7 @@ impl Plan {
             Precision::F16 if layout == Layout::Leadr => plan.fill_half_floats(inputs.bounds(height_scale.into())),
             Precision::Bc if layout == Layout::Oiio => {
                 let what = "the layout oiio is an EXR, which has no blocks";
-                return Err(refuse(what, "take the format f16, or the layout leadr"));
+                return Err(MapFault::unsupported(what, "take the format f16, or the layout leadr"));
             }
             Precision::Bc => plan.blocks = Some(BlockPlan::new(kind, &plan.channels, &plan.block_ranges(inputs))),
             _ => {}

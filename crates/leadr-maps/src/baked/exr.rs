@@ -2,9 +2,9 @@
 
 use exr::meta::attribute::{AttributeValue, SampleType};
 
-use super::keys::{Keys, names, packed};
+use super::keys::{Keys, names};
 use super::map::{BakedLevel, BakedMap};
-use crate::bake::Precision;
+use crate::bake::{Precision, packed};
 use crate::{MapFault, exr_read};
 
 /// Reads a file.
@@ -18,25 +18,22 @@ pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
     let keys = ["channels", "factors", "height_scale", "heights", "kind", "middle", "slopes", "wrap"];
     let texts = keys.map(|key| format!("leadr.{key}")).map(|key| (text(&key), key));
     let find = |key: &str| texts.iter().find(|(_, name)| name == key).and_then(|(text, _)| text.as_deref());
-    let mut keys = Keys::new(find, header.channels.list.len(), false)?;
-    let of = |name: &String| header.channels.list.iter().position(|c| c.name.eq(name));
-    let places: Vec<usize> = keys
-        .channels
-        .iter()
-        .map(of)
-        .collect::<Option<_>>()
-        .ok_or_else(|| MapFault::damaged("its key leadr.channels makes no sense"))?;
-    let halves = header.channels.list.iter().all(|c| c.sample_type == SampleType::F16);
+    let list = &header.channels.list;
+    let halves = list.iter().all(|c| c.sample_type == SampleType::F16);
+    let mut keys = Keys::new(find, list.len(), if halves { Precision::F16 } else { Precision::F32 })?;
+    let channels = keys.map.channels.clone();
+    let places: Option<Vec<usize>> = channels.iter().map(|name| list.iter().position(|c| c.name.eq(name))).collect();
+    let places = places.ok_or_else(|| MapFault::damaged("its key leadr.channels makes no sense"))?;
     let planes = exr_read::decode_levels(bytes, &places)?;
 
-    let slots = packed(&keys.channels);
+    let slots = packed(&channels);
     let mut levels = Vec::new();
     for exr_read::Planes { width, height, planes } in planes {
         for (index, plane) in planes.iter().enumerate() {
             if let Some(at) = plane.iter().position(|v| !v.is_finite()) {
                 let place = [at % width as usize, at / width as usize].map(|p| p as u32);
                 let what = format!("{} at x = {}, y = {} of {width} x {height}", plane[at], place[0], place[1]);
-                return Err(MapFault::damaged(format!("channel {} holds {what}", keys.channels[index])));
+                return Err(MapFault::damaged(format!("channel {} holds {what}", channels[index])));
             }
         }
         let value =
@@ -46,8 +43,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
         let layers = layers.map(|slots| texels.clone().map(|t| [0, 1, 2, 3].map(|c| value(slots[c], t))).collect());
         levels.push(BakedLevel { width, height, layers: layers.collect() });
     }
-    keys.channels = names(&keys.channels, &slots);
-    Ok(keys.map(if halves { Precision::F16 } else { Precision::F32 }, levels))
+    keys.map.channels = names(&channels, &slots);
+    Ok(keys.map(levels))
 }
 
 fn unscaled(value: f32, factor: f64) -> f32 {

@@ -7,29 +7,23 @@ use crate::{MapFault, Wrap};
 
 /// The keys, checked.
 pub(super) struct Keys {
-    kind: Kind,
-    /// Names of the channels of the file, in its order.
-    pub channels: Vec<String>,
+    /// The map, without levels. Its channels are those of the file, in its order.
+    pub map: BakedMap,
     /// What each was multiplied by.
     pub factors: Vec<f64>,
     /// How blocks hold the channels, which then are those of the map.
     pub blocks: Option<BlockPlan>,
-    wrap: Wrap,
-    height_scale: f32,
-    heights: HeightUnit,
-    middle: f32,
-    of_normals: bool,
 }
 
 impl Keys {
-    /// Those of a file with so many channels, whose texts `find` finds. `in_blocks`: whether it holds blocks.
-    pub fn new<'a>(find: impl Fn(&str) -> Option<&'a str>, count: usize, in_blocks: bool) -> Result<Self, MapFault> {
-        let value = |key: &str| {
-            find(key).ok_or_else(|| MapFault::Unsupported {
-                what: format!("its key {key} is missing or no text"),
-                remedy: REMEDY.into(),
-            })
-        };
+    /// Those of a file with so many channels, whose texts `find` finds.
+    pub fn new<'a>(
+        find: impl Fn(&str) -> Option<&'a str>,
+        count: usize,
+        precision: Precision,
+    ) -> Result<Self, MapFault> {
+        let missing = |key: &str| MapFault::unsupported(format!("its key {key} is missing or no text"), REMEDY);
+        let value = |key: &str| find(key).ok_or_else(|| missing(key));
         let wrong = |key: &str| MapFault::damaged(format!("its key {key} makes no sense"));
         let name = value("leadr.kind")?;
         let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| wrong("leadr.kind"))?;
@@ -47,7 +41,7 @@ impl Keys {
             return Err(wrong("leadr.factors"));
         }
         let mut blocks = None;
-        if in_blocks {
+        if precision == Precision::Bc {
             let (own, slots) = channels_of_blocks(kind, &channels).ok_or_else(|| wrong("leadr.channels"))?;
             blocks = Some(BlockPlan::of_slots(kind, own.len(), slots, &factors, &numbers("leadr.offsets")?));
             channels = own;
@@ -77,13 +71,14 @@ impl Keys {
             number.ok_or_else(|| wrong(key))
         };
         let (height_scale, middle) = (single("leadr.height_scale")?, single("leadr.middle")?);
-        Ok(Self { kind, channels, factors, blocks, wrap, height_scale, heights, middle, of_normals })
+        let levels = Vec::new();
+        let map = BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, levels };
+        Ok(Self { map, factors, blocks })
     }
 
     /// The map of these levels.
-    pub fn map(self, precision: Precision, levels: Vec<BakedLevel>) -> BakedMap {
-        let Self { kind, mut channels, wrap, height_scale, heights, middle, of_normals, .. } = self;
-        let mut levels = levels;
+    pub fn map(self, mut levels: Vec<BakedLevel>) -> BakedMap {
+        let mut channels = self.map.channels;
         let place = |name: &str| channels.iter().position(|channel| channel == name);
         if let (Some(height), Some(rest)) = (place("height"), place(HEIGHT_REST)) {
             for level in &mut levels {
@@ -96,7 +91,7 @@ impl Keys {
         }
         // Levels have layers of four, whatever the file has.
         channels.resize(channels.len().next_multiple_of(4), "-".to_owned());
-        BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, levels }
+        BakedMap { channels, levels, ..self.map }
     }
 }
 
@@ -124,19 +119,6 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
         !rests.is_empty() && rests.iter().copied().eq(0..rests.len())
     };
     (0..channels.len()).all(whole).then_some((channels, slots))
-}
-
-/// Which of these channels each channel of the layers of a map holds: four to a layer, and colour from the start of another.
-pub(super) fn packed(channels: &[String]) -> Vec<Option<usize>> {
-    let mut slots: Vec<Option<usize>> = Vec::new();
-    for (i, name) in channels.iter().enumerate() {
-        if name == "red" {
-            slots.resize(slots.len().next_multiple_of(4), None);
-        }
-        slots.push(Some(i));
-    }
-    slots.resize(slots.len().next_multiple_of(4), None);
-    slots
 }
 
 /// The names of the channels of those layers.

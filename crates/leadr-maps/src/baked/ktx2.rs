@@ -5,11 +5,11 @@ use std::io::{Read, Seek, SeekFrom};
 use half::f16;
 use ktx2::{Format, Header, KeyValueDataIterator, LevelIndex};
 
-use super::keys::{Keys, names, packed};
+use super::keys::{Keys, names};
 use super::map::{BakedLevel, BakedMap, REMEDY};
-use crate::bake::Precision;
 use crate::bake::blocks::BlockPlan;
 use crate::bake::ktx2_write::{FLOATS_16, FLOATS_32};
+use crate::bake::{Precision, packed};
 use crate::{MapFault, bc5, limits};
 
 /// Most layers of four channels.
@@ -19,25 +19,27 @@ const MOST_LAYERS_OF_BLOCKS: u32 = 16;
 /// Most bytes of keys.
 const MOST_KEYS: u32 = 1 << 16;
 
-/// What has places.
-pub(super) trait ReadSeek: Read + Seek {}
-impl<T: Read + Seek> ReadSeek for T {}
-
 /// `length` bytes from `start`, if the file has them.
-fn part(file: &mut dyn ReadSeek, file_length: u64, start: u64, length: u64, what: &str) -> Result<Vec<u8>, MapFault> {
+fn part(
+    file: &mut (impl Read + Seek),
+    file_length: u64,
+    start: u64,
+    length: u64,
+    what: &str,
+) -> Result<Vec<u8>, MapFault> {
     if start.checked_add(length).is_none_or(|end| end > file_length) {
         return Err(MapFault::damaged(format!("its {what} lies beyond the end of the file (truncated?)")));
     }
     let length = usize::try_from(length).map_err(|_| MapFault::damaged(format!("its {what} is too long")))?;
     let mut bytes = limits::zeroed::<u8>(length)?;
     let read = file.seek(SeekFrom::Start(start)).and_then(|_| file.read_exact(&mut bytes));
-    read.map_err(|source| MapFault::Io { doing: "cannot be read", source })?;
+    read.map_err(MapFault::io("cannot be read"))?;
     Ok(bytes)
 }
 
 /// Reads a file of so many bytes.
-pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, MapFault> {
-    let start = part(file, length, 0, (Header::LENGTH as u64).min(length), "header")?;
+pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, MapFault> {
+    let start = part(&mut file, length, 0, (Header::LENGTH as u64).min(length), "header")?;
     if !start.starts_with(&ktx2::MAGIC) {
         return Err(MapFault::Unrecognised { expected: "a KTX2 file of leadr bake" });
     }
@@ -46,7 +48,6 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
     // Before the crate turns what it does not know into nothing.
     let scheme = u32::from_le_bytes(header[44..48].try_into().expect("four bytes"));
     let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header is wrong ({e:?})")))?;
-    let foreign = |what: String| MapFault::Unsupported { what, remedy: REMEDY.into() };
     let of = |formats: [(usize, Format); 3]| formats.into_iter().find(|(_, format)| Some(*format) == header.format);
     // And channels of a layer.
     let (precision, channels) = match (of(FLOATS_32), of(FLOATS_16), header.format) {
@@ -56,11 +57,11 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
         (.., other) => {
             let what =
                 format!("its texels are {other:?}, not one, two or four floats of 32 or 16 bits, nor signed BC5");
-            return Err(foreign(what));
+            return Err(MapFault::unsupported(what, REMEDY));
         }
     };
     if scheme != 0 || header.face_count != 1 || header.pixel_depth != 0 {
-        return Err(foreign("it is compressed, a cube or a volume".into()));
+        return Err(MapFault::unsupported("it is compressed, a cube or a volume", REMEDY));
     }
     let (width, height, layers) = (header.pixel_width, header.pixel_height, header.layer_count.max(1));
     let in_blocks = precision == Precision::Bc;
@@ -70,20 +71,19 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
     let most_layers = if in_blocks { MOST_LAYERS_OF_BLOCKS } else { MOST_LAYERS };
     let too_large = u64::from(width.max(height)) > limits::MAX_SIDE;
     if height == 0 || too_large || u64::from(width) * u64::from(height) > limits::MAX_TEXELS || layers > most_layers {
-        let what = format!("{width} x {height} texels in {layers} layers");
-        return Err(MapFault::TooLarge { what });
+        return Err(MapFault::too_large(format!("{width} x {height} texels in {layers} layers")));
     }
     let count = width.max(height).ilog2() + 1;
     if header.level_count != count || header.type_size as usize != precision.bytes() {
         return Err(MapFault::damaged(format!("it has {} of {count} levels", header.level_count)));
     }
     let index =
-        part(file, length, Header::LENGTH as u64, u64::from(count) * LevelIndex::LENGTH as u64, "list of levels")?;
+        part(&mut file, length, Header::LENGTH as u64, u64::from(count) * LevelIndex::LENGTH as u64, "list of levels")?;
     let (keys_at, keys_length) = (header.index.kvd_byte_offset, header.index.kvd_byte_length);
     if keys_length > MOST_KEYS {
         return Err(MapFault::damaged(format!("it claims {keys_length} bytes of keys")));
     }
-    let keys = part(file, length, keys_at.into(), keys_length.into(), "list of keys")?;
+    let keys = part(&mut file, length, keys_at.into(), keys_length.into(), "list of keys")?;
     let pairs: Vec<(&str, &[u8])> = KeyValueDataIterator::new(&keys).collect();
     let value = |key: &str| {
         let found = pairs.iter().find(|(name, _)| *name == key).and_then(|(_, v)| v.strip_suffix(&[0]));
@@ -92,8 +92,8 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
     if value("KTXorientation") != Some("rd") {
         return Err(MapFault::damaged("its key KTXorientation makes no sense"));
     }
-    let mut keys = Keys::new(value, channels * layers as usize, in_blocks)?;
-    let slots = packed(&keys.channels);
+    let mut keys = Keys::new(value, channels * layers as usize, precision)?;
+    let slots = packed(&keys.map.channels);
 
     let mut levels = Vec::new();
     for (i, entry) in index.chunks_exact(LevelIndex::LENGTH).enumerate() {
@@ -106,7 +106,7 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
                 entry.byte_length
             )));
         }
-        let bytes = part(file, length, entry.byte_offset, entry.byte_length, "level")?;
+        let bytes = part(&mut file, length, entry.byte_offset, entry.byte_length, "level")?;
         let parts: Vec<&[u8]> = bytes.chunks_exact(layer as usize).collect();
         let layers = match &keys.blocks {
             Some(blocks) => of_blocks(blocks, &parts, [w, h], &slots)?,
@@ -118,9 +118,9 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
         levels.push(BakedLevel { width: w, height: h, layers });
     }
     if in_blocks {
-        keys.channels = names(&keys.channels, &slots);
+        keys.map.channels = names(&keys.map.channels, &slots);
     }
-    Ok(keys.map(precision, levels))
+    Ok(keys.map(levels))
 }
 
 /// The texels of a level of blocks, whose layers are `parts`, in layers of four channels.
@@ -180,10 +180,8 @@ fn plane(
                 *value = (f64::from(*value) / factors[c]) as f32;
             }
             if !value.is_finite() {
-                let place = [i % width as usize, i / width as usize].map(|p| p as u32);
-                let channel = ["R", "G", "B", "A"][c];
                 let remedy = "every value must be finite; bake the map again";
-                return Err(MapFault::BadTexel { channel, x: place[0], y: place[1], value: *value, remedy });
+                return Err(MapFault::bad_texel(i, width, ["R", "G", "B", "A"][c], *value, remedy));
             }
         }
     }

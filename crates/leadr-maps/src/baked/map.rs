@@ -82,13 +82,13 @@ impl BakedMap {
     /// # Errors
     /// What it is instead.
     pub fn check_drawable(&self) -> Result<(), MapFault> {
-        let refuse = |what: String, remedy: &str| Err(MapFault::Unsupported { what, remedy: remedy.into() });
         if self.kind != Kind::Leadr {
             let what = format!("it holds a map of kind {}, from which surfaces are not drawn here", self.kind.name());
-            return refuse(what, "bake it with --kind leadr");
+            return Err(MapFault::unsupported(what, "bake it with --kind leadr"));
         }
         if self.wrap == Wrap::Clamp {
-            return refuse("it was baked with --wrap clamp, and maps repeat here".into(), "bake it with --wrap repeat");
+            let what = "it was baked with --wrap clamp, and maps repeat here";
+            return Err(MapFault::unsupported(what, "bake it with --wrap repeat"));
         }
         Ok(())
     }

@@ -41,7 +41,7 @@ impl BakedMap {
                 return exr::read(&limits::read_file(path)?);
             }
             reads::note_whole(path).map_err(MapFault::io("cannot be read"))?;
-            guarded("KTX2", || ktx2::read(&mut BufReader::new(file), length))
+            guarded("KTX2", || ktx2::read(BufReader::new(file), length))
         };
         read().map_err(|fault| fault.in_file(path))
     }
@@ -54,6 +54,6 @@ impl BakedMap {
         if exr_read::is_exr(bytes) {
             return exr::read(bytes);
         }
-        guarded("KTX2", || ktx2::read(&mut std::io::Cursor::new(bytes), bytes.len() as u64))
+        guarded("KTX2", || ktx2::read(std::io::Cursor::new(bytes), bytes.len() as u64))
     }
 }
