@@ -88,6 +88,16 @@ impl ModelFault {
         Self::Damaged { what: what.into() }
     }
 
+    /// A valid model that is not read here, and what would be.
+    pub(super) fn unsupported(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Unsupported { what: what.into(), remedy: remedy.into() }
+    }
+
+    /// A claim beyond a limit.
+    pub(super) fn too_large(what: impl Into<String>) -> Self {
+        Self::TooLarge { what: what.into() }
+    }
+
     /// A broken rule.
     pub(super) fn invalid(place: impl std::fmt::Display, what: impl Into<String>) -> Self {
         Self::Invalid { place: place.to_string(), what: what.into() }

@@ -47,6 +47,6 @@ fn of_file(fault: MapFault) -> ModelFault {
     match fault {
         MapFault::Io { doing, source } => ModelFault::Io { doing, source },
         MapFault::NotAFile => ModelFault::NotAFile,
-        _ => ModelFault::TooLarge { what: format!("it has more than {}", in_words(MAX_FILE_BYTES)) },
+        _ => ModelFault::too_large(format!("it has more than {}", in_words(MAX_FILE_BYTES))),
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
     let too_new = numbers(least.unwrap_or(version))? > (2, 0) && (least.is_some() || numbers(version)?.0 != 2);
     if numbers(version)?.0 != 2 || too_new {
         let what = format!("it is glTF {}", shown(least.unwrap_or(version)));
-        return Err(ModelFault::Unsupported { what, remedy: "export it as glTF 2.0".into() });
+        return Err(ModelFault::unsupported(what, "export it as glTF 2.0"));
     }
     let unread = |key| -> Read<Vec<String>> {
         let all = root.strings(key)?.into_iter().filter(|name| !READ.contains(name));
@@ -50,7 +50,7 @@ pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
     if !required.is_empty() {
         let what = format!("it cannot be read without {}", required.join(", "));
         let remedy = format!("export it without; extensions that are read: {}", READ.join(", "));
-        return Err(ModelFault::Unsupported { what, remedy });
+        return Err(ModelFault::unsupported(what, remedy));
     }
     unread("extensionsUsed")
 }

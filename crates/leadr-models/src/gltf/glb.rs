@@ -41,7 +41,7 @@ fn open_binary(bytes: &[u8]) -> Read<Container<'_>> {
     let length = word(bytes, 8).ok_or_else(short)? as usize;
     if version != 2 {
         let what = format!("it is a GLB of version {version}");
-        return Err(ModelFault::Unsupported { what, remedy: "export it as glTF 2.0".into() });
+        return Err(ModelFault::unsupported(what, "export it as glTF 2.0"));
     }
     // What follows the stated length is no part of the model.
     let Some(bytes) = bytes.get(..length) else {

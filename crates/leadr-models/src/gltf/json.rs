@@ -90,10 +90,20 @@ impl<'a> Item<'a> {
         self.object.keys()
     }
 
+    /// A property that `read` takes from its value; `wanted` says what that must be.
+    fn get<T>(&self, key: &str, wanted: &str, read: impl Fn(&'a Value<'a>) -> Option<T>) -> Read<Option<T>> {
+        let read = |value| read(value).ok_or_else(|| self.wrong(key, wanted));
+        self.object.get(key).map(read).transpose()
+    }
+
+    /// The values of an array; none if there is none.
+    fn list(&self, key: &str, wanted: &str) -> Read<&'a [Value<'a>]> {
+        Ok(self.get(key, wanted, Value::as_list)?.unwrap_or_default())
+    }
+
     /// A string.
     pub(super) fn string(&self, key: &str) -> Read<Option<&'a str>> {
-        let text = |value: &'a Value<'a>| value.as_str().ok_or_else(|| self.wrong(key, "a string"));
-        self.object.get(key).map(text).transpose()
+        self.get(key, "a string", Value::as_str)
     }
 
     /// The name of the object, or nothing.
@@ -103,14 +113,12 @@ impl<'a> Item<'a> {
 
     /// True or false; false if it is not there.
     pub(super) fn flag(&self, key: &str) -> Read<bool> {
-        let flag = |value: &Value<'_>| value.as_bool().ok_or_else(|| self.wrong(key, "true or false"));
-        Ok(self.object.get(key).map(flag).transpose()?.unwrap_or(false))
+        Ok(self.get(key, "true or false", Value::as_bool)?.unwrap_or(false))
     }
 
     /// A whole number that is not negative. `2.0` is one, too.
     pub(super) fn whole(&self, key: &str) -> Read<Option<u64>> {
-        let number = |value: &Value<'_>| value.as_whole().ok_or_else(|| self.wrong(key, "a whole number, 0 or more"));
-        self.object.get(key).map(number).transpose()
+        self.get(key, "a whole number, 0 or more", Value::as_whole)
     }
 
     /// A number within a range, in 32 bits.
@@ -146,10 +154,12 @@ impl<'a> Item<'a> {
 
     /// The numbers of other objects.
     pub(super) fn indices(&self, key: &str, kind: &str, count: usize) -> Read<Vec<usize>> {
-        let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
-        let wrong = || self.wrong(key, "an array of whole numbers");
-        let all = value.as_list().ok_or_else(wrong)?.iter();
-        all.map(|v| self.in_list(key, v.as_whole().ok_or_else(wrong)?, kind, count)).collect()
+        let wanted = "an array of whole numbers";
+        let index = |value: &Value<'_>| {
+            let index = value.as_whole().ok_or_else(|| self.wrong(key, wanted))?;
+            self.in_list(key, index, kind, count)
+        };
+        self.list(key, wanted)?.iter().map(index).collect()
     }
 
     fn in_list(&self, key: &str, index: u64, kind: &str, count: usize) -> Read<usize> {
@@ -159,11 +169,8 @@ impl<'a> Item<'a> {
 
     /// An object inside this one.
     pub(super) fn item(&self, key: &'static str) -> Read<Option<Item<'a>>> {
-        let item = |value: &'a Value<'a>| {
-            let object = value.as_object().ok_or_else(|| self.wrong(key, "an object"))?;
-            Ok(Item { object, place: self.place.below(key, None) })
-        };
-        self.object.get(key).map(item).transpose()
+        let object = self.get(key, "an object", Value::as_object)?;
+        Ok(object.map(|object| Item { object, place: self.place.below(key, None) }))
     }
 
     /// An object inside this one, unless something else stands there.
@@ -174,14 +181,12 @@ impl<'a> Item<'a> {
 
     /// The objects of an array, called `kind 0`, `kind 1` … in messages; none if there is no array.
     pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
-        let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
-        let all = value.as_list().ok_or_else(|| self.wrong(key, "an array"))?.iter().enumerate();
-        all.map(|(i, value)| {
+        let item = |(i, value): (usize, &'a Value<'a>)| {
             let place = self.place.below(kind, Some(i));
             let object = value.as_object().ok_or_else(|| place.fault("must be an object"))?;
             Ok(Item { object, place })
-        })
-        .collect()
+        };
+        self.list(key, "an array")?.iter().enumerate().map(item).collect()
     }
 
     /// Whether an array stands there, or nothing.
@@ -196,9 +201,9 @@ impl<'a> Item<'a> {
 
     /// The strings of an array.
     pub(super) fn strings(&self, key: &str) -> Read<Vec<&'a str>> {
-        let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
-        let wrong = || self.wrong(key, "an array of strings");
-        value.as_list().ok_or_else(wrong)?.iter().map(|v| v.as_str().ok_or_else(wrong)).collect()
+        let wanted = "an array of strings";
+        let text = |value: &'a Value<'a>| value.as_str().ok_or_else(|| self.wrong(key, wanted));
+        self.list(key, wanted)?.iter().map(text).collect()
     }
 
     /// What an extension adds to this object.

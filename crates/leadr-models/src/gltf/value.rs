@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::Cell;
 use std::fmt;
 
-use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use crate::fault::ModelFault;
 use crate::limits::{MAX_OBJECTS, MAX_VALUES};
@@ -94,12 +94,10 @@ pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
     let amount = Amount::default();
     let mut parser = serde_json::Deserializer::from_slice(text);
     let parsed = Seed(&amount).deserialize(&mut parser).and_then(|value| parser.end().map(|()| value));
-    let (objects, values) = (amount.objects.get(), amount.values.get());
-    if objects > MAX_OBJECTS {
-        return Err(ModelFault::TooLarge { what: format!("its JSON has more than {MAX_OBJECTS} objects") });
-    }
-    if values > MAX_VALUES {
-        return Err(ModelFault::TooLarge { what: format!("its JSON has more than {MAX_VALUES} values") });
+    for (counter, most, what) in [(&amount.objects, MAX_OBJECTS, "objects"), (&amount.values, MAX_VALUES, "values")] {
+        if counter.get() > most {
+            return Err(ModelFault::too_large(format!("its JSON has more than {most} {what}")));
+        }
     }
     match parsed {
         Ok(Value::Object(root)) => Ok(root),
@@ -181,40 +179,14 @@ impl<'de> Visitor<'de> for Seed<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
         Amount::count(&self.0.objects, MAX_OBJECTS)?;
         let mut all = Vec::new();
-        while let Some(Key(name)) = items.next_key()? {
+        // Names are read as values are, which borrows those without escapes.
+        while let Some(Value::Text(name)) = items.next_key_seed(Self(self.0))? {
             Amount::count(&self.0.values, MAX_VALUES)?;
             all.push((name, items.next_value_seed(Self(self.0))?));
         }
         // Programs differ in which of two they read.
         let object = Object::new(all);
         object.map(Value::Object).ok_or_else(|| A::Error::custom("an object has two properties of the same name"))
-    }
-}
-
-/// The name of a property, borrowed where it holds no escapes.
-struct Key<'a>(Cow<'a, str>);
-
-struct KeyVisitor;
-
-impl<'de> Visitor<'de> for KeyVisitor {
-    type Value = Key<'de>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a name")
-    }
-
-    fn visit_borrowed_str<E>(self, text: &'de str) -> Result<Key<'de>, E> {
-        Ok(Key(Cow::Borrowed(text)))
-    }
-
-    fn visit_str<E>(self, text: &str) -> Result<Key<'de>, E> {
-        Ok(Key(Cow::Owned(text.to_owned())))
-    }
-}
-
-impl<'de> Deserialize<'de> for Key<'de> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_str(KeyVisitor)
     }
 }
 
