@@ -64,14 +64,6 @@ pub struct Curve {
     pub values: Vec<f32>,
 }
 
-/// Where a moment lies between two keys.
-struct Span {
-    key: usize,
-    /// 0 at the key, 1 at the next.
-    part: f32,
-    seconds: f32,
-}
-
 impl Curve {
     /// The value at a time, `width` numbers; before the first and after the last key that key's. Rotations are of unit length.
     ///
@@ -86,15 +78,17 @@ impl Curve {
             return self.unit(self.value(if after == 0 { 0 } else { last }).to_vec(), rotation);
         }
         let (start, end) = (self.times[after - 1], self.times[after]);
-        let span = Span { key: after - 1, part: (seconds - start) / (end - start), seconds: end - start };
+        // 0 at the key before, 1 at the one after.
+        let part = (seconds - start) / (end - start);
+        let [before, next] = [after - 1, after].map(|key| self.value(key));
         let value = match self.interpolation {
-            Interpolation::Step => self.value(span.key).to_vec(),
-            Interpolation::Linear if rotation => self.slerp(&span),
-            Interpolation::Linear => {
-                let pairs = self.value(span.key).iter().zip(self.value(after));
-                pairs.map(|(a, b)| a + (b - a) * span.part).collect()
+            Interpolation::Step => before.to_vec(),
+            // `slerp` of glam takes the short way.
+            Interpolation::Linear if rotation => {
+                Quat::from_slice(before).slerp(Quat::from_slice(next), part).to_array().to_vec()
             }
-            Interpolation::Cubic => self.spline(&span),
+            Interpolation::Linear => before.iter().zip(next).map(|(a, b)| a + (b - a) * part).collect(),
+            Interpolation::Cubic => self.spline(after - 1, part, end - start),
         };
         self.unit(value, rotation)
     }
@@ -111,17 +105,11 @@ impl Curve {
         &self.values[number * self.width..][..self.width]
     }
 
-    fn slerp(&self, span: &Span) -> Vec<f32> {
-        let at = |key| Quat::from_slice(self.value(key));
-        // `slerp` of glam takes the short way.
-        at(span.key).slerp(at(span.key + 1), span.part).to_array().to_vec()
-    }
-
-    fn spline(&self, span: &Span) -> Vec<f32> {
-        let (t, key) = (span.part, span.key);
+    /// Between a key and the next, which are so many seconds apart.
+    fn spline(&self, key: usize, t: f32, seconds: f32) -> Vec<f32> {
         let (t2, t3) = (t * t, t * t * t);
-        let (from, leave) = (2.0 * t3 - 3.0 * t2 + 1.0, (t3 - 2.0 * t2 + t) * span.seconds);
-        let (to, arrive) = (3.0 * t2 - 2.0 * t3, (t3 - t2) * span.seconds);
+        let (from, leave) = (2.0 * t3 - 3.0 * t2 + 1.0, (t3 - 2.0 * t2 + t) * seconds);
+        let (to, arrive) = (3.0 * t2 - 2.0 * t3, (t3 - t2) * seconds);
         let number = |i: usize| {
             from * self.third(3 * key + 1)[i]
                 + leave * self.third(3 * key + 2)[i]

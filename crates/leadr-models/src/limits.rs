@@ -1,7 +1,7 @@
 //! How much an untrusted model may ask for. Every claim in it is believed only within these; images keep to the limits of
 //! [`leadr_maps::limits`] as well.
 
-use std::cell::Cell;
+use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::fault::ModelFault;
@@ -26,43 +26,35 @@ const MAX_EXPANSION: u64 = 64;
 pub const MAX_IMAGE_BYTES: u64 = 4 << 30;
 /// Largest coordinate, offset or scale accepted: squares and products of three stay finite in 32 bits.
 pub const MAX_COORDINATE: f32 = 1e12;
+/// Coordinates, offsets and scales that are accepted.
+pub(super) const COORDINATES: RangeInclusive<f32> = -MAX_COORDINATE..=MAX_COORDINATE;
 
-/// What a model may still unpack.
+/// Bytes that a model may still unpack, on whatever thread.
 pub(super) struct Budget {
-    left: Cell<u64>,
-    whole: u64,
+    left: AtomicU64,
+    /// What is said of a model that unpacks more.
+    fault: String,
 }
 
 impl Budget {
     /// For a model whose buffers hold this many bytes.
     pub(super) fn for_buffers(bytes: u64) -> Self {
         let whole = bytes.saturating_mul(MAX_EXPANSION).saturating_add(FREE_UNPACKED_BYTES).min(MAX_UNPACKED_BYTES);
-        Self { left: Cell::new(whole), whole }
+        let fault = format!("its parts unpack to more than the {whole} bytes that its length lets one expect");
+        Self { left: AtomicU64::new(whole), fault }
+    }
+
+    /// For the images of a model, read and decoded.
+    pub(super) fn for_images() -> Self {
+        let fault = format!("its images have more than {MAX_IMAGE_BYTES} bytes");
+        Self { left: AtomicU64::new(MAX_IMAGE_BYTES), fault }
     }
 
     /// Takes the bytes of `count` elements before they are allocated.
     pub(super) fn take<T>(&self, count: usize) -> Result<(), ModelFault> {
         let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
-        let left = self.left.get().checked_sub(bytes).ok_or_else(|| ModelFault::TooLarge {
-            what: format!("its parts unpack to more than the {} bytes that its length lets one expect", self.whole),
-        })?;
-        self.left.set(left);
-        Ok(())
-    }
-}
-
-/// Bytes of the images that were read and decoded so far, on whatever thread.
-#[derive(Default)]
-pub(super) struct ImageBudget(AtomicU64);
-
-impl ImageBudget {
-    /// Counts bytes of an image; refuses those that are too many.
-    pub(super) fn take(&self, bytes: usize) -> Result<(), ModelFault> {
-        let bytes = bytes as u64;
-        if self.0.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes) > MAX_IMAGE_BYTES {
-            let what = format!("its images have more than {MAX_IMAGE_BYTES} bytes");
-            return Err(ModelFault::TooLarge { what });
-        }
-        Ok(())
+        let rest = |left: u64| left.checked_sub(bytes);
+        let taken = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, rest);
+        taken.map(drop).map_err(|_| ModelFault::too_large(&self.fault))
     }
 }

@@ -1,14 +1,15 @@
 //! Numbers in buffers: views, strides, component types and sparse changes, with every bound checked before a byte is read.
 
+use std::borrow::Cow;
+
 use super::json::{Item, Place, Read};
 use crate::fault::{ModelFault, shown};
 use crate::limits::Budget;
 
 /// A buffer: how long it says that it is, and its bytes unless they are left to an extension.
-#[derive(Clone, Copy)]
 pub(super) struct Buffer<'a> {
     pub(super) length: u64,
-    pub(super) bytes: Option<&'a [u8]>,
+    pub(super) bytes: Option<Cow<'a, [u8]>>,
 }
 
 /// A slice of a buffer.
@@ -23,9 +24,9 @@ pub(super) struct BufferView<'a> {
 
 impl<'a> BufferView<'a> {
     /// Reads a buffer view.
-    pub(super) fn read(item: &Item<'_>, buffers: &[Buffer<'a>]) -> Read<Self> {
+    pub(super) fn read(item: &Item<'_>, buffers: &'a [Buffer<'_>]) -> Read<Self> {
         let buffer = item.index("buffer", "buffer", buffers.len())?;
-        let whole = buffers[item.required("buffer", buffer)?];
+        let whole = &buffers[item.required("buffer", buffer)?];
         let offset = item.whole("byteOffset")?.unwrap_or(0);
         let length = item.required("byteLength", item.whole("byteLength")?)?;
         if length == 0 {
@@ -40,7 +41,7 @@ impl<'a> BufferView<'a> {
         if stride.is_some_and(|s| !(4..=252).contains(&s) || s % 4 != 0) {
             return Err(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"));
         }
-        let bytes = whole.bytes.and_then(|bytes| slice(bytes, offset, length));
+        let bytes = whole.bytes.as_deref().and_then(|bytes| slice(bytes, offset, length));
         Ok(Self { place: item.place, length, bytes, stride: stride.map(|s| s as usize) })
     }
 
@@ -242,6 +243,11 @@ impl<'a> Accessor<'a> {
         format!("{shape} of {}{component}", if self.normalized { "normalised " } else { "" })
     }
 
+    /// Whether its elements are arranged so.
+    pub(super) fn is_of(&self, shape: &str) -> bool {
+        self.shape.is_some_and(|s| s.name == shape)
+    }
+
     /// Refuses an accessor that does not hold what `user` needs, or not `count` of it.
     pub(super) fn expect(&self, good: bool, user: Place, name: &str, wanted: &str) -> Read<()> {
         if good {
@@ -255,39 +261,35 @@ impl<'a> Accessor<'a> {
     /// finite. `N` must be the numbers of an element, and the accessor no matrix of small integers.
     pub(super) fn floats<const N: usize>(&self, budget: &Budget) -> Read<Vec<[f32; N]>> {
         assert!(self.shape.is_some_and(|s| s.numbers() == N), "{} is read as {N} numbers", self.format());
-        let scale = |most: f32| if self.normalized { 1.0 / most } else { 1.0 };
+        let (most, least) = match self.component {
+            Some(Component::U8) => (255.0, 0.0),
+            Some(Component::I8) => (127.0, -1.0),
+            Some(Component::U16) => (65535.0, 0.0),
+            Some(Component::I16) => (32767.0, -1.0),
+            _ => (1.0, 0.0),
+        };
+        // The least code of a signed type is a little below -1, and means -1.
+        let (scale, least) = if self.normalized { (1.0 / most, least) } else { (1.0, f32::MIN) };
+        let zero = [0.0; N];
         match self.component {
             None => Err(self.fault("has components of an unknown type")),
             Some(Component::F32) => {
-                let all = self.elements(budget, [0.0; N], f32::from_le_bytes)?;
+                let all = self.elements(budget, zero, f32::from_le_bytes)?;
                 match all.as_flattened().iter().position(|v| !v.is_finite()) {
                     None => Ok(all),
                     Some(i) => Err(self.fault(format!("element {} holds {}", i / N, all.as_flattened()[i]))),
                 }
             }
-            Some(Component::U8) => {
-                let scale = scale(255.0);
-                self.elements(budget, [0.0; N], |b: [u8; 1]| f32::from(b[0]) * scale)
-            }
+            Some(Component::U8) => self.elements(budget, zero, |b: [u8; 1]| f32::from(b[0]) * scale),
             Some(Component::I8) => {
-                let scale = scale(127.0);
-                self.elements(budget, [0.0; N], |b| self.signed(f32::from(i8::from_le_bytes(b)) * scale))
+                self.elements(budget, zero, |b| (f32::from(i8::from_le_bytes(b)) * scale).max(least))
             }
-            Some(Component::U16) => {
-                let scale = scale(65535.0);
-                self.elements(budget, [0.0; N], |b| f32::from(u16::from_le_bytes(b)) * scale)
-            }
+            Some(Component::U16) => self.elements(budget, zero, |b| f32::from(u16::from_le_bytes(b)) * scale),
             Some(Component::I16) => {
-                let scale = scale(32767.0);
-                self.elements(budget, [0.0; N], |b| self.signed(f32::from(i16::from_le_bytes(b)) * scale))
+                self.elements(budget, zero, |b| (f32::from(i16::from_le_bytes(b)) * scale).max(least))
             }
-            Some(Component::U32) => self.elements(budget, [0.0; N], |b| u32::from_le_bytes(b) as f32),
+            Some(Component::U32) => self.elements(budget, zero, |b| u32::from_le_bytes(b) as f32),
         }
-    }
-
-    /// The least code of a signed type is a little below -1, and means -1.
-    fn signed(&self, value: f32) -> f32 {
-        if self.normalized { value.max(-1.0) } else { value }
     }
 
     /// All elements as whole numbers, or nothing if they are not unsigned.
@@ -309,8 +311,8 @@ impl<'a> Accessor<'a> {
     ) -> Read<Vec<[T; N]>> {
         budget.take::<[T; N]>(self.count)?;
         let mut out = Vec::new();
-        out.try_reserve_exact(self.count)
-            .map_err(|_| ModelFault::TooLarge { what: format!("no memory for {} elements", self.count) })?;
+        let short = |_| ModelFault::too_large(format!("no memory for {} elements", self.count));
+        out.try_reserve_exact(self.count).map_err(short)?;
         let element = |bytes: &[u8]| {
             let mut numbers = bytes.as_chunks::<B>().0.iter();
             zero.map(|zero| numbers.next().map_or(zero, |b| convert(*b)))

@@ -125,7 +125,7 @@ impl Reader<'_> {
         };
         let input = item.required("input", self.source.accessor(&item, "input")?)?;
         let output = item.required("output", self.source.accessor(&item, "output")?)?;
-        let good = input.component == Some(Component::F32) && input.shape.is_some_and(|s| s.name == "SCALAR");
+        let good = input.component == Some(Component::F32) && input.is_of("SCALAR");
         input.expect(good, item.place, "input", "SCALAR of floats")?;
         let times = input.floats::<1>(&self.source.budget)?.into_flattened();
         if times[0] < 0.0 {
@@ -143,10 +143,10 @@ impl Reader<'_> {
 
     fn curve(&self, sampler: &Sampler<'_>, property: Property, width: usize) -> Read<Curve> {
         let (output, place) = (sampler.output, sampler.item.place);
-        let shape = match property {
-            Property::Translation | Property::Scale => "VEC3",
-            Property::Rotation => "VEC4",
-            Property::Weights => "SCALAR",
+        let (shape, elements) = match property {
+            Property::Translation | Property::Scale => ("VEC3", 1),
+            Property::Rotation => ("VEC4", 1),
+            Property::Weights => ("SCALAR", width),
         };
         let may_be_small = matches!(property, Property::Rotation | Property::Weights) && output.normalized;
         let component_is_good = match output.component {
@@ -154,11 +154,10 @@ impl Reader<'_> {
             Some(Component::U32) | None => false,
             Some(_) => may_be_small,
         };
-        let good = component_is_good && output.shape.is_some_and(|s| s.name == shape);
+        let good = component_is_good && output.is_of(shape);
         let small = if may_be_small { " or normalised integers" } else { "" };
         output.expect(good, place, "output", &format!("{shape} of floats{small}"))?;
         let per_key = if sampler.interpolation == Interpolation::Cubic { 3 } else { 1 };
-        let elements = if property == Property::Weights { width } else { 1 };
         let wanted = sampler.times.len().saturating_mul(per_key * elements);
         if output.count != wanted {
             let keys = sampler.times.len();

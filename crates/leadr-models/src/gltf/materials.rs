@@ -6,7 +6,7 @@ use super::source::Source;
 use super::textures::{Purpose, Textures};
 use super::uri;
 use crate::fault::{ModelFault, shown};
-use crate::limits::MAX_COORDINATE;
+use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::decode_height_map;
 use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
 
@@ -62,10 +62,8 @@ impl<'a> Reader<'a> {
     fn base(&self, material: &mut Material) -> Read<Input<f32>> {
         let mut alpha = Input::constant(1.0);
         let Some(item) = self.item.item("pbrMetallicRoughness")? else { return Ok(alpha) };
-        let factor = item.vector("baseColorFactor", 0.0..=1.0)?.unwrap_or([1.0; 4]);
-        let [r, g, b, a] = factor;
-        material.base_color.factor = [r, g, b];
-        alpha.factor = a;
+        let [r, g, b, a] = item.vector("baseColorFactor", 0.0..=1.0)?.unwrap_or([1.0; 4]);
+        (material.base_color.factor, alpha.factor) = ([r, g, b], a);
         if let Some((texture, _)) = self.textures.get(&item, "baseColorTexture", Purpose::Color)? {
             alpha.texture = Some(texture.clone());
             alpha.channel = 3;
@@ -99,7 +97,7 @@ impl<'a> Reader<'a> {
     fn normal_map(&self) -> Read<Option<NormalMap>> {
         let found = self.textures.get(self.item, "normalTexture", Purpose::Direction)?;
         let Some((texture, info)) = found else { return Ok(None) };
-        let scale = info.number("scale", -MAX_COORDINATE..=MAX_COORDINATE)?.unwrap_or(1.0);
+        let scale = info.number("scale", COORDINATES)?.unwrap_or(1.0);
         Ok(Some(NormalMap { texture, green: GreenAxis::Up, scale }))
     }
 
@@ -140,8 +138,7 @@ impl<'a> Reader<'a> {
     fn anisotropy(&self) -> Read<Option<Anisotropy>> {
         let Some(extension) = self.item.extension(ANISOTROPY)? else { return Ok(None) };
         let mut strength = Input::constant(extension.number("anisotropyStrength", 0.0..=1.0)?.unwrap_or(0.0));
-        let range = -MAX_COORDINATE..=MAX_COORDINATE;
-        let rotation = extension.number("anisotropyRotation", range)?.unwrap_or(0.0);
+        let rotation = extension.number("anisotropyRotation", COORDINATES)?.unwrap_or(0.0);
         let texture = self.textures.get(&extension, "anisotropyTexture", Purpose::Direction)?;
         let direction = texture.map(|(texture, _)| texture);
         if let Some(texture) = &direction {
@@ -158,12 +155,12 @@ impl<'a> Reader<'a> {
         let Some(item) = extras.item(DISPLACEMENT)? else { return Ok(None) };
         let uri = item.required("uri", item.string("uri")?)?;
         let scale = item.number("scale", 0.0..=MAX_COORDINATE)?;
-        let middle = item.number("middle", -MAX_COORDINATE..=MAX_COORDINATE)?.unwrap_or(0.5);
+        let middle = item.number("middle", COORDINATES)?.unwrap_or(0.5);
         let map = uri::fetch(uri, self.source.folder, item.place, u64::MAX).and_then(|bytes| {
-            self.source.image_budget.take(bytes.len())?;
+            self.source.image_budget.take::<u8>(bytes.len())?;
             let place = format!("{} ({})", item.place, shown(uri));
             let map = decode_height_map(&bytes).map_err(|fault| ModelFault::Image { place, fault })?;
-            self.source.image_budget.take(size_of_val(&map.texels[..])).map(|()| map)
+            self.source.image_budget.take::<f32>(map.texels.len()).map(|()| map)
         });
         match map {
             Ok(map) => Ok(Some(Relief { map, scale, in_widths: false, middle })),

@@ -1,7 +1,5 @@
 //! Meshes: triangles and what their vertices carry, repaired where a repair is obvious and refused where it is not.
 
-use std::ops::RangeInclusive;
-
 use super::accessor::{Accessor, Component};
 use super::influences;
 use super::json::{Item, Read};
@@ -9,7 +7,7 @@ use super::repair;
 use super::source::Source;
 use super::topology::{Mode, per_corner};
 use crate::deform::flat_normals;
-use crate::limits::{MAX_COORDINATE, MAX_TARGETS};
+use crate::limits::{COORDINATES, MAX_COORDINATE, MAX_TARGETS};
 use crate::mesh::{Influences, Mesh, MorphTarget, Primitive};
 
 /// The meshes of a model, and for each the weights of its morph targets at rest.
@@ -57,7 +55,7 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
 
 /// The `weights` of a mesh or node, one per morph target.
 pub(super) fn morph_weights(item: &Item<'_>, targets: usize) -> Read<Option<Vec<f32>>> {
-    let weights = item.numbers("weights", -MAX_COORDINATE..=MAX_COORDINATE)?;
+    let weights = item.numbers("weights", COORDINATES)?;
     match &weights {
         Some(given) if given.len() != targets => {
             Err(item.fault(format!("has {} weights for {targets} morph targets", given.len())))
@@ -73,6 +71,8 @@ enum Types {
     Float,
     /// Floats and normalised unsigned bytes and 16-bit numbers, and whatever quantisation allows.
     Unit,
+    /// Floats and normalised signed bytes and 16-bit numbers, since a difference has a sign, and whatever quantisation allows.
+    Difference,
 }
 
 struct Reader<'a> {
@@ -141,15 +141,15 @@ impl Reader<'_> {
 
     fn check_type(&self, accessor: &Accessor<'_>, item: &Item<'_>, name: &str, types: Types, n: usize) -> Read<()> {
         let shape = ["SCALAR", "VEC2", "VEC3", "VEC4"][n - 1];
-        let unit = types == Types::Unit && accessor.normalized;
+        let normalized = |of: Types| types == of && accessor.normalized;
         let type_is_good = match accessor.component {
             Some(Component::F32) => true,
-            Some(Component::U8 | Component::U16) => unit || self.source.quantized,
-            Some(Component::I8 | Component::I16) => self.source.quantized,
+            Some(Component::U8 | Component::U16) => normalized(Types::Unit) || self.source.quantized,
+            Some(Component::I8 | Component::I16) => normalized(Types::Difference) || self.source.quantized,
             Some(Component::U32) | None => false,
         };
         let wanted = if types == Types::Unit { "floats or normalised bytes or 16-bit numbers" } else { "floats" };
-        let good = type_is_good && accessor.shape.is_some_and(|s| s.name == shape);
+        let good = type_is_good && accessor.is_of(shape);
         accessor.expect(good, item.place, name, &format!("{shape} of {wanted}"))
     }
 
@@ -171,8 +171,7 @@ impl Reader<'_> {
     }
 
     fn bounded<const N: usize>(&self, name: &str, values: Vec<[f32; N]>) -> Read<Vec<[f32; N]>> {
-        let good: RangeInclusive<f32> = -MAX_COORDINATE..=MAX_COORDINATE;
-        match values.as_flattened().iter().position(|v| !good.contains(v)) {
+        match values.as_flattened().iter().position(|v| !COORDINATES.contains(v)) {
             None => Ok(values),
             Some(i) => {
                 let value = values.as_flattened()[i];
@@ -185,7 +184,7 @@ impl Reader<'_> {
         let indices = match self.source.accessor(self.item, "indices")? {
             None => None,
             Some(accessor) => {
-                let good = accessor.shape.is_some_and(|s| s.name == "SCALAR") && !accessor.normalized;
+                let good = accessor.is_of("SCALAR") && !accessor.normalized;
                 let read = if good { accessor.whole_numbers::<1>(&self.source.budget)? } else { None };
                 accessor.expect(read.is_some(), self.item.place, "indices", "SCALAR of unsigned numbers")?;
                 read
@@ -222,7 +221,7 @@ impl Reader<'_> {
 
     fn colors(&self, attributes: &Item<'_>, count: Option<usize>) -> Read<Option<Vec<[f32; 4]>>> {
         const NAME: &str = "COLOR_0";
-        let opaque = self.source.accessor(attributes, NAME)?.is_some_and(|a| a.shape.is_some_and(|s| s.name == "VEC3"));
+        let opaque = self.source.accessor(attributes, NAME)?.is_some_and(|a| a.is_of("VEC3"));
         let mut colors = if opaque {
             let colors = self.attribute::<3>(attributes, NAME, Types::Unit, count)?;
             colors.map(|all| all.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
@@ -247,7 +246,7 @@ impl Reader<'_> {
             let Some(accessor) = self.source.accessor(attributes, &joints)? else { break };
             self.check_count(accessor, attributes, &joints, count)?;
             let component_is_good = matches!(accessor.component, Some(Component::U8 | Component::U16));
-            let good = component_is_good && accessor.shape.is_some_and(|s| s.name == "VEC4") && !accessor.normalized;
+            let good = component_is_good && accessor.is_of("VEC4") && !accessor.normalized;
             accessor.expect(good, attributes.place, &joints, "VEC4 of unsigned bytes or 16-bit numbers")?;
             let joints = accessor.whole_numbers::<4>(&self.source.budget)?.unwrap_or_default();
             let weights = self.attribute::<4>(attributes, &weights, Types::Unit, count)?.unwrap_or_default();
@@ -264,7 +263,7 @@ impl Reader<'_> {
     fn targets(&self, count: Option<usize>, normals: bool, tangents: bool) -> Read<Vec<MorphTarget>> {
         let read = |item: Item<'_>| {
             let list = |name: &str, base: bool| -> Read<Vec<[f32; 3]>> {
-                let differences = self.target_attribute(&item, name, count)?;
+                let differences = self.attribute::<3>(&item, name, Types::Difference, count)?.unwrap_or_default();
                 if !differences.is_empty() && !base {
                     self.source.remark(format!("{}: `{name}` is left out: the primitive itself has none", item.place));
                     return Ok(Vec::new());
@@ -278,20 +277,6 @@ impl Reader<'_> {
             })
         };
         self.item.items("targets", "target")?.into_iter().map(read).collect()
-    }
-
-    fn target_attribute(&self, item: &Item<'_>, name: &str, count: Option<usize>) -> Read<Vec<[f32; 3]>> {
-        let Some(accessor) = self.source.accessor(item, name)? else { return Ok(Vec::new()) };
-        self.check_count(accessor, item, name, count)?;
-        let shape_is_good = accessor.shape.is_some_and(|s| s.name == "VEC3");
-        let component_is_good = match accessor.component {
-            Some(Component::F32) => true,
-            // Signed and normalised, or quantised: a difference has a sign.
-            Some(Component::I8 | Component::I16) => accessor.normalized || self.source.quantized,
-            _ => self.source.quantized,
-        };
-        accessor.expect(shape_is_good && component_is_good, item.place, name, "VEC3 of floats")?;
-        accessor.floats::<3>(&self.source.budget)
     }
 
     /// Gives every triangle vertices of its own, with the normal of its plane.

@@ -22,7 +22,7 @@ mod views;
 use std::path::Path;
 
 use self::json::{Item, Read};
-use self::source::{Buffers, Source};
+use self::source::Source;
 use super::fault::shown;
 use super::model::Model;
 
@@ -56,7 +56,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: b
     }
     // Before files are read: a fault of the model itself is worth more than the news that a file is missing.
     nodes::default_scene(&root)?;
-    let buffers = Buffers::read(&root, container.binary, folder)?;
+    let buffers = source::buffers(&root, container.binary, folder)?;
     let source = Source::open(root, &buffers, folder, lenient)?;
     let mut model = Model { name: name.to_owned(), ..Model::default() };
     read_parts(&source, &mut model)?;
@@ -75,7 +75,7 @@ fn read_parts(source: &Source<'_>, model: &mut Model) -> Read<()> {
     model.lights = views::lights(source)?;
     model.nodes = nodes::read(source, &meshes, model.lights.len())?;
     model.order = nodes::order(&model.nodes)?;
-    nodes::check_reach(&model.nodes, &model.order)?;
+    nodes::check_reach(model)?;
     (model.scenes, model.default_scene) = nodes::scenes(source, &model.nodes)?;
     model.skins = skins::read(source)?;
     model.meshes = meshes.meshes;

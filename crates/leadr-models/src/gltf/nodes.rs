@@ -8,9 +8,8 @@ use super::extensions::LIGHTS;
 use super::json::{Item, Place, Read};
 use super::meshes::{Meshes, morph_weights};
 use super::source::Source;
-use crate::fault::ModelFault;
-use crate::limits::MAX_COORDINATE;
-use crate::model::{Node, SceneRoots, Transform};
+use crate::limits::COORDINATES;
+use crate::model::{Model, Node, SceneRoots, Transform};
 
 /// How far a rotation's length may be from 1 before it is worth a remark.
 const ROUNDING: f32 = 0.005;
@@ -78,25 +77,22 @@ impl Reader<'_> {
     }
 
     fn transform(&self, item: &Item<'_>) -> Read<Transform> {
-        let range = || -MAX_COORDINATE..=MAX_COORDINATE;
         let parts = ["translation", "rotation", "scale"].iter().any(|part| item.has(part));
-        if let Some(matrix) = item.vector::<16>("matrix", range())? {
+        if let Some(matrix) = item.vector::<16>("matrix", COORDINATES)? {
             if parts {
                 return Err(item.fault("has both a `matrix` and `translation`, `rotation` or `scale`"));
             }
             return affine(&matrix).map(Transform::Matrix).map_err(|what| item.fault(format!("`matrix` {what}")));
         }
-        let given = Quat::from_array(
-            item.vector("rotation", -MAX_COORDINATE..=MAX_COORDINATE)?.unwrap_or([0.0, 0.0, 0.0, 1.0]),
-        );
+        let given = Quat::from_array(item.vector("rotation", COORDINATES)?.unwrap_or([0.0, 0.0, 0.0, 1.0]));
         let rotation = unit_rotation(given).ok_or_else(|| item.fault("`rotation` has no length"))?;
         if (given.length() - 1.0).abs() > ROUNDING {
             self.source.remark(format!("{}: its rotation is not of unit length; it was scaled", item.place));
         }
         Ok(Transform::Parts {
-            translation: Vec3::from(item.vector("translation", range())?.unwrap_or([0.0; 3])),
+            translation: Vec3::from(item.vector("translation", COORDINATES)?.unwrap_or([0.0; 3])),
             rotation,
-            scale: Vec3::from(item.vector("scale", range())?.unwrap_or([1.0; 3])),
+            scale: Vec3::from(item.vector("scale", COORDINATES)?.unwrap_or([1.0; 3])),
         })
     }
 }
@@ -141,18 +137,14 @@ pub(super) fn order(nodes: &[Node]) -> Read<Vec<usize>> {
 }
 
 /// Refuses a hierarchy whose matrices leave the range of 32 bits.
-pub(super) fn check_reach(nodes: &[Node], order: &[usize]) -> Result<(), ModelFault> {
-    let mut world = vec![Mat4::IDENTITY; nodes.len()];
-    for &node in order {
-        let above = nodes[node].parent.map_or(Mat4::IDENTITY, |parent| world[parent]);
-        world[node] = above * nodes[node].transform.matrix();
-        if !world[node].is_finite() {
-            return Err(
-                place(node).fault("is scaled or moved so far, with the nodes above it, that nothing is left to draw")
-            );
+pub(super) fn check_reach(model: &Model) -> Read<()> {
+    let world = model.pose(None, 0.0).world_from_node;
+    match model.order.iter().find(|&&node| !world[node].is_finite()) {
+        None => Ok(()),
+        Some(&node) => {
+            Err(place(node).fault("is scaled or moved so far, with the nodes above it, that nothing is left to draw"))
         }
     }
-    Ok(())
 }
 
 /// Reads all scenes, and which one comes first.

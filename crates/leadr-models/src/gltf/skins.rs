@@ -1,6 +1,6 @@
 //! Skins, and whether the vertices of the meshes they bend name only joints that they have.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use glam::Mat4;
 
@@ -36,7 +36,7 @@ fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
     let inverse_bind = match source.accessor(item, "inverseBindMatrices")? {
         None => vec![Mat4::IDENTITY; count],
         Some(accessor) => {
-            let good = accessor.component == Some(Component::F32) && accessor.shape.is_some_and(|s| s.name == "MAT4");
+            let good = accessor.component == Some(Component::F32) && accessor.is_of("MAT4");
             accessor.expect(good, item.place, "inverseBindMatrices", "MAT4 of floats")?;
             if accessor.count < count {
                 return Err(item.fault(format!("has {count} joints, but {} inverse bind matrices", accessor.count)));
@@ -52,13 +52,8 @@ fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
 }
 
 /// Refuses vertices that follow joints which the skin of a node does not have, and remarks on skins that bend nothing.
-pub(super) fn check_joints(
-    source: &Source<'_>,
-    nodes: &[Node],
-    meshes: &[Mesh],
-    skins: &[Skin],
-) -> Result<(), ModelFault> {
-    let mut known = std::collections::HashMap::new();
+pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh], skins: &[Skin]) -> Read<()> {
+    let mut known = HashMap::new();
     for (number, node) in nodes.iter().enumerate() {
         let (Some(mesh), Some(skin)) = (node.mesh, node.skin) else { continue };
         let joints = skins[skin].joints.len();

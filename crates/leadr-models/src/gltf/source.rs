@@ -8,54 +8,39 @@ use super::accessor::{Accessor, Buffer, BufferView};
 use super::json::{Item, Read};
 use super::{extensions, uri};
 use crate::fault::ModelFault;
-use crate::limits::{Budget, ImageBudget, MAX_BUFFER_BYTES};
+use crate::limits::{Budget, MAX_BUFFER_BYTES};
 use leadr_maps::limits::in_words;
 
 /// Most remarks that are kept; the rest is counted.
 const MAX_REMARKS: usize = 64;
 
-/// All buffers.
-pub(super) struct Buffers<'a>(Vec<Storage<'a>>);
-
-/// Where the bytes of a buffer are.
-struct Storage<'a> {
-    length: u64,
-    bytes: Option<Cow<'a, [u8]>>,
-}
-
-impl<'a> Buffers<'a> {
-    /// Reads them all, from the file itself and from beside it.
-    pub(super) fn read(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Read<Self> {
-        let mut all = Vec::new();
-        let mut sum = 0u64;
-        for (i, item) in root.items("buffers", "buffer")?.into_iter().enumerate() {
-            let length = item.required("byteLength", item.whole("byteLength")?)?;
-            if length == 0 {
-                return Err(item.fault("`byteLength` must be 1 or more"));
-            }
-            sum = sum.saturating_add(length);
-            if sum > MAX_BUFFER_BYTES {
-                let [sum, most] = [sum, MAX_BUFFER_BYTES].map(in_words);
-                let what = format!("its buffers have {sum} or more, the limit is {most}");
-                return Err(ModelFault::TooLarge { what });
-            }
-            let bytes = match (item.string("uri")?, binary) {
-                (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.place, length)?)),
-                (None, Some(binary)) if i == 0 => Some(Cow::Borrowed(binary)),
-                // Left to an extension: an error only if the data are used.
-                (None, _) => None,
-            };
-            if let Some(bytes) = bytes.as_ref().filter(|bytes| (bytes.len() as u64) < length) {
-                return Err(item.fault(format!("`byteLength` is {length}, but there are {} bytes", bytes.len())));
-            }
-            all.push(Storage { length, bytes });
+/// Reads all buffers, from the file itself and from beside it.
+pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Read<Vec<Buffer<'a>>> {
+    let mut all = Vec::new();
+    let mut sum = 0u64;
+    for (i, item) in root.items("buffers", "buffer")?.into_iter().enumerate() {
+        let length = item.required("byteLength", item.whole("byteLength")?)?;
+        if length == 0 {
+            return Err(item.fault("`byteLength` must be 1 or more"));
         }
-        Ok(Self(all))
+        sum = sum.saturating_add(length);
+        if sum > MAX_BUFFER_BYTES {
+            let [sum, most] = [sum, MAX_BUFFER_BYTES].map(in_words);
+            let what = format!("its buffers have {sum} or more, the limit is {most}");
+            return Err(ModelFault::too_large(what));
+        }
+        let bytes = match (item.string("uri")?, binary) {
+            (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.place, length)?)),
+            (None, Some(binary)) if i == 0 => Some(Cow::Borrowed(binary)),
+            // Left to an extension: an error only if the data are used.
+            (None, _) => None,
+        };
+        if let Some(bytes) = bytes.as_ref().filter(|bytes| (bytes.len() as u64) < length) {
+            return Err(item.fault(format!("`byteLength` is {length}, but there are {} bytes", bytes.len())));
+        }
+        all.push(Buffer { length, bytes });
     }
-
-    fn all(&self) -> impl Iterator<Item = Buffer<'_>> {
-        self.0.iter().map(|storage| Buffer { length: storage.length, bytes: storage.bytes.as_deref() })
-    }
+    Ok(all)
 }
 
 /// What the readers of all parts share.
@@ -75,7 +60,7 @@ pub(super) struct Source<'a> {
     /// What may still be unpacked.
     pub(super) budget: Budget,
     /// What images may still unpack.
-    pub(super) image_budget: ImageBudget,
+    pub(super) image_budget: Budget,
     remarks: RefCell<Vec<String>>,
     more_remarks: Cell<usize>,
 }
@@ -84,13 +69,12 @@ impl<'a> Source<'a> {
     /// Opens the lists that other parts refer to, and checks version and extensions.
     pub(super) fn open(
         root: Item<'a>,
-        buffers: &'a Buffers<'_>,
+        buffers: &'a [Buffer<'_>],
         folder: Option<&'a Path>,
         lenient: bool,
     ) -> Read<Self> {
-        let all: Vec<Buffer<'_>> = buffers.all().collect();
-        let there = all.iter().filter(|buffer| buffer.bytes.is_some()).map(|buffer| buffer.length).sum();
-        let view = |item: &Item<'_>| BufferView::read(item, &all);
+        let there = buffers.iter().filter(|buffer| buffer.bytes.is_some()).map(|buffer| buffer.length).sum();
+        let view = |item: &Item<'_>| BufferView::read(item, buffers);
         let views = root.items("bufferViews", "buffer view")?.iter().map(view).collect::<Read<Vec<_>>>()?;
         let budget = Budget::for_buffers(there);
         let accessors = root.items("accessors", "accessor")?;
@@ -103,7 +87,7 @@ impl<'a> Source<'a> {
             accessors,
             quantized: false,
             budget,
-            image_budget: ImageBudget::default(),
+            image_budget: Budget::for_images(),
             remarks: RefCell::default(),
             more_remarks: Cell::new(0),
         };

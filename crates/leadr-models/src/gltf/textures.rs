@@ -6,10 +6,11 @@ use std::sync::Arc;
 use glam::{Affine2, Mat2, Vec2};
 
 use super::extensions::TEXTURE_TRANSFORM;
-use super::images::Images;
+use super::images::{self, Image};
 use super::json::{Item, Read};
 use super::source::Source;
-use crate::limits::MAX_COORDINATE;
+use crate::fault::ModelFault;
+use crate::limits::COORDINATES;
 use leadr_maps::material::{Encoding, Raster, Samples, Texture, TextureWrap};
 
 /// What a texture is for.
@@ -23,7 +24,7 @@ pub(super) enum Purpose {
 /// All textures of a model.
 pub(super) struct Textures<'a> {
     source: &'a Source<'a>,
-    images: Images,
+    images: Vec<Image>,
     entries: Vec<Entry>,
 }
 
@@ -37,7 +38,7 @@ struct Entry {
 impl<'a> Textures<'a> {
     /// Decodes the images and checks the textures.
     pub(super) fn read(source: &'a Source<'a>) -> Read<Self> {
-        let images = Images::read(source)?;
+        let images = images::read(source)?;
         let samplers = source.root.items("samplers", "sampler")?;
         let wraps = samplers.iter().map(|sampler| Ok([wrap(sampler, "wrapS")?, wrap(sampler, "wrapT")?]));
         let wraps = wraps.collect::<Read<Vec<_>>>()?;
@@ -65,8 +66,9 @@ impl<'a> Textures<'a> {
         let index = info.index("index", "texture", self.entries.len())?;
         let index = info.required("index", index)?;
         let entry = &self.entries[index];
-        let raster = entry.image.and_then(|image| self.images.raster(image));
-        if raster.is_none() && entry.image.is_none() && !entry.extended {
+        let image = entry.image.map(|image| &self.images[image]);
+        let raster = image.and_then(|image| image.raster.clone());
+        if image.is_none() && !entry.extended {
             self.source.remark(format!("{}: texture {index} has no image; it is left out", info.place));
             return Ok(None);
         }
@@ -82,7 +84,7 @@ impl<'a> Textures<'a> {
         let (coordinates, transform) = coordinates(&info)?;
         let texture = Texture {
             raster,
-            name: entry.image.map_or_else(|| info.place.to_string(), |image| self.images.name(image).to_owned()),
+            name: image.map_or_else(|| info.place.to_string(), |image| image.name.clone()),
             encoding: if purpose == Purpose::Color { Encoding::Srgb } else { Encoding::Linear },
             coordinates,
             transform,
@@ -97,11 +99,10 @@ fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
     const MAX_SET: usize = 1 << 10;
     let set = info.index("texCoord", "texture coordinates", MAX_SET)?.unwrap_or(0);
     let Some(change) = info.extension(TEXTURE_TRANSFORM)? else { return Ok((set as u32, Affine2::IDENTITY)) };
-    let range = || -MAX_COORDINATE..=MAX_COORDINATE;
     let set = change.index("texCoord", "texture coordinates", MAX_SET)?.unwrap_or(set);
-    let offset = Vec2::from(change.vector("offset", range())?.unwrap_or([0.0; 2]));
-    let scale = Vec2::from(change.vector("scale", range())?.unwrap_or([1.0; 2]));
-    let angle = change.number("rotation", range())?.unwrap_or(0.0) % TAU;
+    let offset = Vec2::from(change.vector("offset", COORDINATES)?.unwrap_or([0.0; 2]));
+    let scale = Vec2::from(change.vector("scale", COORDINATES)?.unwrap_or([1.0; 2]));
+    let angle = change.number("rotation", COORDINATES)?.unwrap_or(0.0) % TAU;
     // With `t` down, a turn that looks counter-clockwise has the sines the other way round.
     let turn = Mat2::from_angle(-angle);
     Ok((set as u32, Affine2::from_mat2_translation(turn * Mat2::from_diagonal(scale), offset)))
@@ -130,5 +131,5 @@ fn white() -> Read<Raster> {
 
 fn made(side: u32, texels: Vec<u8>) -> Read<Raster> {
     Raster::new(side, side, 3, Samples::U8(texels))
-        .map_err(|fault| crate::fault::ModelFault::Image { place: "the replacement".into(), fault })
+        .map_err(|fault| ModelFault::Image { place: "the replacement".into(), fault })
 }

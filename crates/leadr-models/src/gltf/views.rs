@@ -6,7 +6,7 @@ use super::extensions::LIGHTS;
 use super::json::{Item, Read};
 use super::source::Source;
 use crate::fault::shown;
-use crate::limits::MAX_COORDINATE;
+use crate::limits::{COORDINATES, MAX_COORDINATE};
 use crate::model::{Camera, Light, LightKind, Projection};
 
 /// The smallest number above 0 that a camera's distances and sizes may have.
@@ -44,7 +44,7 @@ fn camera(source: &Source<'_>, item: &Item<'_>) -> Read<Camera> {
     } else {
         let lens = item.required(kind, item.item("orthographic")?)?;
         let size = |key| -> Read<f32> {
-            let size = lens.required(key, lens.number(key, -MAX_COORDINATE..=MAX_COORDINATE)?)?;
+            let size = lens.required(key, lens.number(key, COORDINATES)?)?;
             if size == 0.0 { Err(lens.fault(format!("`{key}` must not be 0"))) } else { Ok(size) }
         };
         let near = lens.required("znear", lens.number("znear", 0.0..=MAX_COORDINATE)?)?;
