@@ -5,10 +5,14 @@
 
 use half::f16;
 
+/// The nearest 16-bit float.
+pub(crate) fn half(v: f32) -> f16 {
+    f16::from_f32(v.clamp(-65504.0, 65504.0))
+}
+
 /// Mean slopes and second moments as 16-bit floats hold them.
 pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     let [x, y, xx, yy] = moments;
-    let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
     let [mean_x, mean_y] = [half(x), half(y)];
     let [to_x, to_y] = [mean_x.to_f32(), mean_y.to_f32()];
     let [moved_x, moved_y] = [to_x - x, to_y - y];

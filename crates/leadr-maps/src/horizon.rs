@@ -7,10 +7,10 @@
 
 use std::f32::consts::PI;
 
-use half::f16;
 use rayon::prelude::*;
 
 use super::Wrap;
+use super::halves::half;
 
 /// The source of this module, for the keys of caches: what it makes is made again when it changes.
 pub const SOURCE: &str = include_str!("horizon.rs");
@@ -62,7 +62,7 @@ pub struct HorizonTexel {
 impl HorizonTexel {
     /// As four halves and one, for a map of `size` texels on which lengths are in units of the map.
     pub fn halves(&self, size: [u32; 2]) -> ([u16; 4], u16) {
-        let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0)).to_bits();
+        let half = |v: f32| half(v).to_bits();
         let [w, h] = size.map(|n| n as f32);
         let ([lx, ly], [dx, dy]) = (self.lean, self.deviations);
         ([lx * w, ly * h, dx * w, dy * h].map(half), half(self.correlation))
@@ -106,7 +106,7 @@ pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays
         || Row::new(window.width),
         |row, (k, out)| {
             let y = window.y + k;
-            row.here.copy_from_slice(&heights.texels[y * heights.width + window.x..][..window.width]);
+            let here = &heights.texels[y * heights.width + window.x..][..window.width];
             let [across, down] = &mut row.slopes;
             for ((sx, sy), slope) in across.iter_mut().zip(down).zip(&slopes[k * window.width..]) {
                 (*sx, *sy) = (slope[0], slope[1]);
@@ -122,7 +122,7 @@ pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays
                         let offset = v.map(|v| v * far);
                         let offset = if far.abs() < 4.0 { offset } else { offset.map(f32::round) };
                         row.there.fetch(heights, field(step), [window.x, y], offset);
-                        row.raise(side, offset);
+                        row.raise(here, side, offset);
                     }
                 }
                 row.add(v, [(2.0 * azimuth).cos(), (2.0 * azimuth).sin()]);
@@ -161,7 +161,6 @@ fn horizons_inside(
 
 /// A row of texels while their horizons are looked for.
 struct Row {
-    here: Vec<f32>,
     slopes: [Vec<f32>; 2],
     /// Largest excess so far, ahead and behind.
     excess: [Vec<f32>; 2],
@@ -173,7 +172,6 @@ impl Row {
     fn new(width: usize) -> Self {
         let zeros = || vec![0.0f32; width];
         Self {
-            here: zeros(),
             slopes: [zeros(), zeros()],
             excess: [zeros(), zeros()],
             sums: vec![[0.0; 5]; width],
@@ -181,11 +179,11 @@ impl Row {
         }
     }
 
-    /// Raises the excess ahead (0) or behind (1) to that of the heights at an offset.
-    fn raise(&mut self, side: usize, offset: [f32; 2]) {
+    /// Raises the excess ahead (0) or behind (1) over the heights here to that of those at an offset.
+    fn raise(&mut self, here: &[f32], side: usize, offset: [f32; 2]) {
         let per = 1.0 / offset[0].hypot(offset[1]);
         let [ux, uy] = offset.map(|v| v * per);
-        let heights = self.there.values.iter().zip(&self.here);
+        let heights = self.there.values.iter().zip(here);
         let slopes = self.slopes[0].iter().zip(&self.slopes[1]);
         for (excess, ((there, here), (sx, sy))) in self.excess[side].iter_mut().zip(heights.zip(slopes)) {
             let found = (there - here) * per - (sx * ux + sy * uy);

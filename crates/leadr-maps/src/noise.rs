@@ -61,10 +61,15 @@ pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
 
 /// Octaves of [`gradient`], each of twice the frequency and `gain` times the height. For many places use `Fractal`.
 pub fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) -> f32 {
+    let octave = |k: u32, scale: f32| gradient(seed.wrapping_add(k), x * scale, y * scale, period << k);
+    sum_of_octaves(octaves, gain, octave)
+}
+
+/// The sum of octaves, each of which is told its number and its frequency.
+fn sum_of_octaves(octaves: u32, gain: f32, at: impl Fn(u32, f32) -> f32) -> f32 {
     let (mut sum, mut amplitude) = (0.0, 1.0);
     for octave in 0..octaves {
-        let scale = (1 << octave) as f32;
-        sum += amplitude * gradient(seed.wrapping_add(octave), x * scale, y * scale, period << octave);
+        sum += amplitude * at(octave, (1 << octave) as f32);
         amplitude *= gain;
     }
     sum
@@ -108,13 +113,8 @@ impl Fractal {
     }
 
     pub(crate) fn at(&self, x: f32, y: f32) -> f32 {
-        let (mut sum, mut amplitude) = (0.0, 1.0);
-        for (octave, gradients) in self.octaves.iter().enumerate() {
-            let scale = (1 << octave) as f32;
-            sum += amplitude * gradients.at(x * scale, y * scale);
-            amplitude *= self.gain;
-        }
-        sum
+        let octave = |k: u32, scale: f32| self.octaves[k as usize].at(x * scale, y * scale);
+        sum_of_octaves(self.octaves.len() as u32, self.gain, octave)
     }
 }
 
@@ -186,24 +186,16 @@ impl TurnedFractal {
     }
 }
 
-/// One feature point near a place, of one random point per cell.
-#[derive(Clone, Copy)]
-pub struct Feature {
-    /// From the point to the place, in cells.
-    pub offset: [f32; 2],
-    /// The cell's random number.
-    pub id: u32,
-}
-
-/// Calls `visit` with the feature points of the `(2 reach + 1)^2` cells around a place.
-pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: impl FnMut(Feature)) {
+/// Calls `visit` for the `(2 reach + 1)^2` cells around a place, each of which has one random point: with the offset from the point to
+/// the place, in cells, and the cell's random number.
+pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: impl FnMut([f32; 2], u32)) {
     let (cx, cy) = (x.floor() as i32, y.floor() as i32);
     for j in -reach..=reach {
         for i in -reach..=reach {
             let id = hash(seed, (cx + i).rem_euclid(period), (cy + j).rem_euclid(period));
             let (px, py) = (unit(id), unit(hash(id, 1, 2)));
             let offset = [x - (cx + i) as f32 - px, y - (cy + j) as f32 - py];
-            visit(Feature { offset, id });
+            visit(offset, id);
         }
     }
 }
@@ -306,7 +298,7 @@ mod tests {
             let mut seen = Vec::new();
             points.visit(x, y, 2, |offset, &id| seen.push((offset, id)));
             let mut wanted = Vec::new();
-            features(11, x, y, 6, 2, |Feature { offset, id }| wanted.push((offset, id)));
+            features(11, x, y, 6, 2, |offset, id| wanted.push((offset, id)));
             assert_eq!(seen, wanted);
             let mut distances: Vec<f32> = wanted.iter().map(|([dx, dy], _)| dx.hypot(*dy)).collect();
             distances.sort_by(f32::total_cmp);

@@ -16,7 +16,9 @@ pub fn linear_from_srgb(code: f32) -> f32 {
 
 /// The nearest 8-bit display code of a linear value in 0 to 1. Clamps outside.
 pub fn srgb8_from_linear(x: f32) -> u8 {
-    CODES.of(x)
+    let (codes, x) = (&*CODES, x.clamp(0.0, 1.0));
+    let code = codes.first[((x * STEPS as f32) as usize).min(STEPS - 1)];
+    code + u8::from(code < u8::MAX && x >= codes.least[usize::from(code) + 1])
 }
 
 /// A power for every channel of every texel takes longer than all else that is done with it.
@@ -48,12 +50,6 @@ impl Codes {
             least: std::array::from_fn(|wanted| if wanted == 0 { 0.0 } else { least(wanted) }),
             first: std::array::from_fn(|step| code(step as f32 / STEPS as f32)),
         }
-    }
-
-    fn of(&self, x: f32) -> u8 {
-        let x = x.clamp(0.0, 1.0);
-        let code = self.first[((x * STEPS as f32) as usize).min(STEPS - 1)];
-        code + u8::from(code < u8::MAX && x >= self.least[usize::from(code) + 1])
     }
 }
 

@@ -76,12 +76,8 @@ pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f
     progress(0.1);
     let along = Transform::new(width, how.wrap);
     let rows = |image: &mut [f32], forward: bool| {
-        image.par_chunks_mut(2 * width).with_min_len(8).for_each_init(
-            || along.scratch(),
-            |scratch, rows| {
-                if forward { along.rows_forward(rows, scratch) } else { along.rows_backward(rows, scratch) }
-            },
-        );
+        let pairs = image.par_chunks_mut(2 * width).with_min_len(8);
+        pairs.for_each_init(|| along.scratch(), |scratch, rows| along.rows(rows, scratch, forward));
     };
     rows(&mut image, true);
     progress(0.3);
@@ -131,7 +127,7 @@ fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration
         .map_init(
             || down.scratch(),
             |scratch, (pair, columns)| {
-                down.rows_forward(columns, scratch);
+                down.rows(columns, scratch, true);
                 let mut sums = [0.0; 2];
                 for (column, a) in columns.chunks_exact_mut(height).zip(&across[2 * pair..]) {
                     for (value, b) in column.iter_mut().zip(&down_by) {
@@ -151,7 +147,7 @@ fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration
                         *value = if seen > NO_RESPONSE && by > NO_RESPONSE { (v / by) as f32 } else { 0.0 };
                     }
                 }
-                down.rows_backward(columns, scratch);
+                down.rows(columns, scratch, false);
                 sums
             },
         )

@@ -90,11 +90,12 @@ pub fn visibility(
     // In texels about their mean, where 32 bits are finest; steeper relief than this hides all.
     let in_texels = |h: &f32| (f64::from(h - middle) * f64::from(scale) * width as f64).clamp(-range, range) as f32;
     let texels: Vec<f32> = heights.texels.par_iter().map(in_texels).collect();
-    let mut planes: Planes = [zeroed(width * height)?, zeroed(width * height)?, zeroed(width * height)?];
-    let mut turned = zeroed(width * height)?;
+    let plane = || zeroed(width * height);
+    let mut planes: Planes = [plane()?, plane()?, plane()?];
+    let mut turned = plane()?;
     if !down.is_empty() {
         transpose(&texels, width, &mut turned);
-        let mut sums: Planes = [zeroed(width * height)?, zeroed(width * height)?, zeroed(width * height)?];
+        let mut sums: Planes = [plane()?, plane()?, plane()?];
         let field = Field::new(height, width, turned, wrap);
         let tangents: Vec<f64> = down.iter().map(|a| a.cos() / a.sin()).collect();
         accumulate(&field, about, &tangents, slices, &mut sums, &step);
@@ -168,8 +169,6 @@ impl Slice {
 struct Row {
     /// Ahead and behind: how steeply the horizon rises.
     rises: [Vec<f32>; 2],
-    hulls: Vec<[f32; 2]>,
-    own: Vec<f32>,
     plane: Vec<f32>,
     there: Sampled,
 }
@@ -177,27 +176,17 @@ struct Row {
 impl Row {
     fn new(width: usize) -> Self {
         let zeros = || vec![0.0; width];
-        Self {
-            rises: [zeros(), zeros()],
-            hulls: vec![[0.0; 2]; width],
-            own: zeros(),
-            plane: zeros(),
-            there: Sampled::new(width),
-        }
+        Self { rises: [zeros(), zeros()], plane: zeros(), there: Sampled::new(width) }
     }
 
     /// Finds the horizons, in rise per column.
     fn look(&mut self, heights: &Heights<'_>, horizons: &Horizons, about: About, slice: &Slice, y: usize) {
-        horizons.row(y, &mut self.hulls);
-        let [ahead, behind] = &mut self.rises;
-        for ((ahead, behind), hull) in ahead.iter_mut().zip(behind).zip(&self.hulls) {
-            (*ahead, *behind) = (hull[0], hull[1]);
-        }
-        self.own.copy_from_slice(&heights.texels[y * heights.width..][..heights.width]);
+        horizons.row(y, &mut self.rises);
+        let own = &heights.texels[y * heights.width..][..heights.width];
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
             for column in (1..=NEAR).map(|column| column as f32) {
                 self.there.fetch(heights, heights.texels, [0, y], [sign * column, sign * column * slice.tangent]);
-                let rises = self.rises[side].iter_mut().zip(self.there.values.iter().zip(&self.own));
+                let rises = self.rises[side].iter_mut().zip(self.there.values.iter().zip(own));
                 rises.for_each(|(rise, (there, own))| *rise = rise.max((there - own) / column));
             }
         }

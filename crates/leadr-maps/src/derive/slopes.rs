@@ -101,16 +101,7 @@ impl Slopes {
     /// If a side is 0, or the length is not their product.
     pub fn of_normals(width: u32, height: u32, normals: &[[f32; 3]]) -> Result<Self, MapFault> {
         check(width, height, normals.len())?;
-        let mut slopes = Self { width, height, texels: zeroed(normals.len())?, faults: SlopeFaults::default() };
-        let rows = slopes.texels.par_chunks_mut(width as usize).zip(normals.par_chunks(width as usize));
-        slopes.faults = rows
-            .map(|(row, normals)| {
-                let mut faults = SlopeFaults::default();
-                row.iter_mut().zip(normals).for_each(|(slope, &normal)| *slope = faults.slope(normal));
-                faults
-            })
-            .reduce(SlopeFaults::default, SlopeFaults::join);
-        Ok(slopes)
+        Self::of_texels(width, height, |x, y, faults| faults.slope(normals[y as usize * width as usize + x as usize]))
     }
 
     /// Those of a normal map, as [`NormalMap::slope`] reads them.
@@ -118,28 +109,36 @@ impl Slopes {
     /// # Errors
     /// If memory is short.
     pub fn of_normal_map(map: &NormalMap) -> Result<Self, MapFault> {
-        let raster = &map.texture.raster;
-        let (width, height) = (raster.width(), raster.height());
-        let mut slopes =
-            Self { width, height, texels: zeroed(width as usize * height as usize)?, faults: SlopeFaults::default() };
-        let rows = slopes.texels.par_chunks_mut(width as usize).zip(0..height);
-        slopes.faults = rows
-            .map(|(row, y)| {
-                let mut faults = SlopeFaults::default();
-                for (x, slope) in (0..).zip(row) {
-                    let told = map.slope(x, y).map(|v| v as f32);
-                    match map.vector(x, y) {
-                        Some(vector) => {
-                            faults.slope(vector);
-                        }
-                        None => faults.broken += u64::from(!told.iter().all(|v| v.is_finite())),
-                    }
-                    *slope = if told.iter().all(|v| v.is_finite()) { told } else { [0.0; 2] };
+        let [width, height] = map.texture.raster.size();
+        Self::of_texels(width, height, |x, y, faults| {
+            let told = map.slope(x, y).map(|v| v as f32);
+            let finite = told.iter().all(|v| v.is_finite());
+            match map.vector(x, y) {
+                Some(vector) => {
+                    faults.slope(vector);
                 }
-                faults
-            })
-            .reduce(SlopeFaults::default, SlopeFaults::join);
-        Ok(slopes)
+                None => faults.broken += u64::from(!finite),
+            }
+            if finite { told } else { [0.0; 2] }
+        })
+    }
+
+    /// The slope of each texel, which counts what is wrong with it.
+    fn of_texels(
+        width: u32,
+        height: u32,
+        slope: impl Fn(u32, u32, &mut SlopeFaults) -> [f32; 2] + Sync,
+    ) -> Result<Self, MapFault> {
+        let mut texels = zeroed::<[f32; 2]>(width as usize * height as usize)?;
+        let rows = texels.par_chunks_mut(width as usize).zip(0..height).map(|(row, y)| {
+            let mut faults = SlopeFaults::default();
+            for (x, texel) in (0..).zip(row) {
+                *texel = slope(x, y, &mut faults);
+            }
+            faults
+        });
+        let faults = rows.reduce(SlopeFaults::default, SlopeFaults::join);
+        Ok(Self { width, height, texels, faults })
     }
 
     /// Texels across and down.

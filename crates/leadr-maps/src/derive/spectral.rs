@@ -63,17 +63,9 @@ impl Transform {
         if x.is_multiple_of(2) { x / 2 } else { self.length - 1 - x / 2 }
     }
 
-    /// Transforms one or two rows, which lie one behind the other.
-    pub fn rows_forward(&self, rows: &mut [f32], scratch: &mut Scratch) {
-        self.of_rows(rows, scratch, Self::forward)
-    }
-
-    /// The inverse of [`Self::rows_forward`].
-    pub fn rows_backward(&self, rows: &mut [f32], scratch: &mut Scratch) {
-        self.of_rows(rows, scratch, Self::backward)
-    }
-
-    fn of_rows(&self, rows: &mut [f32], scratch: &mut Scratch, pair: fn(&Self, [&mut [f32]; 2], &mut Scratch)) {
+    /// Transforms one or two rows, which lie one behind the other, or, not `forward`, undoes that.
+    pub fn rows(&self, rows: &mut [f32], scratch: &mut Scratch, forward: bool) {
+        let pair = if forward { Self::forward } else { Self::backward };
         let (a, b) = rows.split_at_mut(self.length);
         if b.is_empty() {
             let mut blank = std::mem::take(&mut scratch.blank);
@@ -164,7 +156,7 @@ mod tests {
             for wrap in [Wrap::Repeat, Wrap::Clamp] {
                 let transform = Transform::new(n, wrap);
                 let (given, mut found) = (rows(n), rows(n));
-                transform.rows_forward(&mut found, &mut transform.scratch());
+                transform.rows(&mut found, &mut transform.scratch(), true);
                 for row in 0..2 {
                     for (k, phase) in transform.phases().into_iter().enumerate() {
                         let function = |x: usize| match wrap {
@@ -190,8 +182,8 @@ mod tests {
                 for count in [2 * n, n] {
                     let given = &rows(n)[..count];
                     let mut found = given.to_vec();
-                    transform.rows_forward(&mut found, &mut transform.scratch());
-                    transform.rows_backward(&mut found, &mut transform.scratch());
+                    transform.rows(&mut found, &mut transform.scratch(), true);
+                    transform.rows(&mut found, &mut transform.scratch(), false);
                     assert!(given.iter().zip(&found).all(|(a, b)| (a - b).abs() < 2e-6), "{n} {wrap:?}");
                 }
             }

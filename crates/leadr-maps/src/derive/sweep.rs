@@ -214,16 +214,16 @@ impl Coarse {
 }
 
 impl Horizons {
-    /// Those of a row of texels: ahead, behind.
-    pub fn row(&self, y: usize, into: &mut [[f32; 2]]) {
-        for (x, (out, shift)) in into.iter_mut().zip(&self.shifts).enumerate() {
+    /// Those of a row of texels.
+    pub fn row(&self, y: usize, [ahead, behind]: &mut [Vec<f32>; 2]) {
+        for (x, shift) in self.shifts.iter().enumerate() {
             let line = y as i64 - shift - self.first;
             let line = if self.wrap == Wrap::Repeat && !(0..self.lines as i64).contains(&line) {
                 line.rem_euclid(self.lines as i64)
             } else {
                 line
             };
-            *out = self.values[line as usize * self.width + x];
+            [ahead[x], behind[x]] = self.values[line as usize * self.width + x];
         }
     }
 }
@@ -280,10 +280,11 @@ mod tests {
                 let field = field(width, height, wrap);
                 for tangent in [0.0, 0.37, -0.8, 1.0] {
                     let horizons = field.horizons(tangent);
-                    let mut row = vec![[0.0; 2]; width];
+                    let mut row = [vec![0.0; width], vec![0.0; width]];
                     for y in 0..height {
                         horizons.row(y, &mut row);
-                        for (x, found) in row.iter().enumerate() {
+                        let [ahead, behind] = &row;
+                        for (x, found) in ahead.iter().zip(behind).map(|(a, b)| [*a, *b]).enumerate() {
                             let start = y as i64 - horizons.shifts[x];
                             let line = (start as f64 + x as f64 * tangent) as f32;
                             let own = field.moved(x, start + horizons.shifts[x], line);

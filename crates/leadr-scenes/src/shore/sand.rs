@@ -57,11 +57,11 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     let patch = smoothstep(-0.25, 0.35, gradient(7, s * 0.3 + 70.0, y * 0.3, period * 3 / 10));
     let ripples = 0.006 * (phase.sin() + 0.3 * (2.0 * phase + 0.8).sin()) * (0.25 + 0.75 * patch);
     let mut tracks = 0.0;
-    features(8, s * 1.2 + 80.0, y * 1.2, period * 6 / 5, 1, |f| {
-        let size = 0.16 + 0.14 * unit(f.id ^ 0x51);
-        let d = (f.offset[0] * f.offset[0] + 0.6 * f.offset[1] * f.offset[1]) / (size * size);
+    features(8, s * 1.2 + 80.0, y * 1.2, period * 6 / 5, 1, |[dx, dy], id| {
+        let size = 0.16 + 0.14 * unit(id ^ 0x51);
+        let d = (dx * dx + 0.6 * dy * dy) / (size * size);
         // A dent with a rim.
-        tracks -= 0.022 * unit(f.id ^ 0x77) * (1.0 - 0.7 * d) * (-d).exp();
+        tracks -= 0.022 * unit(id ^ 0x77) * (1.0 - 0.7 * d) * (-d).exp();
     });
     slow + ripples + tracks + 0.0022 * fractal(9, s * 12.0, y * 12.0, period * 12, 2, 0.6)
 }
