@@ -111,7 +111,7 @@ impl<'a> Opened<'a> {
         let (offsets, _) = self.bytes[self.tables + 8 * before..][..8 * header.chunk_count].as_chunks();
         let [width, height] = [width, height].map(|side| (side >> level).max(1));
         let texel_count = (width * height) as usize;
-        let mut planes = Vec::new();
+        let mut into = Planes { width: width as u32, height: height as u32, planes: Vec::new() };
         let mut seen = HashSet::new();
         let mut covered = 0;
         for offset in offsets {
@@ -121,15 +121,15 @@ impl<'a> Opened<'a> {
             }
             covered += block.index.pixel_size.area();
             // The size is believed only once a block has really filled its place.
-            while planes.len() < picked.len() {
-                planes.push(limits::zeroed::<f32>(texel_count)?);
+            while into.planes.len() < picked.len() {
+                into.planes.push(limits::zeroed::<f32>(texel_count)?);
             }
-            copy_lines(&block, header, picked, width as usize, &mut planes)?;
+            copy_lines(&block, header, picked, &mut into)?;
         }
         if covered != texel_count {
             return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
         }
-        Ok(Planes { width: width as u32, height: height as u32, planes })
+        Ok(into)
     }
 
     /// Unpacks the block at `offset`, or `None` when it belongs to another mip level.
@@ -238,18 +238,12 @@ fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
 }
 
 /// Copies the picked channels of a block into their planes.
-fn copy_lines(
-    block: &UncompressedBlock,
-    header: &Header,
-    picked: &[usize],
-    width: usize,
-    planes: &mut [Vec<f32>],
-) -> Result<(), MapFault> {
+fn copy_lines(block: &UncompressedBlock, header: &Header, picked: &[usize], into: &mut Planes) -> Result<(), MapFault> {
     for line in block.lines(&header.channels) {
         let Some(slot) = picked.iter().position(|&p| p == line.location.channel) else { continue };
         let Vec2(x, y) = line.location.position;
-        let start = y * width + x;
-        let row = planes[slot].get_mut(start..start + line.location.sample_count);
+        let start = y * into.width as usize + x;
+        let row = into.planes[slot].get_mut(start..start + line.location.sample_count);
         let row = row.ok_or_else(|| MapFault::damaged("a block lies outside the image"))?;
         match header.channels.list[line.location.channel].sample_type {
             SampleType::F16 => fill(row, line.read_samples::<exr::prelude::f16>(), |v| v.to_f32())?,

@@ -6,41 +6,25 @@ use std::sync::Once;
 
 use super::MapFault;
 
-/// Runs a decoder; if it panics, the file is called damaged and nothing is printed.
-pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFault>) -> Result<T, MapFault> {
-    let quiet = Quiet::begin();
-    let decoded = catch_unwind(AssertUnwindSafe(decode));
-    drop(quiet);
-    decoded.unwrap_or_else(|_| Err(MapFault::damaged(format!("the {format} decoder gave up on it (internal panic)"))))
-}
-
 thread_local! {
     /// Whether this thread's panics are expected and become an error.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// While a value of this type lives, a panic of this thread prints nothing; other threads, and this one afterwards, keep the
-/// hook that was there.
-struct Quiet;
-
-impl Quiet {
-    fn begin() -> Self {
-        static INSTALL: Once = Once::new();
-        INSTALL.call_once(|| {
-            let before = std::panic::take_hook();
-            std::panic::set_hook(Box::new(move |info| {
-                if !QUIET.get() {
-                    before(info);
-                }
-            }));
-        });
-        QUIET.set(true);
-        Self
-    }
-}
-
-impl Drop for Quiet {
-    fn drop(&mut self) {
-        QUIET.set(false);
-    }
+/// Runs a decoder; if it panics, the file is called damaged and nothing is printed. Other threads, and this one afterwards, keep the
+/// panic hook that was there.
+pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFault>) -> Result<T, MapFault> {
+    static INSTALL: Once = Once::new();
+    INSTALL.call_once(|| {
+        let before = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if !QUIET.get() {
+                before(info);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let decoded = catch_unwind(AssertUnwindSafe(decode));
+    QUIET.set(false);
+    decoded.unwrap_or_else(|_| Err(MapFault::damaged(format!("the {format} decoder gave up on it (internal panic)"))))
 }

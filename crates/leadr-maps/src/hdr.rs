@@ -84,14 +84,15 @@ impl Header {
         if slow.is_y && !slow.increasing && fast.increasing {
             return texels;
         }
-        let (width, height) = (self.width() as usize, self.height() as usize);
+        let (width, length) = (self.width() as usize, fast.len as usize);
+        // Columns go right where X increases, rows down where Y decreases.
+        let along = |axis: Axis, k: usize| {
+            let k = if axis.increasing == axis.is_y { axis.len as usize - 1 - k } else { k };
+            if axis.is_y { k * width } else { k }
+        };
         let mut upright = vec![[0.0; 3]; texels.len()];
         for (index, texel) in texels.into_iter().enumerate() {
-            let (i, j) = (index / fast.len as usize, index % fast.len as usize);
-            let (x_axis, x, y_axis, y) = if slow.is_y { (fast, j, slow, i) } else { (slow, i, fast, j) };
-            let x = if x_axis.increasing { x } else { width - 1 - x };
-            let y = if y_axis.increasing { height - 1 - y } else { y };
-            upright[y * width + x] = texel;
+            upright[along(slow, index / length) + along(fast, index % length)] = texel;
         }
         upright
     }
