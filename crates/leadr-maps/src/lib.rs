@@ -26,6 +26,7 @@ pub mod new_file;
 pub mod noise;
 pub mod origin;
 pub mod procedural;
+mod pyramid;
 mod raster_read;
 pub mod reads;
 pub mod save;

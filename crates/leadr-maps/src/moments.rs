@@ -22,6 +22,7 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
+use super::pyramid::{Pyramid, level_sizes};
 use super::{HeightMap, Image};
 use leadr_reflectance::limits::{at_least, within};
 
@@ -46,7 +47,7 @@ impl Wrap {
     }
 }
 
-/// One texel of a LEADR map, in texture space. The first four fields fit an RGBA texture, the last two an RG one.
+/// One texel of a LEADR map, in texture space: six floats. The first four fields fit an RGBA texture, the last two an RG one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Moments {
@@ -93,25 +94,25 @@ pub struct LeadrMap {
     pub levels: Vec<MomentLevel>,
 }
 
-/// The same six numbers while they are being summed.
-pub(super) type Sums = [f32; 6];
-
 impl LeadrMap {
     /// Differences, products and box filter in 32 bits, in the order in which the moments pass has them: the bits are the same.
     ///
     /// Each level averages the one above by area, so that sides that are not powers of two weigh every texel once and
     /// the mean of every moment is the same on all levels.
     pub fn new(map: &HeightMap, wrap: Wrap) -> Self {
-        let (mut width, mut height) = (map.width, map.height);
-        let rows = (0..map.height).into_par_iter();
-        let mut level: Vec<Sums> = rows.flat_map_iter(|y| row_moments(map, wrap, 1.0, y)).collect();
-        let mut levels = vec![as_level(width, height, &level)];
-        while width > 1 || height > 1 {
-            let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-            level = box_filter(&level, [width, height], [w, h]);
-            (width, height) = (w, h);
-            levels.push(as_level(width, height, &level));
-        }
+        let size = [map.width, map.height];
+        let empty = |[width, height]: [u32; 2]| MomentLevel {
+            width,
+            height,
+            texels: Vec::with_capacity(width as usize * height as usize),
+        };
+        let mut levels: Vec<MomentLevel> = level_sizes(size).into_iter().map(empty).collect();
+        let rows = (0..map.height).into_par_iter().map(|y| row_moments(map, wrap, 1.0, y).into_flattened());
+        let filtered = Pyramid::new(size, 6).push(rows.collect(), &mut |level, _, rows| {
+            rows.iter().for_each(|row| levels[level].texels.extend_from_slice(bytemuck::cast_slice(row)));
+            Ok(())
+        });
+        filtered.expect("nothing refuses a row");
         Self { levels }
     }
 
@@ -122,7 +123,7 @@ impl LeadrMap {
 }
 
 /// A row of level 0, of heights that are multiplied by `scale`.
-pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Vec<Sums> {
+pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Vec<[f32; 6]> {
     let (w, h) = (map.width as usize, map.height as usize);
     let at = |x: usize, y: usize| scale * map.texels[y * w + x];
     let texels = [w as f32, h as f32];
@@ -156,41 +157,6 @@ fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     [mean(0), mean(1), square(0), square(1), mixed]
 }
 
-/// The texels of a level under one of the next, along an axis: the first, and their weights, which sum to 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Taps {
-    pub first: usize,
-    weights: [f32; 3],
-    count: usize,
-}
-
-impl Taps {
-    /// Those of each texel of the level that follows one of `from` texels.
-    pub fn of_level(from: u32) -> Vec<Self> {
-        let half = from / 2;
-        let odd = |i: u32| [half - i, half, i + 1].map(|weight| weight as f32 * (1.0 / from as f32));
-        let tap = |i: u32| {
-            let (weights, count) = match from {
-                1 => ([1.0, 0.0, 0.0], 1),
-                _ if from.is_multiple_of(2) => ([0.5, 0.5, 0.0], 2),
-                _ => (odd(i), 3),
-            };
-            Self { first: 2 * i as usize, weights, count }
-        };
-        (0..half.max(1)).map(tap).collect()
-    }
-
-    /// The texel after the last.
-    pub const fn end(self) -> usize {
-        self.first + self.count
-    }
-
-    /// Texels and weights.
-    pub fn weighted(self) -> impl Iterator<Item = (usize, f32)> {
-        (0..self.count).map(move |i| (self.first + i, self.weights[i]))
-    }
-}
-
 /// For each of `to` texels, the texels of `from` that it covers, with weights that sum to 1.
 pub fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let (from, to) = (u64::from(from), u64::from(to));
@@ -207,36 +173,12 @@ pub fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     (0..to).map(cover).collect()
 }
 
-/// Area-weighted average of a level onto a smaller one.
-fn box_filter(level: &[Sums], from: [u32; 2], to: [u32; 2]) -> Vec<Sums> {
-    let [columns, rows] = from.map(Taps::of_level);
-    let mut filtered = Vec::with_capacity(to[0] as usize * to[1] as usize);
-    for row in &rows {
-        for column in &columns {
-            let mut sums = [0.0; 6];
-            for (y, wy) in row.weighted() {
-                for (x, wx) in column.weighted() {
-                    let (texel, weight) = (&level[y * from[0] as usize + x], wx * wy);
-                    sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += weight * v);
-                }
-            }
-            filtered.push(sums);
-        }
-    }
-    filtered
-}
-
-fn as_level(width: u32, height: u32, level: &[Sums]) -> MomentLevel {
-    let texel =
-        |&[x, y, xx, yy, xy, height]: &Sums| Moments { mean_slope: [x, y], second: [xx, yy], cross: xy, height };
-    MomentLevel { width, height, texels: level.iter().map(texel).collect() }
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::pyramid::Taps;
 
     fn map(width: u32, height: u32, f: impl Fn(f64, f64) -> f64) -> HeightMap {
         let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);

@@ -35,10 +35,12 @@ pub fn save_png_grey16(path: impl AsRef<Path>, map: &HeightMap, low: f32, high: 
     write_atomic(path, &bytes)
 }
 
-/// Saves full 32-bit float channels of one size as an EXR (ZIP, scanlines): pairs of a channel name such as `R`,
-/// `depth` or `color.R`, and `width * height` values. Fails when there is no channel, a name is empty or given
+/// A channel of an EXR: its name, such as `R`, `depth` or `color.R`, and `width * height` values.
+pub type Channel<'a> = (&'a str, &'a [f32]);
+
+/// Saves full 32-bit float channels of one size as an EXR (ZIP, scanlines). Fails when there is no channel, a name is empty or given
 /// twice, a length is wrong, or the file cannot be written. NaN and infinities are kept.
-pub fn save_exr(path: impl AsRef<Path>, width: u32, height: u32, channels: &[(&str, &[f32])]) -> Result<(), MapError> {
+pub fn save_exr(path: impl AsRef<Path>, width: u32, height: u32, channels: &[Channel<'_>]) -> Result<(), MapError> {
     let bytes = encode_exr(width, height, channels).map_err(|f| f.in_file(&path))?;
     write_atomic(path, &bytes)
 }
@@ -51,7 +53,7 @@ pub fn save_exr_rgb(path: impl AsRef<Path>, image: &RgbImage) -> Result<(), MapE
 
 /// The bytes of [`save_png_srgb8`].
 pub fn encode_png_srgb8(image: &Rgb8Image) -> Result<Vec<u8>, MapFault> {
-    encode_png(image.texels.as_flattened(), image.width, image.height, ExtendedColorType::Rgb8)
+    encode_png(image.texels.as_flattened(), [image.width, image.height], ExtendedColorType::Rgb8)
 }
 
 /// The bytes of [`save_png_grey16`].
@@ -60,24 +62,19 @@ pub fn encode_png_grey16(map: &HeightMap, low: f32, high: f32) -> Result<Vec<u8>
     // The float-to-integer cast saturates.
     let quantise = |h: f32| ((f64::from(h) - f64::from(low)) * scale).round() as u16;
     let samples: Vec<u8> = map.texels.iter().flat_map(|&h| quantise(h).to_ne_bytes()).collect();
-    encode_png(&samples, map.width, map.height, ExtendedColorType::L16)
+    encode_png(&samples, [map.width, map.height], ExtendedColorType::L16)
 }
 
-pub(super) fn encode_png(
-    samples: &[u8],
-    width: u32,
-    height: u32,
-    color: ExtendedColorType,
-) -> Result<Vec<u8>, MapFault> {
+pub(super) fn encode_png(samples: &[u8], size: [u32; 2], color: ExtendedColorType) -> Result<Vec<u8>, MapFault> {
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
-        .write_image(samples, width, height, color)
+        .write_image(samples, size[0], size[1], color)
         .map_err(|error| MapFault::unsupported(one_line(&error), "give an image of at least 1 x 1"))?;
     Ok(bytes)
 }
 
 /// The bytes of [`save_exr`].
-pub fn encode_exr(width: u32, height: u32, channels: &[(&str, &[f32])]) -> Result<Vec<u8>, MapFault> {
+pub fn encode_exr(width: u32, height: u32, channels: &[Channel<'_>]) -> Result<Vec<u8>, MapFault> {
     encode_exr_with(width, height, channels, LayerAttributes::default())
 }
 
@@ -85,19 +82,14 @@ pub fn encode_exr(width: u32, height: u32, channels: &[(&str, &[f32])]) -> Resul
 ///
 /// # Errors
 /// As [`save_exr`].
-pub fn encode_exr_of(
-    origin: &Origin,
-    width: u32,
-    height: u32,
-    channels: &[(&str, &[f32])],
-) -> Result<Vec<u8>, MapFault> {
+pub fn encode_exr_of(origin: &Origin, width: u32, height: u32, channels: &[Channel<'_>]) -> Result<Vec<u8>, MapFault> {
     encode_exr_with(width, height, channels, origin.exr_attributes())
 }
 
 fn encode_exr_with(
     width: u32,
     height: u32,
-    channels: &[(&str, &[f32])],
+    channels: &[Channel<'_>],
     attributes: LayerAttributes,
 ) -> Result<Vec<u8>, MapFault> {
     let refuse = |what: String| MapFault::unsupported(what, "give named, equally large channels");

@@ -127,9 +127,9 @@ pub(crate) struct BlockPlan {
     /// Channels of the map.
     channels: usize,
     /// What each channel of each layer holds; of each channel of the map, what is left over comes after it.
-    slots: Vec<Option<Slot>>,
+    pub slots: Vec<Option<Slot>>,
     /// A channel of the map is the sum of `value / factor + offset` over the slots that hold it.
-    scales: Vec<[f32; 2]>,
+    pub scales: Vec<[f32; 2]>,
 }
 
 impl BlockPlan {
@@ -154,16 +154,6 @@ impl BlockPlan {
     /// Number of layers.
     pub fn layers(&self) -> usize {
         self.slots.len() / 2
-    }
-
-    /// What each channel of each layer holds.
-    pub fn slots(&self) -> &[Option<Slot>] {
-        &self.slots
-    }
-
-    /// Factor and offset of each.
-    pub fn scales(&self) -> &[[f32; 2]] {
-        &self.scales
     }
 
     /// Encodes up to four rows of texels with interleaved channels: the blocks of each layer, and the rows as they will be read.
@@ -256,8 +246,8 @@ mod tests {
             }
         }
         // As a file tells it.
-        let [factors, offsets] = [0, 1].map(|i| plan.scales().iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
-        assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots().to_vec(), &factors, &offsets), plan);
+        let [factors, offsets] = [0, 1].map(|i| plan.scales.iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
+        assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots.clone(), &factors, &offsets), plan);
     }
 
     #[test]

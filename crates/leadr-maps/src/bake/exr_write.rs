@@ -15,9 +15,9 @@ use exr::prelude::{
 use half::f16;
 
 use super::keys::keys;
-use super::pyramid::level_sizes;
 use super::{Layout, Plan, Precision, Report, Target};
 use crate::fault::one_line;
+use crate::pyramid::level_sizes;
 use crate::{MapFault, Wrap, limits};
 
 /// Levels on their way to a file.

@@ -127,8 +127,11 @@ impl Inputs {
     pub(super) fn moments(&self, scale: f32, y: u32) -> Vec<[f32; 6]> {
         match (&self.heights, &self.normals) {
             (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
-            // Of slopes in 32 bits, as the renderer squares them.
-            _ => self.slopes(scale, y).into_iter().map(|s| s.map(|v| v as f32)).map(of_slope).collect(),
+            _ => {
+                // Of slopes in 32 bits, as the renderer squares them.
+                let narrow = self.slopes(scale, y).into_iter().map(|slope| slope.map(|v| v as f32));
+                narrow.map(|[x, y, height]| [x, y, x * x, y * y, x * y, height]).collect()
+            }
         }
     }
 
@@ -215,9 +218,4 @@ impl Inputs {
         let steepest = (0..map.height).into_par_iter().map(row).reduce(|| 0.0, f64::max);
         [steepest * scale.abs(), highest * scale.abs()]
     }
-}
-
-/// Moments of a single slope, and a height.
-fn of_slope([x, y, height]: [f32; 3]) -> [f32; 6] {
-    [x, y, x * x, y * y, x * y, height]
 }

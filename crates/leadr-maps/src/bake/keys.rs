@@ -1,9 +1,9 @@
 //! What a file says of itself, as texts under names: the same in KTX2 and in EXR.
 
 use super::blocks::{Slot, rest_name, stored_names};
-use super::pyramid::level_sizes;
 use super::{Kind, Plan, Report};
 use crate::Wrap;
+use crate::pyramid::level_sizes;
 
 /// The names and texts, in no order. `slots`: which channel of the plan each channel of the file holds. Texts have the same length
 /// whatever `report` says.
@@ -30,19 +30,21 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
         (true, false) => "map",
         (true, true) => "width",
     };
-    let (mut channels, mut factors, mut offsets) =
-        (per_slot(&|c| plan.channels[c].to_owned(), "-"), per_slot(&|c| format!("{:e}", plan.factors[c]), "1e0"), None);
-    if let Some(blocks) = &plan.blocks {
-        let own: Vec<String> = plan.channels.iter().map(|&name| name.to_owned()).collect();
-        let names = stored_names(plan.kind, &own);
-        let name = |(channel, rest): Slot| rest_name(&names[channel], rest);
-        let named: Vec<String> = blocks.slots().iter().map(|slot| slot.map_or("-".to_owned(), name)).collect();
-        let numbers =
-            |i: usize| blocks.scales().iter().map(|scale| format!("{:e}", scale[i])).collect::<Vec<_>>().join(" ");
-        channels = named.join(" ");
-        factors = numbers(0);
-        offsets = Some(numbers(1));
-    }
+    let (channels, factors, offsets) = match &plan.blocks {
+        None => {
+            let channels = per_slot(&|c| plan.channels[c].to_owned(), "-");
+            (channels, per_slot(&|c| format!("{:e}", plan.factors[c]), "1e0"), None)
+        }
+        Some(blocks) => {
+            let own: Vec<String> = plan.channels.iter().map(|&name| name.to_owned()).collect();
+            let names = stored_names(plan.kind, &own);
+            let name = |(channel, rest): Slot| rest_name(&names[channel], rest);
+            let named: Vec<String> = blocks.slots.iter().map(|slot| slot.map_or("-".to_owned(), name)).collect();
+            let numbers =
+                |i: usize| blocks.scales.iter().map(|scale| format!("{:e}", scale[i])).collect::<Vec<_>>().join(" ");
+            (named.join(" "), numbers(0), Some(numbers(1)))
+        }
+    };
     let mut keys = vec![
         ("leadr.channels", channels),
         ("leadr.error", errors.join(" ")),

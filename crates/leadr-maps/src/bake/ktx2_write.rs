@@ -13,8 +13,8 @@ use ktx2::{Format, Header, Index, LevelIndex};
 
 use super::blocks::BlockPlan;
 use super::keys::{keys, packed};
-use super::pyramid::level_sizes;
 use super::{Plan, Precision, Report, Target};
+use crate::pyramid::level_sizes;
 use crate::{MapFault, bc5};
 
 /// Formats of floats, by channels.

@@ -17,7 +17,6 @@ mod kind;
 pub(super) mod ktx2_write;
 mod normals;
 mod png_write;
-mod pyramid;
 mod report;
 mod resample;
 mod work;

@@ -55,7 +55,7 @@ impl<'a> PngFile<'a> {
             3 => ExtendedColorType::Rgb16,
             _ => ExtendedColorType::Rgba16,
         };
-        let bytes = encode_png(&samples, self.plan.size[0], self.plan.size[1], color)?;
+        let bytes = encode_png(&samples, self.plan.size, color)?;
         file.write_all(&bytes).map_err(MapFault::io("cannot be written"))
     }
 }

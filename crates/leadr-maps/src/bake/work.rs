@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use super::blocks::{self, BlockPlan};
 use super::kind::{HEIGHT_REST, OIIO_CHANNELS};
 use super::normals::{self, GlossOfLack};
-use super::pyramid::{Pyramid, Row, level_sizes};
 use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
-use crate::{HeightMap, MapFault, Wrap, bc5, halves};
+use crate::halves::{self, half};
+use crate::pyramid::{Pyramid, Row, level_sizes};
+use crate::{HeightMap, MapFault, Wrap, bc5};
 
 /// Rows that are worked on at once.
 const BAND: u32 = 64;
@@ -215,28 +216,28 @@ impl Plan {
 #[derive(Clone, Copy)]
 struct Sums {
     sums: [f64; 6],
-    low: [f64; 3],
-    high: [f64; 3],
+    /// Of slopes along `s` and `t`, and heights.
+    ranges: [[f64; 2]; 3],
 }
 
 impl Default for Sums {
     fn default() -> Self {
-        Self { sums: [0.0; 6], low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] }
+        Self { sums: [0.0; 6], ranges: [[f64::INFINITY, f64::NEG_INFINITY]; 3] }
     }
 }
 
 impl Sums {
     fn add(&mut self, m: [f64; 6]) {
         self.sums.iter_mut().zip(m).for_each(|(sum, v)| *sum += v);
-        for (i, v) in [m[0], m[1], m[5]].into_iter().enumerate() {
-            (self.low[i], self.high[i]) = (self.low[i].min(v), self.high[i].max(v));
+        for (range, v) in self.ranges.iter_mut().zip([m[0], m[1], m[5]]) {
+            *range = [range[0].min(v), range[1].max(v)];
         }
     }
 
     fn join(&mut self, other: &Self) {
         self.sums.iter_mut().zip(other.sums).for_each(|(sum, v)| *sum += v);
-        for i in 0..3 {
-            (self.low[i], self.high[i]) = (self.low[i].min(other.low[i]), self.high[i].max(other.high[i]));
+        for (range, other) in self.ranges.iter_mut().zip(other.ranges) {
+            *range = [range[0].min(other[0]), range[1].max(other[1])];
         }
     }
 }
@@ -354,7 +355,6 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
     }
     let count = f64::from(width) * f64::from(height);
     let [x, y, xx, yy, xy, _] = sums.sums.map(|sum| sum / count);
-    let range = |i: usize| [sums.low[i], sums.high[i]];
     let texels = |[w, h]: &[u32; 2]| f64::from(*w) * f64::from(*h);
     let whole = &differences[levels.len() - 1];
     let errors = differences.iter().zip(&levels).map(|(d, size)| d.error(texels(size), &differences[0], count, whole));
@@ -363,8 +363,8 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
         levels,
         mean_slope: [x, y],
         slope_variance: [(xx - x * x).max(0.0), (yy - y * y).max(0.0), xy - x * y],
-        slope_range: [range(0), range(1)],
-        height_range: range(2),
+        slope_range: [sums.ranges[0], sums.ranges[1]],
+        height_range: sums.ranges[2],
         channel_ranges: ranges,
     })
 }
@@ -382,7 +382,7 @@ impl Plan {
             _ => {}
         }
         if let Some((height, rest)) = self.height_and_rest() {
-            stored.chunks_exact_mut(self.channels.len()).for_each(|t| t[rest] = t[height] - half(t[height]));
+            stored.chunks_exact_mut(self.channels.len()).for_each(|t| t[rest] = t[height] - half(t[height]).to_f32());
         }
         stored
     }
@@ -390,19 +390,14 @@ impl Plan {
     /// As 16-bit floats hold them. Where second moments are kept, they follow the means as those are rounded.
     fn halves(&self, row: &Row) -> Vec<f32> {
         if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
-            return row.iter().map(|&v| half(v)).collect();
+            return row.iter().map(|&v| half(v).to_f32()).collect();
         }
         let mut stored = Vec::with_capacity(row.len());
         for texel in row.chunks_exact(self.channels.len()) {
             let ([x, y, xx, yy], xy) = halves::nearest([texel[0], texel[1], texel[2], texel[3]], texel[4]);
             stored.extend([x, y, xx, yy, xy].map(f16::to_f32));
-            stored.extend(texel[5..].iter().map(|&v| half(v)));
+            stored.extend(texel[5..].iter().map(|&v| half(v).to_f32()));
         }
         stored
     }
-}
-
-/// The nearest 16-bit float.
-fn half(v: f32) -> f32 {
-    f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32()
 }

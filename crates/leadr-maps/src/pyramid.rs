@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 use rayon::prelude::*;
 
 use crate::MapFault;
-use crate::moments::Taps;
 
 /// A row of texels, channels interleaved.
 pub(super) type Row = Vec<f32>;
@@ -22,6 +21,41 @@ pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     sizes
 }
 
+/// The texels of a level under one of the next, along an axis: the first, and their weights, which sum to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Taps {
+    pub first: usize,
+    weights: [f32; 3],
+    count: usize,
+}
+
+impl Taps {
+    /// Those of each texel of the level that follows one of `from` texels.
+    pub fn of_level(from: u32) -> Vec<Self> {
+        let half = from / 2;
+        let odd = |i: u32| [half - i, half, i + 1].map(|weight| weight as f32 * (1.0 / from as f32));
+        let tap = |i: u32| {
+            let (weights, count) = match from {
+                1 => ([1.0, 0.0, 0.0], 1),
+                _ if from.is_multiple_of(2) => ([0.5, 0.5, 0.0], 2),
+                _ => (odd(i), 3),
+            };
+            Self { first: 2 * i as usize, weights, count }
+        };
+        (0..half.max(1)).map(tap).collect()
+    }
+
+    /// The texel after the last.
+    pub const fn end(self) -> usize {
+        self.first + self.count
+    }
+
+    /// Texels and weights.
+    pub fn weighted(self) -> impl Iterator<Item = (usize, f32)> {
+        (0..self.count).map(move |i| (self.first + i, self.weights[i]))
+    }
+}
+
 /// A level on its way to the next.
 struct Step {
     /// Texels and weights of each column, and of each row, of the next level.
@@ -34,7 +68,7 @@ struct Step {
     next: usize,
 }
 
-/// Averages by area, as [`crate::LeadrMap`] does, in the same order and so with the same bits.
+/// Averages by area, in the order in which the moments pass does, and so with the same bits.
 pub(super) struct Pyramid {
     channels: usize,
     steps: Vec<Step>,
