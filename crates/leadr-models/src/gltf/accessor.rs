@@ -78,34 +78,29 @@ pub(super) enum Component {
 }
 
 impl Component {
+    const ALL: [Self; 6] = [Self::I8, Self::U8, Self::I16, Self::U16, Self::U32, Self::F32];
+
     fn of_code(code: u64) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
+        Self::ALL.into_iter().find(|component| component.facts().0 == code)
     }
 
     const fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
+        self.facts().1
     }
 
     const fn name(self) -> &'static str {
+        self.facts().2
+    }
+
+    /// Its code in glTF, its bytes, and what it is in words.
+    const fn facts(self) -> (u64, usize, &'static str) {
         match self {
-            Self::I8 => "signed bytes",
-            Self::U8 => "bytes",
-            Self::I16 => "signed 16-bit numbers",
-            Self::U16 => "16-bit numbers",
-            Self::U32 => "32-bit numbers",
-            Self::F32 => "floats",
+            Self::I8 => (5120, 1, "signed bytes"),
+            Self::U8 => (5121, 1, "bytes"),
+            Self::I16 => (5122, 2, "signed 16-bit numbers"),
+            Self::U16 => (5123, 2, "16-bit numbers"),
+            Self::U32 => (5125, 4, "32-bit numbers"),
+            Self::F32 => (5126, 4, "floats"),
         }
     }
 }

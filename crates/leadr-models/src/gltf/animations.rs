@@ -1,6 +1,7 @@
 //! Animations: curves whose times increase and whose values fit what they move.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::Quat;
 
@@ -57,25 +58,30 @@ impl Reader<'_> {
             let sampler = &mut samplers[channel.required("sampler", sampler)?];
             let target = channel.required("target", channel.item("target")?)?;
             let Some((node, property)) = self.target(&target)? else { continue };
+            let width = self.width(&target, node, property)?;
             let curve = match sampler.curve {
                 Some((curve, same)) if same == property => curve,
                 _ => {
-                    let width = self.width(&target, node, property)?;
                     animation.curves.push(self.curve(sampler, property, width)?);
                     animation.curves.len() - 1
                 }
             };
             sampler.curve = Some((curve, property));
-            if animation.curves[curve].width != self.width(&target, node, property)? {
+            if animation.curves[curve].width != width {
                 return Err(target.fault("its sampler moves another number of morph targets"));
             }
-            if let Some(place) = seen.insert((node, property), animation.channels.len()) {
-                self.source.remark(format!("{}: moves what an earlier channel moves, and replaces it", channel.place));
-                seen.insert((node, property), place);
-                animation.channels[place] = Channel { node, property, curve };
-                continue;
+            let moved = Channel { node, property, curve };
+            match seen.entry((node, property)) {
+                Entry::Vacant(first) => {
+                    first.insert(animation.channels.len());
+                    animation.channels.push(moved);
+                }
+                Entry::Occupied(earlier) => {
+                    let place = channel.place;
+                    self.source.remark(format!("{place}: moves what an earlier channel moves, and replaces it"));
+                    animation.channels[*earlier.get()] = moved;
+                }
             }
-            animation.channels.push(Channel { node, property, curve });
         }
         let ends = animation.curves.iter().filter_map(|curve| curve.times.last());
         animation.duration = ends.fold(0.0, |end: f32, &t| end.max(t));

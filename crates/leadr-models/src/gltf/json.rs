@@ -189,14 +189,9 @@ impl<'a> Item<'a> {
         self.list(key, "an array")?.iter().enumerate().map(item).collect()
     }
 
-    /// Whether an array stands there, or nothing.
-    pub(super) fn is_list(&self, key: &str) -> bool {
-        self.object.get(key).is_none_or(|value| value.as_list().is_some())
-    }
-
     /// How many values an array has; 0 if there is none.
-    pub(super) fn length(&self, key: &str) -> usize {
-        self.object.get(key).and_then(Value::as_list).map_or(0, <[_]>::len)
+    pub(super) fn length(&self, key: &str) -> Read<usize> {
+        Ok(self.list(key, "an array")?.len())
     }
 
     /// The strings of an array.

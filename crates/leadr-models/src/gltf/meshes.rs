@@ -21,7 +21,7 @@ pub(super) struct Meshes {
 /// Reads all meshes.
 pub(super) fn read(source: &Source<'_>) -> Read<Meshes> {
     let mut all = Meshes { meshes: Vec::new(), weights: Vec::new(), use_default_material: false };
-    let materials = source.root.length("materials");
+    let materials = source.root.length("materials")?;
     for item in source.root.items("meshes", "mesh")? {
         let (mesh, weights) = read_mesh(source, &item, materials)?;
         all.use_default_material |= mesh.primitives.iter().any(|p| p.material == materials);
@@ -34,7 +34,7 @@ pub(super) fn read(source: &Source<'_>) -> Read<Meshes> {
 fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Mesh, Vec<f32>)> {
     let primitives = item.items("primitives", "primitive")?;
     let Some(first) = primitives.first() else { return Err(item.fault("has no primitives")) };
-    let target_count = first.length("targets");
+    let target_count = first.length("targets")?;
     if target_count > MAX_TARGETS {
         return Err(item.fault(format!("has {target_count} morph targets, the limit is {MAX_TARGETS}")));
     }
@@ -44,7 +44,7 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     let target_names = names.into_iter().map(str::to_owned).collect();
     let mut mesh = Mesh { name: item.name()?, primitives: Vec::new(), target_count, target_names };
     for primitive in &primitives {
-        if primitive.length("targets") != target_count {
+        if primitive.length("targets")? != target_count {
             return Err(primitive.fault("does not have as many morph targets as the mesh's first primitive"));
         }
         mesh.primitives.extend(Reader { source, item: primitive }.read(materials)?);

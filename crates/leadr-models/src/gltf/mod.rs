@@ -28,32 +28,11 @@ use super::model::Model;
 
 pub use extensions::READ as EXTENSIONS_READ;
 
-/// The lists that a model may have.
-const LISTS: [&str; 14] = [
-    "accessors",
-    "animations",
-    "buffers",
-    "bufferViews",
-    "cameras",
-    "images",
-    "materials",
-    "meshes",
-    "nodes",
-    "samplers",
-    "scenes",
-    "skins",
-    "textures",
-    "extensionsUsed",
-];
-
 /// Reads a model from the bytes of its file; other files are looked for in `folder`.
 pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: bool) -> Read<Model> {
     let container = glb::open(bytes)?;
     let json = value::parse(container.json)?;
     let root = Item::root(&json);
-    if let Some(wrong) = LISTS.iter().find(|list| !root.is_list(list)) {
-        return Err(root.fault(format!("`{wrong}` must be an array")));
-    }
     // Before files are read: a fault of the model itself is worth more than the news that a file is missing.
     nodes::default_scene(&root)?;
     let buffers = source::buffers(&root, container.binary, folder)?;

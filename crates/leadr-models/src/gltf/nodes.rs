@@ -45,7 +45,7 @@ impl Reader<'_> {
     fn read(&self, item: &Item<'_>) -> Read<Node> {
         let root = &self.source.root;
         let mesh = item.index("mesh", "mesh", self.meshes.meshes.len())?;
-        let mut skin = item.index("skin", "skin", root.length("skins"))?;
+        let mut skin = item.index("skin", "skin", root.length("skins")?)?;
         let light = match item.extension(LIGHTS)? {
             Some(extension) => extension.index("light", "light", self.lights)?,
             None => None,
@@ -70,7 +70,7 @@ impl Reader<'_> {
             transform: self.transform(item)?,
             mesh,
             skin,
-            camera: item.index("camera", "camera", root.length("cameras"))?,
+            camera: item.index("camera", "camera", root.length("cameras")?)?,
             light,
             weights,
         })
@@ -164,5 +164,5 @@ pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoot
 
 /// Which scene comes first, if the file says.
 pub(super) fn default_scene(root: &Item<'_>) -> Read<Option<usize>> {
-    root.index("scene", "scene", root.length("scenes"))
+    root.index("scene", "scene", root.length("scenes")?)
 }

@@ -19,8 +19,8 @@ pub(super) fn read(source: &Source<'_>) -> Read<Vec<Skin>> {
 }
 
 fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
-    let nodes = source.root.length("nodes");
-    let count = item.length("joints");
+    let nodes = source.root.length("nodes")?;
+    let count = item.length("joints")?;
     if count > MAX_JOINTS {
         return Err(item.fault(format!("has {count} joints, the limit is {MAX_JOINTS}")));
     }

@@ -9,7 +9,6 @@ use super::extensions::TEXTURE_TRANSFORM;
 use super::images::{self, Image};
 use super::json::{Item, Read};
 use super::source::Source;
-use crate::fault::ModelFault;
 use crate::limits::COORDINATES;
 use leadr_maps::material::{Encoding, Raster, Samples, Texture, TextureWrap};
 
@@ -77,8 +76,8 @@ impl<'a> Textures<'a> {
         }
         let raster = match (raster, purpose) {
             (Some(raster), _) => raster,
-            (None, Purpose::Color) => Arc::new(checks()?),
-            (None, Purpose::Number) => Arc::new(white()?),
+            (None, Purpose::Color) => checks(),
+            (None, Purpose::Number) => white(),
             (None, Purpose::Direction) => return Ok(None),
         };
         let (coordinates, transform) = coordinates(&info)?;
@@ -118,18 +117,17 @@ fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
 }
 
 /// What is shown where colours cannot be had: nobody takes it for the model's own, and no light makes it glare.
-fn checks() -> Read<Raster> {
+fn checks() -> Arc<Raster> {
     const SIDE: u32 = 8;
     let texel = |i: u32| if (i % SIDE + i / SIDE).is_multiple_of(2) { [200, 0, 200] } else { [40, 40, 40] };
     made(SIDE, (0..SIDE * SIDE).flat_map(texel).collect())
 }
 
 /// What is shown where numbers cannot be had: the material's factor alone.
-fn white() -> Read<Raster> {
+fn white() -> Arc<Raster> {
     made(1, vec![255; 3])
 }
 
-fn made(side: u32, texels: Vec<u8>) -> Read<Raster> {
-    Raster::new(side, side, 3, Samples::U8(texels))
-        .map_err(|fault| ModelFault::Image { place: "the replacement".into(), fault })
+fn made(side: u32, texels: Vec<u8>) -> Arc<Raster> {
+    Arc::new(Raster::new(side, side, 3, Samples::U8(texels)).expect("three codes for each texel"))
 }
