@@ -20,9 +20,7 @@ impl<'a> Bytes<'a> {
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], MapFault> {
-        let mut array = [0; N];
-        array.copy_from_slice(self.take(N)?);
-        Ok(array)
+        Ok(self.take(N)?.try_into().expect("as many bytes were taken"))
     }
 
     pub fn u8(&mut self) -> Result<u8, MapFault> {
@@ -44,5 +42,5 @@ impl<'a> Bytes<'a> {
 
 /// Doubles, one after the other.
 pub fn doubles(bytes: &[u8]) -> impl Iterator<Item = f64> + '_ {
-    bytes.chunks_exact(8).map(|chunk| f64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|i| chunk[i])))
+    bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk))
 }

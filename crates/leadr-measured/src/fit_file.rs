@@ -95,13 +95,13 @@ impl FitFile {
     /// # Errors
     /// As [`Self::load`].
     pub fn from_json(value: &Value) -> Result<Self, MapFault> {
-        let other =
-            |what: String| MapFault::Unsupported { what, remedy: "give a file that leadr fit wrote".to_owned() };
+        const REMEDY: &str = "give a file that leadr fit wrote";
         if value["format"].as_str() != Some(FORMAT) {
-            return Err(other("it is no fitted material".to_owned()));
+            return Err(MapFault::unsupported("it is no fitted material", REMEDY));
         }
         if value["version"].as_u64() != Some(VERSION) {
-            return Err(other(format!("its version is {}, and {VERSION} is read", value["version"])));
+            let what = format!("its version is {}, and {VERSION} is read", value["version"]);
+            return Err(MapFault::unsupported(what, REMEDY));
         }
         let name = value["masking"].as_str().unwrap_or_default();
         let masking = MASKINGS.iter().find(|(known, _)| *known == name).map(|(_, form)| *form);
@@ -145,14 +145,18 @@ fn number(value: &Value, name: &str, least: f64, most: f64) -> Result<f64, MapFa
     number.ok_or_else(|| MapFault::damaged(format!("'{name}' holds what is no number from {least} to {most}")))
 }
 
-fn color(value: &Value, name: &str) -> Result<DVec3, MapFault> {
+fn numbers(value: &Value, name: &str, least: [f64; 3], most: f64) -> Result<DVec3, MapFault> {
     match value.as_array().map(Vec::as_slice) {
-        Some([r, g, b]) => {
-            let channel = |c| number(c, name, 0.0, 1.0);
-            Ok(DVec3::new(channel(r)?, channel(g)?, channel(b)?))
+        Some([x, y, z]) => {
+            let of = |value, axis: usize| number(value, name, least[axis], most);
+            Ok(DVec3::new(of(x, 0)?, of(y, 1)?, of(z, 2)?))
         }
-        _ => Err(MapFault::damaged(format!("'{name}' is no linear RGB"))),
+        _ => Err(MapFault::damaged(format!("'{name}' is no array of three numbers"))),
     }
+}
+
+fn color(value: &Value, name: &str) -> Result<DVec3, MapFault> {
+    numbers(value, name, [0.0; 3], 1.0)
 }
 
 fn densities(values: &[Value]) -> Result<Vec<f64>, MapFault> {
@@ -164,17 +168,11 @@ fn densities(values: &[Value]) -> Result<Vec<f64>, MapFault> {
 
 fn lobe(value: &Value) -> Result<Lobe, MapFault> {
     let share = number(&value["share"], "share", 0.0, 1.0)?;
-    match value["covariance"].as_array().map(Vec::as_slice) {
-        Some([xx, yy, xy]) => {
-            let of = |c, least| number(c, "covariance", least, 1e12);
-            let covariance = DVec3::new(of(xx, 0.0)?, of(yy, 0.0)?, of(xy, -1e12)?);
-            if covariance.z * covariance.z > covariance.x * covariance.y {
-                return Err(MapFault::damaged("a lobe's covariance is none"));
-            }
-            Ok(Lobe { share, covariance })
-        }
-        _ => Err(MapFault::damaged("a lobe has no 'covariance' of three numbers")),
+    let covariance = numbers(&value["covariance"], "covariance", [0.0, 0.0, -1e12], 1e12)?;
+    if covariance.z * covariance.z > covariance.x * covariance.y {
+        return Err(MapFault::damaged("a lobe's covariance is none"));
     }
+    Ok(Lobe { share, covariance })
 }
 
 #[cfg(test)]

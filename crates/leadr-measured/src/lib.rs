@@ -110,7 +110,7 @@ fn unrecognised(file: &Path, bytes: &[u8]) -> MapFault {
     } else {
         "it is no measured material".to_owned()
     };
-    MapFault::Unsupported { what, remedy: format!("give {EXPECTED}") }
+    MapFault::unsupported(what, format!("give {EXPECTED}"))
 }
 
 impl Brdf for Measured {

@@ -8,9 +8,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 
-use super::bytes::{Bytes, doubles};
-use super::values::reflectance;
-use leadr_maps::{MapFault, limits};
+use super::bytes::Bytes;
+use super::values::{around, planes, polar, reflectance};
+use leadr_maps::MapFault;
 use leadr_reflectance::materials::half_difference::directions_to_half_difference;
 
 /// Entries along `θ_h`, `θ_d` and `φ_d`.
@@ -56,40 +56,32 @@ impl Merl {
         if !is_merl(bytes) {
             return Err(MapFault::damaged(fault_of_start(bytes)));
         }
-        let mut values: Vec<[f32; 3]> = limits::zeroed(ENTRIES)?;
-        for (i, value) in doubles(&bytes[12..]).enumerate() {
-            let (channel, entry) = (i / ENTRIES, i % ENTRIES);
+        let values = planes(&bytes[12..], ENTRIES, |channel, entry, value| {
             let name = || {
                 let [_, d, p] = SIZE;
                 let (h, d, p) = (entry / (d * p), entry / p % d, entry % p);
                 format!("{} at entry {h}, {d}, {p}", ["R", "G", "B"][channel])
             };
             let scaled = SCALE[channel] * value;
-            values[entry][channel] = if scaled < 0.0 { -1.0 } else { reflectance(scaled, name)? as f32 };
-        }
+            if scaled < 0.0 { Ok(-1.0) } else { reflectance(scaled, name) }
+        })?;
         Ok(Self { values })
     }
 
     /// `f_r` of two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
-        let theta_h = p.wh.truncate().length().atan2(p.wh.z);
-        let theta_d = p.wd.truncate().length().atan2(p.wd.z);
         let phi_d = p.wd.y.atan2(p.wd.x).rem_euclid(PI);
-        let places = [(theta_h / FRAC_PI_2).sqrt() * 90.0, theta_d / FRAC_PI_2 * 90.0, phi_d / PI * 180.0];
+        let places = [(polar(p.wh) / FRAC_PI_2).sqrt() * 90.0, polar(p.wd) / FRAC_PI_2 * 90.0, phi_d / PI * 180.0];
+        let axes = [0, 1, 2].map(|axis| {
+            let (place, size) = (places[axis], SIZE[axis]);
+            let low = (place.max(0.0) as usize).min(size - 1);
+            // φ_d comes round; beyond the last of the others there is nothing.
+            let high = if axis == 2 { (low + 1) % size } else { (low + 1).min(size - 1) };
+            (size, [low, high], (place - low as f64).clamp(0.0, 1.0))
+        });
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-        for corner in 0..8usize {
-            let (mut index, mut share) = (0, 1.0);
-            for (axis, &place) in places.iter().enumerate() {
-                let low = (place.max(0.0) as usize).min(SIZE[axis] - 1);
-                let t = (place - low as f64).clamp(0.0, 1.0);
-                let high = corner >> axis & 1 == 1;
-                share *= if high { t } else { 1.0 - t };
-                let i = low + usize::from(high);
-                // φ_d comes round; beyond the last of the others there is nothing.
-                let i = if axis == 2 { i % SIZE[axis] } else { i.min(SIZE[axis] - 1) };
-                index = index * SIZE[axis] + i;
-            }
+        for (index, share) in around(axes) {
             let value = self.values[index];
             if share > 0.0 && value.iter().all(|&c| c >= 0.0) {
                 sum += share * DVec3::from_array(value.map(f64::from));

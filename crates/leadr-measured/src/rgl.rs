@@ -14,7 +14,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::{DVec2, DVec3};
 
 use super::bytes::Bytes;
-use super::values::bracket;
+use super::values::{bracket, polar};
 use leadr_maps::MapFault;
 
 const MAGIC: &[u8] = b"tensor_file\0";
@@ -35,8 +35,8 @@ pub struct Rgl {
     sigma: Grid,
     /// Visible normals, for each direction of light.
     visible: Vec<Warp>,
-    /// R, G and B for each direction of light.
-    values: Vec<[Grid; 3]>,
+    /// R, G and B, one after the other, for each direction of light.
+    values: Vec<Grid>,
 }
 
 /// Whether a file begins as a tensor file.
@@ -86,16 +86,6 @@ struct Warp {
     rows_before: Vec<f64>,
 }
 
-/// What a [`Warp`] knows of a place, so that several can be blended.
-#[derive(Clone, Copy, Default)]
-struct Shares {
-    /// Of the square, before the place's row.
-    rows: f64,
-    /// Of its row, before the place and in all.
-    before: f64,
-    row: f64,
-}
-
 impl Warp {
     fn new(mut density: Grid) -> Self {
         let (w, h) = (density.width, density.height());
@@ -119,18 +109,18 @@ impl Warp {
         Self { density, before, rows_before }
     }
 
-    fn shares(&self, at: DVec2) -> Shares {
+    /// Shares that are linear in the density, so that those of several can be blended: of the square, before the place's row; of that
+    /// row, before the place and in all.
+    fn shares(&self, at: DVec2) -> DVec3 {
         let (x, y, fx, fy) = self.density.place(at);
         let w = self.density.width;
         let mix = |a: f64, b: f64| (1.0 - fy) * a + fy * b;
         let (this, next) = (self.before[(y + 1) * w - 1], self.before[(y + 2) * w - 1]);
         let density = |x| mix(self.density.get(x, y), self.density.get(x, y + 1));
         let (from, to) = (density(x), density(x + 1));
-        Shares {
-            rows: self.rows_before[y] + fy * (this + 0.5 * fy * (next - this)),
-            before: mix(self.before[y * w + x], self.before[(y + 1) * w + x]) + fx * (from + 0.5 * fx * (to - from)),
-            row: mix(this, next),
-        }
+        let rows = self.rows_before[y] + fy * (this + 0.5 * fy * (next - this));
+        let before = mix(self.before[y * w + x], self.before[(y + 1) * w + x]) + fx * (from + 0.5 * fx * (to - from));
+        DVec3::new(rows, before, mix(this, next))
     }
 }
 
@@ -152,28 +142,19 @@ impl Rgl {
     pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
         let fields = Fields::read(bytes)?;
         if fields.find("rgb").is_none() && fields.find("spectra").is_some() {
-            return Err(MapFault::Unsupported {
-                what: "it holds spectra".to_owned(),
-                remedy: "download its _rgb.bsdf from the database".to_owned(),
-            });
+            return Err(MapFault::unsupported("it holds spectra", "download its _rgb.bsdf from the database"));
         }
         let [phi_i, theta_i] = ["phi_i", "theta_i"].map(|name| fields.axis(name));
         let (phi_i, theta_i) = (phi_i?, theta_i?);
-        let lights = phi_i.len() * theta_i.len();
         let grids = |name: &str, leading: &[usize]| fields.grids(name, leading);
         let one = |name: &str| -> Result<Grid, MapFault> { Ok(grids(name, &[])?.remove(0)) };
         let visible = grids("vndf", &[phi_i.len(), theta_i.len()])?.into_iter().map(Warp::new).collect();
-        let mut channels = grids("rgb", &[phi_i.len(), theta_i.len(), 3])?.into_iter();
-        let mut values = Vec::with_capacity(lights);
-        while let (Some(r), Some(g), Some(b)) = (channels.next(), channels.next(), channels.next()) {
-            values.push([r, g, b]);
-        }
+        let values = grids("rgb", &[phi_i.len(), theta_i.len(), 3])?;
         let turned = phi_i[phi_i.len() - 1] - phi_i[0];
         let reduction = if phi_i.len() <= 2 { 1 } else { (TAU / turned).round().clamp(1.0, 4.0) as u32 };
         if reduction == 3 {
-            return Err(MapFault::damaged(format!(
-                "its phi_i go through {turned} radians, which is no half or quarter turn"
-            )));
+            let what = format!("its phi_i go through {turned} radians, which is no half or quarter turn");
+            return Err(MapFault::damaged(what));
         }
         let text = fields.bytes("description").unwrap_or_default();
         let description = String::from_utf8_lossy(text).trim_end_matches('\0').trim().to_owned();
@@ -202,7 +183,7 @@ impl Rgl {
         };
         let (wo, wi) = (turn(wo, flip_x, flip_y), turn(wi, flip_x, flip_y));
         let wm = (wo + wi).normalize_or(DVec3::Z);
-        let angles = |w: DVec3| (w.truncate().length().atan2(w.z), w.y.atan2(w.x));
+        let angles = |w: DVec3| (polar(w), w.y.atan2(w.x));
         let ((theta_i, phi_i), (theta_m, phi_m)) = (angles(wi), angles(wm));
         let place = |theta: f64, phi: f64| DVec2::new((theta / FRAC_PI_2).sqrt(), ((phi + PI) / TAU).rem_euclid(1.0));
         let to_m = place(theta_m, if self.is_isotropic() { phi_m - phi_i } else { phi_m });
@@ -217,15 +198,10 @@ impl Rgl {
             (index(p1, t1), p * t),
         ];
         let around = || around.into_iter().filter(|(_, weight)| *weight > 0.0);
-        let mut shares = Shares::default();
-        for (i, weight) in around() {
-            let Shares { rows, before, row } = self.visible[i].shares(to_m);
-            shares.rows += weight * rows;
-            shares.before += weight * before;
-            shares.row += weight * row;
-        }
-        let u = DVec2::new(shares.before / shares.row.max(1e-30), shares.rows);
-        let channel = |c: usize| around().map(|(i, weight)| weight * self.values[i][c].at(u)).sum::<f64>();
+        let shares = around().map(|(i, weight)| weight * self.visible[i].shares(to_m));
+        let [rows, before, row] = shares.fold(DVec3::ZERO, |sum, share| sum + share).to_array();
+        let u = DVec2::new(before / row.max(1e-30), rows);
+        let channel = |c: usize| around().map(|(i, weight)| weight * self.values[3 * i + c].at(u)).sum::<f64>();
         let scale = if self.jacobian {
             self.ndf.at(to_m) / (4.0 * self.sigma.at(place(theta_i, phi_i)).max(1e-9))
         } else {
@@ -258,12 +234,10 @@ impl<'a> Fields<'a> {
     fn read(bytes: &'a [u8]) -> Result<Self, MapFault> {
         let mut from = Bytes::new(bytes);
         from.take(MAGIC.len())?;
-        let version = (from.u8()?, from.u8()?);
-        if version.0 != 1 {
-            return Err(MapFault::Unsupported {
-                what: format!("it is a tensor file of version {}.{}", version.0, version.1),
-                remedy: "version 1 is read".to_owned(),
-            });
+        let [major, minor] = [from.u8()?, from.u8()?];
+        if major != 1 {
+            let what = format!("it is a tensor file of version {major}.{minor}");
+            return Err(MapFault::unsupported(what, "version 1 is read"));
         }
         let count = from.u32()?;
         if count > MOST_FIELDS {
@@ -286,8 +260,7 @@ impl<'a> Fields<'a> {
         if field.kind != FLOAT {
             return Err(MapFault::damaged(format!("its array '{name}' is not of 32-bit floats")));
         }
-        let floats: Vec<f32> =
-            field.bytes.chunks_exact(4).map(|chunk| f32::from_le_bytes([0, 1, 2, 3].map(|i| chunk[i]))).collect();
+        let floats: Vec<f32> = field.bytes.as_chunks().0.iter().map(|chunk| f32::from_le_bytes(*chunk)).collect();
         match floats.iter().position(|v| !v.is_finite()) {
             Some(i) => Err(MapFault::damaged(format!("value {i} of its array '{name}' is {}", floats[i]))),
             None => Ok((&field.shape, floats)),
@@ -408,8 +381,8 @@ mod tests {
         let values = (0..n * n).map(|i| (i % n) as f32 / 4.0).collect();
         let warp = Warp::new(Grid { width: n, values });
         for (x, y) in [(0.0, 0.0), (0.3, 0.4), (0.5, 0.9), (1.0, 1.0)] {
-            let shares = warp.shares(DVec2::new(x, y));
-            assert!((shares.before / shares.row - x * x).abs() < 1e-6 && (shares.rows - y).abs() < 1e-6, "{x} {y}");
+            let [rows, before, row] = warp.shares(DVec2::new(x, y)).to_array();
+            assert!((before / row - x * x).abs() < 1e-6 && (rows - y).abs() < 1e-6, "{x} {y}");
         }
     }
 

@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 
-use super::values::{bracket, reflectance};
+use super::values::{around, bracket, polar, reflectance};
 use leadr_maps::MapFault;
 use leadr_reflectance::materials::half_difference::directions_to_half_difference;
 
@@ -95,10 +95,8 @@ impl Table {
         }
         if cells != Some(rows.len()) {
             let sizes = axes.each_ref().map(Vec::len);
-            return Err(MapFault::damaged(format!(
-                "its {} measurements are no full grid of {sizes:?} angles",
-                rows.len()
-            )));
+            let what = format!("its {} measurements are no full grid of {sizes:?} angles", rows.len());
+            return Err(MapFault::damaged(what));
         }
         Ok(Self { axes, values: rows.into_iter().map(|(_, value)| value).collect() })
     }
@@ -111,28 +109,18 @@ impl Table {
     /// `f_r` of two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
-        let polar = |w: DVec3| w.truncate().length().atan2(w.z).to_degrees();
         let mut phi = p.wd.y.atan2(p.wd.x).to_degrees().rem_euclid(360.0);
         let most = self.axes[2].last().copied().unwrap_or(0.0);
         // Exchanging the directions moves φ_d by half a turn: tables may hold half of it.
         if most <= 180.0 {
             phi = phi.rem_euclid(180.0);
         }
-        let places = [polar(p.wh), polar(p.wd), phi];
-        let around: Vec<_> = self.axes.iter().zip(places).map(|(axis, at)| bracket(axis, at)).collect();
-        let mut sum = DVec3::ZERO;
-        for corner in 0..8usize {
-            let (mut index, mut share) = (0, 1.0);
-            for (axis, &(low, high, t)) in around.iter().enumerate() {
-                let upper = corner >> axis & 1 == 1;
-                share *= if upper { t } else { 1.0 - t };
-                index = index * self.axes[axis].len() + if upper { high } else { low };
-            }
-            if share > 0.0 {
-                sum += share * self.values[index];
-            }
-        }
-        sum
+        let places = [polar(p.wh).to_degrees(), polar(p.wd).to_degrees(), phi];
+        let axes = [0, 1, 2].map(|axis| {
+            let (low, high, t) = bracket(&self.axes[axis], places[axis]);
+            (self.axes[axis].len(), [low, high], t)
+        });
+        around(axes).filter(|(_, share)| *share > 0.0).map(|(index, share)| share * self.values[index]).sum()
     }
 }
 
@@ -150,10 +138,8 @@ fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
         _ => 0,
     };
     if angles.is_empty() || channels == 0 {
-        return Err(MapFault::Unsupported {
-            what: format!("its first line is '{}'", shorten(&names.join(","))),
-            remedy: "it has to name the columns: theta or theta_h,theta_d[,phi_d], then r,g,b or value".to_owned(),
-        });
+        let remedy = "it has to name the columns: theta or theta_h,theta_d[,phi_d], then r,g,b or value";
+        return Err(MapFault::unsupported(format!("its first line is '{}'", shorten(&names.join(","))), remedy));
     }
     Ok((angles.to_vec(), channels))
 }

@@ -6,9 +6,8 @@
 
 use glam::DVec3;
 
-use super::bytes::doubles;
-use super::values::reflectance;
-use leadr_maps::{MapFault, limits};
+use super::values::{Axis, around, planes, polar, reflectance};
+use leadr_maps::MapFault;
 
 const THETAS: usize = 6;
 const PHIS: usize = 48;
@@ -35,43 +34,32 @@ impl Utia {
         if bytes.len() != BYTES {
             return Err(MapFault::damaged(format!("it has {} bytes instead of {BYTES}", bytes.len())));
         }
-        let mut values: Vec<[f32; 3]> = limits::zeroed(ENTRIES)?;
-        for (i, value) in doubles(bytes).enumerate() {
-            let (channel, entry) = (i / ENTRIES, i % ENTRIES);
-            let code = reflectance(value * UNIT, || format!("{} of entry {entry}", ["R", "G", "B"][channel]))?;
-            values[entry][channel] = code as f32;
-        }
+        let values = planes(bytes, ENTRIES, |channel, entry, value| {
+            reflectance(value * UNIT, || format!("{} of entry {entry}", ["R", "G", "B"][channel]))
+        })?;
         Ok(Self { values })
     }
 
     /// `f_r` of two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        let axes = [theta(wi), phi(wi), theta(wo), phi(wo)];
         let mut code = DVec3::ZERO;
-        for corner in 0..16usize {
-            let (mut index, mut share) = (0, 1.0);
-            for (axis, &(low, t)) in axes.iter().enumerate() {
-                let high = corner >> axis & 1;
-                share *= if high == 1 { t } else { 1.0 - t };
-                index = if axis % 2 == 0 { index * THETAS + low + high } else { index * PHIS + (low + high) % PHIS };
-            }
+        for (index, share) in around([theta(wi), phi(wi), theta(wo), phi(wo)]) {
             code += share * DVec3::from_array(self.values[index].map(f64::from));
         }
         SCALE * DVec3::new(decode(code.x), decode(code.y), decode(code.z))
     }
 }
 
-/// The lower entry along θ, and how far beyond it.
-fn theta(w: DVec3) -> (usize, f64) {
-    let at = w.truncate().length().atan2(w.z).to_degrees() / 15.0;
+fn theta(w: DVec3) -> Axis {
+    let at = polar(w).to_degrees() / 15.0;
     let low = (at as usize).min(THETAS - 2);
-    (low, at - low as f64)
+    (THETAS, [low, low + 1], at - low as f64)
 }
 
-fn phi(w: DVec3) -> (usize, f64) {
+fn phi(w: DVec3) -> Axis {
     let at = w.y.atan2(w.x).to_degrees().rem_euclid(360.0) / 7.5;
     let low = (at as usize).min(PHIS - 1);
-    (low, at - low as f64)
+    (PHIS, [low, (low + 1) % PHIS], at - low as f64)
 }
 
 /// sRGB's curve, which goes on above 1.
