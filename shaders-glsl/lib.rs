@@ -20,7 +20,7 @@ mod table {
     include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
     /// The entry points below `passes/`, sorted by name. A shader's name is its path in this folder.
-    pub static SHADERS: &[Shader] = TABLE;
+    pub static SHADERS: &[Shader] = &TABLE;
 }
 
 pub use table::SHADERS;

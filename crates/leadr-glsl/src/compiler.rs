@@ -1,20 +1,11 @@
-//! Compiles shader entry points to SPIR-V and reads from it what each declares.
+//! Compiles shader entry points to SPIR-V and checks what each declares.
 
 use std::path::{Component, Path, PathBuf};
 
 // Linked for its archives, which it says more about.
 use leadr_shaderc_debian as _;
 
-use crate::Stage;
-use crate::reflect::{self, Interface};
-
-/// A compiled entry point.
-pub struct Compiled {
-    /// SPIR-V.
-    pub code: Vec<u32>,
-    /// What the source declares, whether it is used or not.
-    pub interface: Interface,
-}
+use crate::{Stage, reflect};
 
 /// Adds the entry points below `folder`; a folder that does not exist holds none.
 ///
@@ -78,11 +69,11 @@ impl Compiler {
         Ok(Self { root: root.to_owned(), compiler: shaderc::Compiler::new().map_err(failed)?, options })
     }
 
-    /// Compiles the entry point `name`, a path below the root.
+    /// The SPIR-V of the entry point `name`, a path below the root.
     ///
     /// # Errors
-    /// The message of the compiler, with file and line.
-    pub fn compile(&self, name: &str) -> Result<Compiled, String> {
+    /// The message of the compiler, with file and line, or what [`interface`](reflect::interface) refuses.
+    pub fn compile(&self, name: &str) -> Result<Vec<u32>, String> {
         let file = self.root.join(name);
         let shown =
             self.root.file_name().map_or_else(|| self.root.display().to_string(), |n| n.to_string_lossy().into());
@@ -93,8 +84,8 @@ impl Compiler {
             .compile_into_spirv(&source, kind(stage), name, "main", Some(&self.options))
             .map_err(|e| e.to_string())?;
         let code = reflect::without_lines(compiled.as_binary());
-        let interface = reflect::interface(&code).map_err(|fault| format!("{shown}/{name}: {fault}"))?;
-        Ok(Compiled { code, interface })
+        reflect::interface(&code).map_err(|fault| format!("{shown}/{name}: {fault}"))?;
+        Ok(code)
     }
 }
 

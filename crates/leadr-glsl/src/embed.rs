@@ -6,10 +6,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::Stage;
-use crate::compiler::{Compiled, Compiler, collect, slashes};
-use crate::reflect;
+use crate::compiler::{Compiler, collect, slashes};
 
-/// Compiles the entry points of `folders` below `root`, and writes `shaders.rs` into the folder for the build's output: a constant
+/// Compiles the entry points of `folders` below `root`, and writes `shaders.rs` into the folder for the build's output: a static
 /// `TABLE` of all of them, sorted by name. Includes are looked for below `root`. The folders are watched for
 /// changes, and so is the include library, `leadr`.
 ///
@@ -28,17 +27,20 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
         files.iter().map(|file| slashes(file.strip_prefix(root).expect("collected below the root"))).collect();
     names.sort();
 
-    let mut table = String::from(
-        "use leadr_glsl::{Aligned, Constant, ConstantKind, Member, Push, Resource, ResourceKind, Shader, Stage, Struct};\n\n\
-         /// Every entry point, sorted by name.\nstatic TABLE: &[Shader] = &[\n",
+    let mut table = format!(
+        "use leadr_glsl::{{Shader, Stage}};\n\n/// Every entry point, sorted by name.\nstatic TABLE: [Shader; {}] = [\n",
+        names.len()
     );
     let mut failures = String::new();
     for (name, compiled) in names.iter().zip(compile_all(root, &names)?) {
         match compiled {
-            Ok(shader) => {
+            Ok(words) => {
                 let binary = out.join(name.replace('/', "-") + ".spv");
-                std::fs::write(&binary, bytes(&shader.code)).map_err(|e| format!("{}: {e}", binary.display()))?;
-                entry(&mut table, name, Stage::of(name.as_ref()).expect("collected by its stage"), &binary, &shader);
+                let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_ne_bytes()).collect();
+                std::fs::write(&binary, bytes).map_err(|e| format!("{}: {e}", binary.display()))?;
+                let stage = Stage::of(name.as_ref()).expect("collected by its stage");
+                writeln!(table, "    Shader::new({name:?}, Stage::{stage:?}, include_bytes!({binary:?})),")
+                    .expect("a String takes all");
             }
             Err(message) => {
                 failures.push_str(&message);
@@ -54,7 +56,7 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
 }
 
 /// Compiles the entry points side by side.
-fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Compiled, String>>, String> {
+fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Vec<u32>, String>>, String> {
     let results = Mutex::new(names.iter().map(|_| None).collect::<Vec<_>>());
     let next = AtomicUsize::new(0);
     let work = || {
@@ -72,39 +74,4 @@ fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Compiled, Str
     })?;
     let results = results.into_inner().expect("no thread panics");
     Ok(results.into_iter().map(|result| result.expect("every name was taken")).collect())
-}
-
-fn bytes(words: &[u32]) -> Vec<u8> {
-    words.iter().flat_map(|word| word.to_ne_bytes()).collect()
-}
-
-/// Writes an entry of the table.
-fn entry(table: &mut String, name: &str, stage: Stage, binary: &Path, shader: &Compiled) {
-    let Compiled { interface, .. } = shader;
-    let mut line = |text: String| writeln!(table, "{text}").expect("a String takes all");
-    line(format!("    Shader {{\n        name: {name:?}, stage: Stage::{stage:?},"));
-    line(format!("        code: &Aligned(*include_bytes!({binary:?})).0, local_size: {:?},", interface.local_size));
-    line("        resources: &[".to_owned());
-    for reflect::Resource { name, kind, set, .. } in &interface.resources {
-        line(format!("            Resource {{ name: {name:?}, kind: ResourceKind::{kind:?}, set: {set} }},"));
-    }
-    line("        ],\n        constants: &[".to_owned());
-    for reflect::Constant { name, id, kind } in &interface.constants {
-        line(format!("            Constant {{ name: {name:?}, id: {id}, kind: ConstantKind::{kind:?} }},"));
-    }
-    line("        ],".to_owned());
-    let push = interface
-        .push
-        .as_ref()
-        .map(|reflect::Push { block, bytes, .. }| format!("Push {{ block: {block:?}, bytes: {bytes} }}"));
-    line(format!("        push: {},", push.map_or("None".to_owned(), |push| format!("Some({push})"))));
-    line("        structs: &[".to_owned());
-    for found in &interface.structs {
-        line(format!("            Struct {{ name: {:?}, pitch: {:?}, members: &[", found.name, found.pitch));
-        for reflect::Member { name, offset, size } in &found.members {
-            line(format!("                Member {{ name: {name:?}, offset: {offset}, size: {size} }},"));
-        }
-        line("            ] },".to_owned());
-    }
-    line("        ],\n    },".to_owned());
 }

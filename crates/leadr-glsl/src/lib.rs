@@ -1,8 +1,8 @@
 //! GLSL entry points as programs embed them: SPIR-V with the names of all that it declares.
 //!
 //! A build script calls [`embed`] and the crate includes the file that it writes: a table of [`Shader`]s. Pipelines find
-//! resources, constants and structs in it by name. A program that compiles changed sources while it runs uses
-//! [`compiler::Compiler`] and [`Shader::from_compiled`].
+//! resources, constants and structs of a shader in its [`Interface`](reflect::Interface) by name. A program that compiles
+//! changed sources while it runs uses [`compiler::Compiler`] and [`Shader::leaked`].
 
 #[cfg(feature = "compile")]
 pub mod compiler;
@@ -15,4 +15,4 @@ pub mod spirv;
 
 #[cfg(feature = "compile")]
 pub use embed::embed;
-pub use shader::{Aligned, Constant, ConstantKind, Member, Push, Resource, ResourceKind, Shader, Stage, Struct};
+pub use shader::{Shader, Stage};

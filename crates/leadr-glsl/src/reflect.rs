@@ -5,7 +5,6 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::spirv::{HEADER, all_instructions};
-use crate::{ConstantKind, ResourceKind};
 
 /// What one entry point declares.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -35,6 +34,34 @@ pub struct Resource {
     pub binding_word: Option<usize>,
 }
 
+/// Kind of a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResourceKind {
+    /// A uniform buffer.
+    Uniform,
+    /// A storage buffer.
+    Storage,
+    /// An image with its sampler.
+    Sampled,
+    /// An image that is written.
+    StorageImage,
+}
+
+impl ResourceKind {
+    /// Every kind.
+    pub const ALL: [Self; 4] = [Self::Uniform, Self::Storage, Self::Sampled, Self::StorageImage];
+
+    /// Its name in messages.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Uniform => "a uniform buffer",
+            Self::Storage => "a storage buffer",
+            Self::Sampled => "a texture",
+            Self::StorageImage => "a storage image",
+        }
+    }
+}
+
 /// A specialization constant.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Constant {
@@ -44,6 +71,19 @@ pub struct Constant {
     pub id: u32,
     /// Its type.
     pub kind: ConstantKind,
+}
+
+/// Type of a specialization constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstantKind {
+    /// `bool`
+    Bool,
+    /// `uint`
+    U32,
+    /// `int`
+    I32,
+    /// `float`
+    F32,
 }
 
 /// A push constant block.

@@ -1,8 +1,7 @@
 //! What the build script reads from shaders, and what it refuses.
 
-use leadr_glsl::ConstantKind;
 use leadr_glsl::constants::{Floats, enum_from_glsl, rust_from_glsl};
-use leadr_glsl::reflect::{Constant, interface};
+use leadr_glsl::reflect::{Constant, ConstantKind, interface};
 
 #[test]
 fn plain_constants_become_rust_with_their_comments() {

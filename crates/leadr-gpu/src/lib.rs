@@ -102,7 +102,7 @@ pub use pipeline::{ComputePipeline, Depth, GraphicsDesc, GraphicsPipeline, Pipel
 pub use pipeline_layout::{PipelineCore, Spec, SpecValue};
 pub use sampler::{AddressMode, Filter, Sampler};
 pub use sets::{ResourceSet, SetLayout};
-pub use shared_struct::{SharedStruct, StructLayout};
+pub use shared_struct::{MemberLayout, SharedStruct, StructLayout};
 pub use submit::CommandRecorder;
 pub use timestamps::Timestamps;
 pub use usage::Use;

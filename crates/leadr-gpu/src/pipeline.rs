@@ -107,7 +107,7 @@ impl ComputePipeline {
             unsafe { device.create_compute_pipelines(cache, &[info], None) }
         })?;
         gpu.name(core.raw, name);
-        core.local_size = shader.local_size;
+        core.local_size = shader.interface().local_size;
         Ok(core)
     }
 

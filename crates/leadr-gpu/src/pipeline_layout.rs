@@ -217,7 +217,7 @@ impl SettledStage {
     /// [`GpuError::Shader`] for SPIR-V that is not understood.
     pub(crate) fn new(shader: &'static Shader, spec: Spec<'_>) -> Result<Self> {
         let words = specialized(&shader.words(), |id| {
-            let constant = shader.constants.iter().find(|constant| constant.id == id)?;
+            let constant = shader.interface().constants.iter().find(|constant| constant.id == id)?;
             spec.iter().find(|(name, _)| *name == constant.name).map(|(_, value)| value.bits())
         });
         let left = interface(&words).map_err(|fault| GpuError::Shader { name: shader.name.to_owned(), fault })?;
@@ -295,14 +295,14 @@ pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Sha
 /// [`GpuError::Shader`] that names the pipeline and the constant.
 pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_>) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+    let all = || shaders.iter().flat_map(|shader| &shader.interface().constants);
     for (i, (name, value)) in spec.iter().enumerate() {
         if spec[..i].iter().any(|(earlier, _)| earlier == name) {
             return fault(format!("constant {name} is given twice"));
         }
-        let mut declared = shaders.iter().flat_map(|shader| shader.constants).filter(|c| c.name == *name).peekable();
+        let mut declared = all().filter(|c| c.name == *name).peekable();
         if declared.peek().is_none() {
-            let all = shaders.iter().flat_map(|shader| shader.constants).map(|c| c.name);
-            let mut names: Vec<&str> = all.collect();
+            let mut names: Vec<&str> = all().map(|c| c.name.as_str()).collect();
             names.sort_unstable();
             names.dedup();
             let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
@@ -319,17 +319,17 @@ pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_
 fn resources(pipeline: &str, stages: &[SettledStage]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
     let mut all: Vec<Slot> = Vec::new();
     for stage @ SettledStage { shader, left, .. } in stages {
-        for resource in shader.resources.iter().filter(|resource| resource.set == 0) {
+        for resource in shader.interface().resources.iter().filter(|resource| resource.set == 0) {
             let is_used = left.resources.iter().any(|r| r.name == resource.name && r.binding_word.is_some());
             let used = if is_used { stage.stage() } else { vk::ShaderStageFlags::empty() };
             match all.iter_mut().find(|known| known.name == resource.name) {
                 Some(known) if known.kind == resource.kind => known.stages |= used,
                 Some(known) => {
-                    let (name, one, other) = (resource.name, known.kind.words(), resource.kind.words());
+                    let (name, one, other) = (&resource.name, known.kind.words(), resource.kind.words());
                     let fault = format!("{name} is {one} in one stage and {other} in {}", shader.name);
                     return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
                 }
-                None => all.push(Slot { name: resource.name, kind: resource.kind, stages: used }),
+                None => all.push(Slot { name: &resource.name, kind: resource.kind, stages: used }),
             }
         }
     }
@@ -362,10 +362,10 @@ fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SettledStage]) -> Result<[Opti
 fn push_constants(pipeline: &str, stages: &[SettledStage], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
     let mut found: Option<(&str, PushConstants)> = None;
     for stage @ SettledStage { shader, left, .. } in stages {
-        let Some(push) = &shader.push else { continue };
+        let Some(push) = &shader.interface().push else { continue };
         let Some(twin) = structs.iter().find(|twin| twin.glsl == push.block) else { continue };
         let empty = PushConstants { rust: twin.rust, stages: vk::ShaderStageFlags::empty(), bytes: 0 };
-        let (block, constants) = found.get_or_insert((push.block, empty));
+        let (block, constants) = found.get_or_insert((&push.block, empty));
         if *block != push.block {
             let fault = format!("one stage has push constants {block}, {} has {}", shader.name, push.block);
             return Err(GpuError::Shader { name: pipeline.to_owned(), fault });

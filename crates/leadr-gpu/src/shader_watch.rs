@@ -33,7 +33,7 @@ impl CompiledShaders {
     /// What the compiler says.
     pub fn compile(root: &Path, names: &[String]) -> std::result::Result<Self, String> {
         let compiler = Compiler::new(root)?;
-        let compile = |name: &String| compiler.compile(name).map(|compiled| Shader::from_compiled(name, compiled));
+        let compile = |name: &String| compiler.compile(name).map(|code| Shader::leaked(name, &code));
         names.iter().map(compile).collect::<std::result::Result<_, String>>().map(Self)
     }
 

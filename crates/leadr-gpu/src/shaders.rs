@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
 use ash::vk;
-pub use leadr_glsl::{Constant, ConstantKind, Member, Push, Resource, ResourceKind, Shader, Stage, Struct};
+pub use leadr_glsl::reflect::{ConstantKind, ResourceKind};
+pub use leadr_glsl::{Shader, Stage};
 
 use super::{GpuError, Result};
 

@@ -2,8 +2,9 @@
 
 use bytemuck::NoUninit;
 
-use super::shaders::{Member, Shader, Struct};
+use super::shaders::Shader;
 use super::{GpuError, Result};
+use leadr_glsl::reflect::{Member, Struct};
 
 /// A struct that buffers and push constants carry to shaders, declared with `shared_struct!`.
 pub trait SharedStruct: NoUninit {
@@ -21,7 +22,18 @@ pub struct StructLayout {
     /// Bytes, padding included.
     pub size: usize,
     /// Members in order. Those whose names begin with `padding` do not exist in GLSL.
-    pub members: &'static [Member],
+    pub members: &'static [MemberLayout],
+}
+
+/// A member of a shared struct in Rust, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemberLayout {
+    /// Its name.
+    pub name: &'static str,
+    /// From the start of the struct.
+    pub offset: usize,
+    /// Its size.
+    pub size: usize,
 }
 
 /// Declares a struct that shaders read, and implements [`SharedStruct`](crate::SharedStruct) for it.
@@ -62,7 +74,7 @@ macro_rules! shared_struct {
                 glsl: $glsl,
                 rust: concat!(module_path!(), "::", stringify!($name)),
                 size: size_of::<Self>(),
-                members: &[$($crate::shaders::Member {
+                members: &[$($crate::MemberLayout {
                     name: stringify!($member),
                     offset: std::mem::offset_of!(Self, $member),
                     size: size_of::<$kind>(),
@@ -79,7 +91,7 @@ macro_rules! shared_struct {
 pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout]) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     for shader in shaders {
-        for found in shader.structs {
+        for found in &shader.interface().structs {
             let Some(twin) = twins.iter().find(|twin| twin.glsl == found.name) else {
                 return fault(format!(
                     "struct {} of {} has no twin in Rust: name one among the pipeline's `structs`",
@@ -91,7 +103,8 @@ pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout])
             }
         }
     }
-    let declared = |name: &str| shaders.iter().flat_map(|shader| shader.structs).any(|found| found.name == name);
+    let declared =
+        |name: &str| shaders.iter().flat_map(|shader| &shader.interface().structs).any(|found| found.name == name);
     match twins.iter().find(|twin| !declared(twin.glsl)) {
         Some(twin) => fault(format!("no shader declares a struct {} for {}", twin.glsl, twin.rust)),
         None => Ok(()),
@@ -100,13 +113,13 @@ pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout])
 
 /// The difference between a GLSL struct and its twin, if there is one.
 fn difference(glsl: &Struct, rust: &StructLayout) -> Option<String> {
-    let ours: Vec<&Member> = rust.members.iter().filter(|member| !member.name.starts_with("padding")).collect();
+    let ours: Vec<&MemberLayout> = rust.members.iter().filter(|member| !member.name.starts_with("padding")).collect();
     for (i, theirs) in glsl.members.iter().enumerate() {
-        let Member { name, offset, size } = *theirs;
+        let Member { name, offset, size } = theirs;
         match ours.get(i) {
             None => return Some(format!("Rust has no member {name}")),
             Some(ours) if ours.name != name => return Some(format!("member {name} is {} in Rust", ours.name)),
-            Some(ours) if *ours != theirs => {
+            Some(ours) if (ours.offset, ours.size) != (*offset as usize, *size as usize) => {
                 let (there, bytes) = (ours.offset, ours.size);
                 return Some(format!("{name} is {size} bytes at {offset} in GLSL, {bytes} bytes at {there} in Rust"));
             }
@@ -128,29 +141,32 @@ fn difference(glsl: &Struct, rust: &StructLayout) -> Option<String> {
 mod tests {
     use super::*;
 
-    const MEMBERS: [Member; 2] =
-        [Member { name: "place", offset: 0, size: 12 }, Member { name: "weight", offset: 12, size: 4 }];
-    const GLSL: Struct = Struct { name: "Light", members: &MEMBERS, pitch: Some(16) };
+    const MEMBERS: [MemberLayout; 2] =
+        [MemberLayout { name: "place", offset: 0, size: 12 }, MemberLayout { name: "weight", offset: 12, size: 4 }];
 
-    fn against(members: &'static [Member], size: usize) -> String {
+    fn against(members: &'static [MemberLayout], size: usize) -> String {
         let twin = StructLayout { glsl: "Light", rust: "test::Light", size, members };
-        difference(&GLSL, &twin).unwrap_or_default()
+        let member =
+            |m: &MemberLayout| Member { name: m.name.to_owned(), offset: m.offset as u32, size: m.size as u32 };
+        let glsl = Struct { name: "Light".to_owned(), members: MEMBERS.iter().map(member).collect(), pitch: Some(16) };
+        difference(&glsl, &twin).unwrap_or_default()
     }
 
     #[test]
     fn twins_agree_in_names_offsets_sizes_and_pitch() {
         assert_eq!(against(&MEMBERS, 16), "");
-        const PADDED: [Member; 3] = [MEMBERS[0], MEMBERS[1], Member { name: "padding", offset: 16, size: 16 }];
+        const PADDED: [MemberLayout; 3] =
+            [MEMBERS[0], MEMBERS[1], MemberLayout { name: "padding", offset: 16, size: 16 }];
         assert_eq!(against(&PADDED, 16), "", "padding has no part in GLSL");
         assert!(against(&PADDED, 32).contains("after 16 bytes in GLSL, 32 in Rust"));
-        const RENAMED: [Member; 2] = [MEMBERS[0], Member { name: "power", offset: 12, size: 4 }];
+        const RENAMED: [MemberLayout; 2] = [MEMBERS[0], MemberLayout { name: "power", offset: 12, size: 4 }];
         assert!(against(&RENAMED, 16).contains("member weight is power in Rust"));
-        const MOVED: [Member; 2] = [MEMBERS[0], Member { name: "weight", offset: 16, size: 4 }];
+        const MOVED: [MemberLayout; 2] = [MEMBERS[0], MemberLayout { name: "weight", offset: 16, size: 4 }];
         assert!(against(&MOVED, 20).contains("weight is 4 bytes at 12 in GLSL, 4 bytes at 16 in Rust"));
-        const WIDER: [Member; 2] = [Member { name: "place", offset: 0, size: 16 }, MEMBERS[1]];
+        const WIDER: [MemberLayout; 2] = [MemberLayout { name: "place", offset: 0, size: 16 }, MEMBERS[1]];
         assert!(against(&WIDER, 16).contains("place is 12 bytes at 0 in GLSL, 16 bytes at 0 in Rust"));
         assert!(against(&MEMBERS[..1], 12).contains("Rust has no member weight"));
-        const MORE: [Member; 3] = [MEMBERS[0], MEMBERS[1], Member { name: "radius", offset: 16, size: 4 }];
+        const MORE: [MemberLayout; 3] = [MEMBERS[0], MEMBERS[1], MemberLayout { name: "radius", offset: 16, size: 4 }];
         assert!(against(&MORE, 20).contains("GLSL has no member radius"));
     }
 }

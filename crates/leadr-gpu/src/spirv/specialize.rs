@@ -704,7 +704,12 @@ mod tests {
             ConstantKind::U32 | ConstantKind::I32 => 0..6,
             ConstantKind::F32 => 0..0,
         };
-        shader.constants.iter().flat_map(|constant| of(constant.kind).map(|value| (constant.id, value))).collect()
+        shader
+            .interface()
+            .constants
+            .iter()
+            .flat_map(|constant| of(constant.kind).map(|value| (constant.id, value)))
+            .collect()
     }
 
     #[test]
@@ -731,7 +736,7 @@ mod tests {
         let shader = shader("passes/filter/filter_shade.frag");
         let module = shader.words();
         let of = |family: u32| {
-            let constant = shader.constants.iter().find(|constant| constant.name == "FAMILY").unwrap();
+            let constant = shader.interface().constants.iter().find(|constant| constant.name == "FAMILY").unwrap();
             specialized(&module, |id| (id == constant.id).then_some(family)).len()
         };
         // No light at all, and LEADR.
