@@ -113,7 +113,7 @@ impl FitFile {
             return Err(MapFault::damaged("its 'fresnel' is too long"));
         }
         let fresnel = reflectances.iter().map(|f| color(f, "fresnel")).collect::<Result<_, _>>()?;
-        let fresnel = FresnelTable::new(fresnel).map_err(|fault| MapFault::damaged(fault.to_string()))?;
+        let fresnel = FresnelTable::new(fresnel).map_err(MapFault::damaged)?;
         let rows = array(&value["density"], "density")?;
         let empty = || MapFault::damaged("its 'density' is no table of densities");
         let distribution = if rows.iter().all(Value::is_number) {

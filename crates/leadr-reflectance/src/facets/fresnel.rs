@@ -76,36 +76,6 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
-/// Why a table of reflectances is rejected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FresnelTableError {
-    /// Fewer than two entries: there is nothing to interpolate.
-    TooShort(usize),
-    /// An entry is not a valid reflectance.
-    NotAReflectance {
-        /// Its position in the table.
-        index: usize,
-        /// Its value, linear RGB.
-        value: DVec3,
-    },
-}
-
-// Written by hand, so that this crate builds without a crate for derive macros.
-impl std::fmt::Display for FresnelTableError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::TooShort(entries) => {
-                write!(f, "the Fresnel table has {entries} entries; it needs at least 2, for 0° and 90°")
-            }
-            Self::NotAReflectance { index, value } => {
-                write!(f, "entry {index} of the Fresnel table is {value}; reflectances are finite and within 0..1")
-            }
-        }
-    }
-}
-
-impl std::error::Error for FresnelTableError {}
-
 /// Reflectances at difference angles in equal steps from 0° to 90°, interpolated linearly (thesis 4.2 extracts such a
 /// table from a measured material).
 #[derive(Clone, Debug, PartialEq)]
@@ -115,14 +85,17 @@ impl FresnelTable {
     /// Creates the table from `values`, linear RGB, the first at 0° (normal incidence) and the last at 90°.
     ///
     /// # Errors
-    /// With fewer than two entries, or with one that is not finite or is outside 0..1.
-    pub fn new(values: Vec<DVec3>) -> Result<Self, FresnelTableError> {
+    /// With fewer than two entries, or with one that is not finite or is outside 0..1: a sentence that says which.
+    pub fn new(values: Vec<DVec3>) -> Result<Self, String> {
         if values.len() < 2 {
-            return Err(FresnelTableError::TooShort(values.len()));
+            return Err(format!("the Fresnel table has {} entries; it needs at least 2, for 0° and 90°", values.len()));
         }
         let bad = |v: &DVec3| !v.to_array().iter().all(|c| (0.0..=1.0).contains(c));
         match values.iter().position(bad) {
-            Some(index) => Err(FresnelTableError::NotAReflectance { index, value: values[index] }),
+            Some(index) => {
+                let value = values[index];
+                Err(format!("entry {index} of the Fresnel table is {value}; reflectances are finite and within 0..1"))
+            }
             None => Ok(Self(values)),
         }
     }
@@ -258,12 +231,10 @@ mod tests {
             assert!((table.at((0.5 * f64::from(i)).to_radians().cos()).x - want).abs() < 1e-12);
         }
         assert_eq!(table.at(f64::NAN).x, 1.0);
-        assert_eq!(FresnelTable::new(vec![DVec3::ONE]), Err(FresnelTableError::TooShort(1)));
+        assert!(FresnelTable::new(vec![DVec3::ONE]).unwrap_err().contains("has 1 entries"));
         for bad in [f64::NAN, -0.1, 1.1, f64::INFINITY] {
             let values = vec![DVec3::ONE, DVec3::new(0.5, bad, 0.5)];
-            let Err(FresnelTableError::NotAReflectance { index: 1, .. }) = FresnelTable::new(values) else {
-                panic!("{bad} taken for a reflectance");
-            };
+            assert!(FresnelTable::new(values).unwrap_err().contains("entry 1 "), "{bad} taken for a reflectance");
         }
     }
 
