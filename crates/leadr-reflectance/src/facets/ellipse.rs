@@ -116,11 +116,6 @@ pub fn covariance_from_roughness(a: DVec3) -> DVec3 {
     0.5 * a
 }
 
-/// Roughness matrix of a Beckmann surface with the slope covariance `S`: `A = 2 S`.
-pub fn roughness_from_covariance(s: DVec3) -> DVec3 {
-    2.0 * s
-}
-
 /// Moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of slopes with mean `m` and covariance `s` (LEADR eq. 9); the
 /// inverse of [`covariance_from_moments`](crate::slopes::statistics::covariance_from_moments), up to the
 /// rounding of `m²`.
@@ -224,7 +219,6 @@ mod tests {
         for m in [DVec2::ZERO, DVec2::new(0.5, -0.25), DVec2::new(8.0, 3.0)] {
             for e in ellipses().into_iter().filter(|e| e.radii.x < 2.0) {
                 let s = covariance_from_roughness(roughness_from_ellipse(&e));
-                assert_eq!(roughness_from_covariance(s), roughness_from_ellipse(&e));
                 let (first, second) = moments_from_covariance(m, s);
                 let back = covariance_from_moments(first, second);
                 let rounding = 4e-16 * (m.length_squared() + s.x + s.y);

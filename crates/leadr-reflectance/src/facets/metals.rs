@@ -58,20 +58,6 @@ impl Metal {
         let below = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
         (below / dip_weight(cosine)).clamp(DVec3::ZERO, DVec3::splat(4.0))
     }
-
-    /// What a form, given a cosine, errs by: the largest error in any channel at any angle, and that of the mean over the cosine-weighted
-    /// hemisphere.
-    pub fn error_of(&self, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
-        let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
-        let steps = 4000;
-        for i in 0..steps {
-            let cosine = (f64::from(i) + 0.5) / f64::from(steps);
-            let error = form(cosine) - self.reflectance(cosine);
-            most = most.max(error.abs().max_element());
-            mean += error * (2.0 * cosine / f64::from(steps));
-        }
-        (most, mean.abs().max_element())
-    }
 }
 
 #[cfg(test)]
@@ -97,12 +83,26 @@ mod tests {
         assert!(Metal::named("wood").is_none());
     }
 
+    /// What a form, given a cosine, errs by: the largest error in any channel at any angle, and that of the mean over the cosine-weighted
+    /// hemisphere.
+    fn error_of(metal: &Metal, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
+        let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
+        let steps = 4000;
+        for i in 0..steps {
+            let cosine = (f64::from(i) + 0.5) / f64::from(steps);
+            let error = form(cosine) - metal.reflectance(cosine);
+            most = most.max(error.abs().max_element());
+            mean += error * (2.0 * cosine / f64::from(steps));
+        }
+        (most, mean.abs().max_element())
+    }
+
     #[test]
     fn metals_dip_as_their_indices_say() {
         for metal in METALS {
             let (f0, dip) = (metal.f0(), metal.dip());
-            let (most, mean) = metal.error_of(|cosine| fresnel_dipped(f0, dip, cosine));
-            let (schlick, schlick_mean) = metal.error_of(|cosine| fresnel_schlick(f0, cosine));
+            let (most, mean) = error_of(&metal, |cosine| fresnel_dipped(f0, dip, cosine));
+            let (schlick, schlick_mean) = error_of(&metal, |cosine| fresnel_schlick(f0, cosine));
             println!(
                 "{:10} F0 {:.3} {:.3} {:.3}, dip {:.2} {:.2} {:.2}: at most {most:.3}, mean {mean:.4}; Schlick {schlick:.3}, {schlick_mean:.4}",
                 metal.name, f0.x, f0.y, f0.z, dip.x, dip.y, dip.z

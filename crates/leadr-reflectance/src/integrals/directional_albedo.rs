@@ -179,19 +179,6 @@ fn along_azimuth(
     sum
 }
 
-/// Mean of a directional albedo over the cosine-weighted hemisphere, `2 ∫ E(c) c dc`: the albedo under even light.
-/// Nodes are denser towards grazing, where smooth surfaces change.
-pub fn average_albedo(albedo: impl Fn(f64) -> f64, order: usize) -> f64 {
-    // c = t²: dc = 2 t dt.
-    gauss_legendre(order)
-        .into_iter()
-        .map(|(x, w)| {
-            let t = 0.5 + 0.5 * x;
-            0.5 * w * 4.0 * t * t * t * albedo(t * t)
-        })
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
