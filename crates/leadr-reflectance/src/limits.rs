@@ -36,3 +36,8 @@ pub fn within(x: f64, bound: f64) -> f64 {
 pub(crate) fn held(x: f64, low: f64, high: f64) -> f64 {
     if x > low { x.min(high) } else { low }
 }
+
+/// `x` within 0..1; 0 for a NaN.
+pub(crate) fn unit(x: f64) -> f64 {
+    held(x, 0.0, 1.0)
+}

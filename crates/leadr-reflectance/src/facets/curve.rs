@@ -1,5 +1,7 @@
 //! A smooth curve through evenly spaced values.
 
+use crate::limits::held;
+
 /// A cubic through every value that has no extremum between two of them (Fritsch and Carlson 1980), with slopes of fourth order where
 /// that allows.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +57,7 @@ impl Curve {
     /// At `x`, held within its ends.
     pub fn at(&self, x: f64) -> f64 {
         let last = self.values.len() - 1;
-        let x = if x > 0.0 { x.min(last as f64) } else { 0.0 };
+        let x = held(x, 0.0, last as f64);
         let i = (x as usize).min(last - 1);
         hermite(self.values[i], self.slopes[i], self.values[i + 1], self.slopes[i + 1], x - i as f64)
     }

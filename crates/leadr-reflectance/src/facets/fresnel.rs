@@ -1,6 +1,7 @@
 //! Fresnel reflectance of the facets (thesis Table 2.I, extended by conductors), as a function of the cosine of the
 //! difference angle, `cos θ_d = wo·wh = wi·wh`.
 
+use crate::limits::unit;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -104,8 +105,7 @@ impl FresnelTable {
     pub fn at(&self, cosine: f64) -> DVec3 {
         let last = self.0.len() - 1;
         // NaN is treated as grazing.
-        let cosine = if cosine > 0.0 { cosine.min(1.0) } else { 0.0 };
-        let at = cosine.acos() / FRAC_PI_2 * last as f64;
+        let at = unit(cosine).acos() / FRAC_PI_2 * last as f64;
         let low = (at as usize).min(last - 1);
         self.0[low].lerp(self.0[low + 1], (at - low as f64).clamp(0.0, 1.0))
     }

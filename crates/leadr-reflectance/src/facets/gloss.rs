@@ -10,7 +10,7 @@
 //! Blinn-Phong exponent `n = 2^(r g + o)` for `c = 2`, since `α² = 2 / (n + 2)` has the same curvature at the peak (Walter et al. 2007).
 //! The perceptual one is `α = (1 − g)²` (Disney, Unreal, glTF).
 
-use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held};
+use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held, unit};
 use glam::DVec3;
 
 /// Curve of Chan's eq. 1: `α = √(2 / (2 + 2^(16 g)))`, from .816 to .0055.
@@ -25,11 +25,6 @@ pub const GLOSS_BLINN_PHONG: DVec3 = DVec3::new(2.0, 10.0, 1.0);
 /// The roughness within the usable range, 1e-4 to 100; the smallest for a NaN.
 pub(super) fn usable_alpha(alpha: f64) -> f64 {
     held(alpha, MIN_VARIANCE.sqrt(), MAX_SLOPE)
-}
-
-/// `x` within 0..1; 0 for a NaN.
-fn unit(x: f64) -> f64 {
-    held(x, 0.0, 1.0)
 }
 
 /// `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss outside 0..1 is held there; a NaN is 0.

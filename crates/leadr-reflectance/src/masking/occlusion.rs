@@ -4,7 +4,7 @@
 //! A *visibility* is the share of the cosine-weighted hemisphere that is free (eq. 43), 1 in the open. A [`Cone`] of
 //! directions about an axis has the same meaning: everything inside is free, everything outside is hidden.
 
-use crate::limits::at_least;
+use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -53,11 +53,6 @@ pub fn interreflected_visibility(visibility: f64, albedo: DVec3) -> DVec3 {
     let a = unit(visibility);
     // Held above zero: a part in 1e12 of light is none. Where A is 0, so is the quotient.
     DVec3::from_array(albedo.to_array().map(|rho| a / at_least((1.0 - unit(rho)) + unit(rho) * a, 1e-12)))
-}
-
-/// Within 0..1; 0 for a NaN.
-fn unit(x: f64) -> f64 {
-    if x > 0.0 { x.min(1.0) } else { 0.0 }
 }
 
 /// Directions that are free: those within an angle of an axis.

@@ -9,7 +9,7 @@
 //! its nodes, so that nothing exceeds 1. Its average row is the exact mean of what it interpolates.
 
 use crate::facets::fresnel::grazing_reflectance;
-use crate::limits::at_least;
+use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -137,11 +137,6 @@ fn row_average(row: &[[f32; 2]], k: usize) -> f64 {
         (fa - slope * a) * (b.powi(4) - a.powi(4)) + slope * 0.8 * (b.powi(5) - a.powi(5))
     };
     (0..row.len() - 1).map(piece).sum()
-}
-
-/// Within 0..1; 0 for a NaN.
-fn unit(x: f64) -> f64 {
-    if x > 0.0 { x.min(1.0) } else { 0.0 }
 }
 
 /// Mean of Schlick's Fresnel term over the cosine-weighted hemisphere, `F0 + (F90 − F0) / 21`.

@@ -18,7 +18,7 @@
 //! with it. Helmholtz reciprocity holds, as everything is symmetric.
 
 use crate::facets::fresnel::schlick_weight;
-use crate::limits::at_least;
+use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, LN_2, PI};
 
@@ -52,11 +52,6 @@ pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
     let under = 1.0 + 1.731 * x - 0.997 * y - 0.998 * x * x - 0.843 * y * y + 9.905 * x * y - 0.971 * x.powi(3)
         + 0.948 * y.powi(3);
     top / if under.abs() < 1e-6 { 1e-6 } else { under }
-}
-
-/// Within 0..1; 0 for a NaN.
-fn unit(x: f64) -> f64 {
-    if x > 0.0 { x.min(1.0) } else { 0.0 }
 }
 
 /// How facets of one roughness light each other.

@@ -5,7 +5,7 @@
 
 use crate::facets::ggx::Ggx;
 use crate::integrals::directional_albedo::{AlbedoRule, directional_albedo};
-use crate::limits::at_least;
+use crate::limits::{at_least, unit};
 use crate::masking::occlusion::{Cone, bent_cone_visibility};
 use crate::masking::variants::Masking;
 use crate::materials::energy::SplitAlbedo;
@@ -104,7 +104,7 @@ impl ConeTable {
     /// Between texels linearly, as a sampler does. Arguments are held within 0..1.
     pub fn albedo(&self, n_v: f64, gloss: f64, cosine: f64) -> SplitAlbedo {
         let place = |v: f64, n: usize| {
-            let x = if v > 0.0 { v.min(1.0) } else { 0.0 } * (n - 1) as f64;
+            let x = unit(v) * (n - 1) as f64;
             let i = (x as usize).min(n - 2);
             (i, x - i as f64)
         };
