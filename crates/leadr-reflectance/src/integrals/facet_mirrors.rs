@@ -26,6 +26,7 @@ use crate::facets::projected_area::rough_area;
 use crate::limits::{MAX_SLOPE, at_least};
 use crate::masking::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
 use crate::masking::shadowing::Shadowing;
+use crate::materials::microfacet::half_vector;
 use crate::slopes::grid::slope_at;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{E, FRAC_1_SQRT_2, PI};
@@ -68,8 +69,7 @@ pub struct FacetMirrors {
 /// `wo`, `wi`: unit, tangent frame; `alpha`: Beckmann roughness of the base, 0 to 1; `variance`: of the light's directions, radians²
 /// along each of two axes across `wi`.
 pub fn facet_mirrors(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetMirrors {
-    let h = wo + wi;
-    let wh = h / h.length_squared().max(1e-20).sqrt();
+    let wh = half_vector(wo, wi);
     let d = wi - wo;
     let along = if d.length_squared() > 1e-8 {
         d / d.length()

@@ -11,6 +11,7 @@ use crate::facets::fresnel::fresnel_schlick;
 use crate::facets::projected_area::meso_area;
 use crate::masking::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
 use crate::masking::shadowing::Shadowing;
+use crate::materials::microfacet::half_vector;
 use glam::{DVec2, DVec3};
 
 /// One Gaussian surface of the mixture.
@@ -59,8 +60,7 @@ pub fn displaced_ggx_light(
     cholesky: DVec3,
     f0: DVec3,
 ) -> DVec3 {
-    let h = wo + wi;
-    let wh = h / h.length_squared().max(1e-20).sqrt();
+    let wh = half_vector(wo, wi);
     let lit = masking_shadowing_factor(shadowing, o, &displaced_ggx_area(wi, m, d, cholesky));
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * displaced_ggx_ndf(wh, m, d) * lit)
 }

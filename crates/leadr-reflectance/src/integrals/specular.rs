@@ -6,16 +6,14 @@ use crate::facets::projected_area::face_viewer;
 use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction, masking_shadowing_factor};
 use crate::masking::shadowing::Shadowing;
 use crate::masking::smith::masking_shadowing;
+use crate::materials::microfacet::half_vector;
 use crate::slopes::grid::{facet_area, grid_node, normal_of_slope, slope_at, slope_cholesky, slope_sample};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
 /// `f0`: linear RGB reflectance at normal incidence.
 pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, shadowing: bool) -> DVec3 {
-    let h = wo + wi;
-    let wh = h / h.length_squared().max(1e-20).sqrt();
-    let d = beckmann_ndf(wh, m, s);
-    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing(wo, wi, m, s, shadowing))
+    mirrored_light(wo, wi, m, s, f0, masking_shadowing(wo, wi, m, s, shadowing))
 }
 
 /// The same with any [`Shadowing`] model, from the surface's areas in the two directions
@@ -30,10 +28,13 @@ pub fn leadr_specular_light(
     s: DVec3,
     f0: DVec3,
 ) -> DVec3 {
-    let h = wo + wi;
-    let wh = h / h.length_squared().max(1e-20).sqrt();
-    let d = beckmann_ndf(wh, m, s);
-    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i))
+    mirrored_light(wo, wi, m, s, f0, masking_shadowing_factor(shadowing, o, i))
+}
+
+/// `F D/4` times a factor of masking and shadowing.
+fn mirrored_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, factor: f64) -> DVec3 {
+    let wh = half_vector(wo, wi);
+    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, s) * factor)
 }
 
 /// One node of the environment sum.
@@ -88,19 +89,6 @@ pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant
     env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
 
-/// One sample of a sum over the mirrors that a viewer sees.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MirrorSample<T> {
-    /// Its weight; the weights need not sum to one.
-    pub weight: f64,
-    /// `wo·wn`, for the Fresnel term.
-    pub cosine: f64,
-    /// The lit fraction, 0..1.
-    pub lit: f64,
-    /// Argument passed to the environment.
-    pub lookup: T,
-}
-
 /// Sums over the mirrors that a viewer sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mirrors {
@@ -110,32 +98,6 @@ pub struct Mirrors {
     pub fresnel: DVec3,
     /// Their weight.
     pub weight: f64,
-}
-
-impl Mirrors {
-    /// Sums over `samples` under an environment with the given `radiance`. `f0`: linear RGB reflectance at normal
-    /// incidence.
-    pub fn sum<T>(
-        f0: DVec3,
-        samples: impl IntoIterator<Item = MirrorSample<T>>,
-        radiance: impl Fn(&T) -> DVec3,
-    ) -> Self {
-        samples.into_iter().fold(Self::default(), |sum, sample| {
-            let f = sample.weight * fresnel_schlick(f0, sample.cosine);
-            Self {
-                reflected: sum.reflected + f * sample.lit * radiance(&sample.lookup),
-                fresnel: sum.fresnel + f,
-                weight: sum.weight + sample.weight,
-            }
-        })
-    }
-
-    /// The means: the sums divided by their weight.
-    #[must_use]
-    pub fn mean(self) -> Self {
-        let scale = 1.0 / self.weight.max(1e-12);
-        Self { reflected: self.reflected * scale, fresnel: self.fresnel * scale, weight: 1.0 }
-    }
 }
 
 /// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets: LEADR eq. 22 /
@@ -156,14 +118,21 @@ pub fn leadr_specular_environment(
     let m = face_viewer(wo, m, s, lambda);
     let cholesky = slope_cholesky(s);
     let o = direction_area(wo, m, cholesky);
-    let places = (0..n).flat_map(|j| (0..n).map(move |k| (j, k)));
-    let samples = places.map(|(j, k)| {
-        let node = grid_node(j, k, n, lambda);
-        let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
-        let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
-        MirrorSample { weight: node.z * e.area, cosine: wo.dot(e.wn), lit, lookup: e }
-    });
-    Mirrors::sum(f0, samples, radiance).mean()
+    let mut sum = Mirrors::default();
+    for j in 0..n {
+        for k in 0..n {
+            let node = grid_node(j, k, n, lambda);
+            let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
+            let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
+            let weight = node.z * e.area;
+            let f = weight * fresnel_schlick(f0, wo.dot(e.wn));
+            sum.reflected += f * lit * radiance(&e);
+            sum.fresnel += f;
+            sum.weight += weight;
+        }
+    }
+    let scale = 1.0 / sum.weight.max(1e-12);
+    Mirrors { reflected: sum.reflected * scale, fresnel: sum.fresnel * scale, weight: 1.0 }
 }
 
 #[cfg(test)]

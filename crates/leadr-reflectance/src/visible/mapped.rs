@@ -25,6 +25,7 @@ use crate::facets::projected_area::{face_viewer, meso_area, slope_spread};
 use crate::integrals::diffuse::NormalMoments;
 use crate::limits::{MIN_AREA, at_least};
 use crate::masking::variants::half_facet_area;
+use crate::materials::microfacet::half_vector;
 use crate::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
@@ -181,8 +182,7 @@ pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
 /// and covariance `s` by the normal map term of thesis Table 2.IV: `F D / (4 f)`,
 /// `f` the projected area of the mirroring facet ([`half_facet_area`]). The base counts as a part of the map.
 pub fn mapped_specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
-    let h = wo + wi;
-    let wh = h / h.length_squared().max(1e-20).sqrt();
+    let wh = half_vector(wo, wi);
     let facet = half_facet_area(wo, wi, wh).max(MIN_AREA);
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, s) / facet)
 }
