@@ -11,6 +11,7 @@ use crate::facets::radial_table::angle_at;
 use crate::facets::slope_distribution::SlopeDistribution as _;
 use crate::facets::tabulated::Tabulated;
 use crate::limits::MIN_VARIANCE;
+use crate::slopes::statistics::outer_square;
 
 const ITERATIONS: u32 = 300;
 
@@ -46,7 +47,7 @@ pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
         let gaussians: Vec<_> = lobes.iter().map(|lobe| (lobe.share, Gaussian::new(lobe.covariance))).collect();
         let mut sums = vec![(0.0, DVec3::ZERO); count];
         for &(s, mass) in &points {
-            let square = DVec3::new(s.x * s.x, s.y * s.y, s.x * s.y);
+            let square = outer_square(s);
             let mut all = 0.0;
             for (density, (share, gaussian)) in densities.iter_mut().zip(&gaussians) {
                 *density = share * gaussian.density(square);

@@ -94,12 +94,6 @@ fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
     mean * cube * cube * cube
 }
 
-/// Visible slope of the standard surface: rotates the coordinate `x` along the azimuth of `t` back to the axes.
-fn turn_back(t: DVec2, x: f64, across: f64) -> DVec2 {
-    let e = t.try_normalize().unwrap_or(DVec2::X);
-    DVec2::new(e.x * x - e.y * across, e.y * x + e.x * across)
-}
-
 /// A visible normal for `u` in `[0, 1)²`: `u.x` gives the slope along the viewer's azimuth, `u.y` the slope across it.
 ///
 /// Distributed as `max(0, wo·wn) D(wn) / A(wo)` for the [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same
@@ -108,8 +102,10 @@ pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3
     let c = slope_cholesky(DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let nu = (meso_area(wo, m) / t.length().max(1e-18)).clamp(-1e15, 1e15);
-    let slope = slope_at(turn_back(t, visible_slope_quantile(u.x, nu), normal_quantile(u.y)), m, c);
-    normal_of_slope(slope)
+    // The visible slope of the standard surface, rotated from the azimuth of `t` back to the axes.
+    let along = t.try_normalize().unwrap_or(DVec2::X);
+    let standard = along.rotate(DVec2::new(visible_slope_quantile(u.x, nu), normal_quantile(u.y)));
+    normal_of_slope(slope_at(standard, m, c))
 }
 
 #[cfg(test)]

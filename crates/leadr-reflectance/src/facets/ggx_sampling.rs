@@ -41,7 +41,7 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let (half_cos, half_sin) = (PI * (0.5 - u.y)).sin_cos();
     let along = height * (below - u.x * above) / (sine + sine_i).max(1e-18) + 2.0 * sine_i * half_cos * half_cos;
     let across = 2.0 * sine_i * half_sin * half_cos;
-    let h = DVec2::new(e.x * along - e.y * across, e.y * along + e.x * across);
+    let h = e.rotate(DVec2::new(along, across));
     // The slope m + C (−h / h.z), times −h.z.
     let n = DVec2::new(c.x * h.x, c.y * h.x + c.z * h.y) - m * height;
     n.extend(height).normalize()

@@ -18,6 +18,7 @@ use super::projected_area::meso_area;
 use super::radial_table::{angle_at, angle_rule, logarithms, place_of};
 use super::slope_distribution::SlopeDistribution;
 use crate::random::Random;
+use crate::slopes::statistics::outer_square;
 
 /// Intervals of the visible area along the root of the cosine.
 const AREA_NODES: usize = 96;
@@ -207,10 +208,10 @@ impl PolarTable {
                 let slope = -theta.tan() * DVec2::from_angle(step * k as f64);
                 let mass = w * theta.sin() * theta.cos() * step * d;
                 mean += mass * slope;
-                second += mass * DVec3::new(slope.x * slope.x, slope.y * slope.y, slope.x * slope.y);
+                second += mass * outer_square(slope);
             }
         }
-        let covariance = second - DVec3::new(mean.x * mean.x, mean.y * mean.y, mean.x * mean.y);
+        let covariance = second - outer_square(mean);
 
         let angles: Vec<f64> = (0..=AREA_NODES).map(|j| (j as f64 / AREA_NODES as f64).powi(2).acos()).collect();
         let areas = AreaKernel::new(&angles, &rule, rows.len()).areas(&densities);

@@ -6,6 +6,7 @@
 
 use super::normal_distribution::normal_tail_mean;
 use crate::limits::{at_least, within};
+use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
@@ -36,7 +37,7 @@ pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
 /// the tilt is continuous and along `S wo`, the direction of the visible slopes. A viewer exactly behind the
 /// displacement direction (`wo = −z`) sees no facet of a height field; nothing is tilted then.
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
-    let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
+    let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
     let lack = 1e-3 - 0.5 * lambda * b2.sqrt() - meso_area(wo, m);
     if lack <= 0.0 {

@@ -270,9 +270,8 @@ impl SlopeDistribution for RadialTable {
         let chi = angle_at((i as f64 + t) / PANELS as f64).copysign(v);
         let (sin_psi, cos_psi) = psi.sin_cos();
         let (sin_chi, cos_chi) = chi.sin_cos();
-        let local = DVec3::new(-sin_psi * cos_chi, sin_chi, cos_psi * cos_chi);
         let along = if sine > 1e-12 { wo.truncate() / sine } else { DVec2::X };
-        DVec3::new(local.x * along.x - local.y * along.y, local.x * along.y + local.y * along.x, local.z)
+        along.rotate(DVec2::new(-sin_psi * cos_chi, sin_chi)).extend(cos_psi * cos_chi)
     }
 }
 

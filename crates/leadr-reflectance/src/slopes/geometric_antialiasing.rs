@@ -13,9 +13,9 @@
 //! slope (where the lobe peaks) in a pass that knows no light.
 
 use super::packing::principal_variances;
-use super::statistics::clamp_covariance;
+use super::statistics::{clamp_covariance, map_second_moments};
 use crate::limits::{MIN_NORMAL_Z, at_least, within};
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
@@ -56,9 +56,7 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
     let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
     let kernel = kernel * (0.25 / second_order.max(1e-12)).min(1.0);
-    let by = |r: DVec2| DVec2::new(kernel.x * r.x + kernel.z * r.y, kernel.z * r.x + kernel.y * r.y);
-    let (u, v) = (DVec2::new(x, c), DVec2::new(c, y));
-    clamp_covariance(DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))))
+    clamp_covariance(map_second_moments(DMat2::from_cols_array(&[x, c, c, y]), kernel))
 }
 
 /// What the kernel adds to slopes of covariance `s`.

@@ -9,7 +9,7 @@
 //! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add *before* filtering
 //! rather than after, or work on mean and covariance ([`covariance_from_moments`]).
 
-use super::statistics::{covariance_from_moments, map_second_moments};
+use super::statistics::{covariance_from_moments, map_second_moments, outer_square};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
 use glam::{DMat2, DVec2, DVec3, DVec4};
 
@@ -24,7 +24,7 @@ pub struct SlopeMoments {
 
 /// Moments of one slope sample: its first and second powers.
 pub fn moments_of_slope(slope: DVec2) -> SlopeMoments {
-    SlopeMoments { first: slope, second: DVec3::new(slope.x * slope.x, slope.y * slope.y, slope.x * slope.y) }
+    SlopeMoments { first: slope, second: outer_square(slope) }
 }
 
 /// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, shortened to [`MAX_SLOPE`]. Normals below the horizon

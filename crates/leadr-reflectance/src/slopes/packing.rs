@@ -16,6 +16,7 @@
 //! can be too small: two texels with different means are enough.
 
 use super::moments::SlopeMoments;
+use super::statistics::outer_square;
 use glam::{DVec2, DVec3};
 
 /// Variances of `s` along its principal axes: the larger and the smaller, ≥ 0 (half the squared radii of the ellipse of
@@ -31,8 +32,7 @@ pub fn principal_variances(s: DVec3) -> DVec2 {
 /// The larger principal variance of moments. Not of the clamped covariance: clamping holds its correlation below 1,
 /// which makes the major axis of ridges 6e-5 too short.
 fn major_variance(a: SlopeMoments) -> f64 {
-    let m = a.first;
-    let s = a.second - DVec3::new(m.x * m.x, m.y * m.y, m.x * m.y);
+    let s = a.second - outer_square(a.first);
     principal_variances(DVec3::new(s.x.max(0.0), s.y.max(0.0), s.z)).x
 }
 

@@ -40,8 +40,18 @@ pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
 /// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that `linear` transforms (LEADR eq. 12).
 pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
     let (u, v) = (linear.row(0), linear.row(1));
-    let by = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
-    DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v)))
+    let (along_u, along_v) = (covariance_times(s, u), covariance_times(s, v));
+    DVec3::new(u.dot(along_u), v.dot(along_v), u.dot(along_v))
+}
+
+/// `S v` of a symmetric matrix `(xx, yy, xy)`.
+pub(crate) fn covariance_times(s: DVec3, v: DVec2) -> DVec2 {
+    DVec2::new(s.x * v.x + s.z * v.y, s.z * v.x + s.y * v.y)
+}
+
+/// `v vᵀ` as `(xx, yy, xy)`.
+pub(crate) fn outer_square(v: DVec2) -> DVec3 {
+    DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y)
 }
 
 /// Covariance after heights are scaled by `eta`; the mean slope scales by `eta` itself (LEADR 4.2, Height Scaling).

@@ -19,7 +19,7 @@
 use glam::{DMat2, DVec2, IVec2};
 
 use super::moments::SlopeMoments;
-use super::statistics::map_second_moments;
+use super::statistics::outer_square;
 
 /// The barycentric coordinate from which on the look of a corner is seen.
 pub const LEAST_LOOK: f64 = 0.3;
@@ -109,12 +109,8 @@ pub fn merged_looks(looks: [Look; 3], lod: f64) -> [Look; 3] {
 /// slopes is in the covariance.
 pub fn add_look(blend: SlopeMoments, look: SlopeMoments, weight: f64, part: f64) -> SlopeMoments {
     let mean = look.first * part;
-    let covariance = look.second - map_second_moments(DMat2::IDENTITY, square(mean));
+    let covariance = look.second - outer_square(mean);
     SlopeMoments { first: blend.first + mean * weight, second: blend.second + covariance * (weight * weight) }
-}
-
-fn square(v: DVec2) -> glam::DVec3 {
-    glam::DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 //! plane covers an area `n.z` of the new one, since both are projections of the same facet. The union of surfaces over
 //! one plane has the area-weighted sum of their moments (LEADR 4.1).
 
-use super::statistics::map_second_moments;
+use super::statistics::{map_second_moments, outer_square};
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// A part of a surface over a common plane.
@@ -37,7 +37,7 @@ pub fn join_slopes(a: SlopePart, b: SlopePart) -> SlopePart {
     let area = a.area + b.area;
     let t = if area > 0.0 { b.area / area } else { 0.0 };
     let d = b.mean - a.mean;
-    let spread = DVec3::new(d.x * d.x, d.y * d.y, d.x * d.y) * (t * (1.0 - t));
+    let spread = outer_square(d) * (t * (1.0 - t));
     SlopePart { mean: a.mean.lerp(b.mean, t), covariance: a.covariance.lerp(b.covariance, t) + spread, area }
 }
 

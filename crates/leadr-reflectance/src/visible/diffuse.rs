@@ -22,7 +22,7 @@ use crate::facets::projected_area::{face_viewer, meso_area, rough_area, slope_sp
 use crate::integrals::diffuse::NormalMoments;
 use crate::limits::at_least;
 use crate::masking::smith::shadowing_given_masking;
-use crate::slopes::statistics::clamp_covariance;
+use crate::slopes::statistics::{clamp_covariance, covariance_times};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -108,7 +108,7 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
         let [t, c, d] = [term.exponent, term.first, term.second].map(|[value, slope]| value + slope * spread.y);
         let t = t / spread.x;
         let g = damped_gaussian(m, s, t);
-        let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
+        let across = covariance_times(g.s, wo.xy());
         let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
         let per_b = 1.0 / b.max(1e-18);
         let a = ao + 2.0 * t * across.dot(m); // meso_area(wo, g.m) without cancellation
@@ -174,7 +174,7 @@ pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, sha
             let [t, c] = [term.exponent, term.first].map(|[value, slope]| value + slope * spread.y);
             let t = t / spread.x;
             let g = damped_gaussian(m, s, t);
-            let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
+            let across = covariance_times(g.s, wo.xy());
             let bo = at_least(across.dot(wo.xy()), 0.0).sqrt();
             let (a, ai) = (ao + 2.0 * t * across.dot(m), meso_area(wi, g.m));
             g.weight * c * clamped_product(a, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))

@@ -20,13 +20,14 @@ use super::slopes::tilted_area;
 use crate::facets::fresnel::grazing_reflectance;
 use crate::facets::normal_distribution::clamped_lean;
 use crate::limits::at_least;
+use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Mean of Schlick's term ([`crate::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`:
 /// linear RGB reflectance at normal incidence; `s`: covariance of the slopes, already clamped
 /// ([`crate::slopes::statistics::clamp_covariance`]).
 pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
-    let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
+    let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
     let per_b = 1.0 / b2.max(1e-24).sqrt();
     let b = b2 * per_b;

@@ -20,6 +20,7 @@
 //! constants only decide where probes go (`lab::quadrature_study::fit_probes`).
 
 use super::slopes::VisibleSlopes;
+use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// `−ln weight` of a direction at the horizon against the highest, of a very rough surface seen from straight above.
@@ -63,7 +64,7 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let both = det * (damp.x * damp.y - damp.z * damp.z).max(0.0);
     let share = 1.0 / (1.0 + s.x * damp.x + s.y * damp.y + 2.0 * s.z * damp.z + both);
     let cov = share * (s + det * DVec3::new(damp.y, damp.x, -damp.z));
-    let moved = -DVec2::new(cov.x * lean.x + cov.z * lean.y, cov.z * lean.x + cov.y * lean.y);
+    let moved = -covariance_times(cov, lean);
     let bound = 1.0 / (1.0 - 2.0 * lean.dot(moved)).max(1.0).sqrt();
     let (lean, moved) = (bound * lean, bound * moved);
     LitSlopes { m: m + moved, s: cov, lean, damp, mean: 0.5 * (share.ln() - lean.dot(moved)) }

@@ -26,7 +26,7 @@ use crate::integrals::diffuse::NormalMoments;
 use crate::limits::{MIN_AREA, at_least};
 use crate::masking::variants::half_facet_area;
 use crate::materials::microfacet::half_vector;
-use crate::slopes::statistics::clamp_covariance;
+use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -68,7 +68,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
     let base = clamp_covariance(s - r);
     let along = |c: DVec3| {
-        let across = DVec2::new(c.x * wo.x + c.z * wo.y, c.z * wo.x + c.y * wo.y);
+        let across = covariance_times(c, wo.xy());
         let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
         (across, b)
     };
@@ -96,7 +96,6 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let b = (br * br + bb * bb).sqrt();
     let (part_r, part_b) = (br / b.max(1e-18), bb / b.max(1e-18));
     let (axis_r, axis_b) = (across_r / br.max(1e-18), across_b / bb.max(1e-18));
-    let square = |v: DVec2| DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y);
     let facet = facet_r + bb * shift_b;
     let variance = part_r * part_r * variance_r + part_b * part_b * variance_b;
     let third = part_r.powi(3) * third_r + part_b.powi(3) * third_b.min(0.0);
@@ -110,7 +109,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
             axis: (across_r + across_b) / b.max(1e-18),
             shift: part_r * lambda + part_b * shift_b,
             mean: m - axis_r * lambda - axis_b * shift_b,
-            cov: s - (1.0 - variance_r) * square(axis_r) - (1.0 - variance_b) * square(axis_b),
+            cov: s - (1.0 - variance_r) * outer_square(axis_r) - (1.0 - variance_b) * outer_square(axis_b),
             facet,
             variance: if b <= 1e-18 { 1.0 } else { variance.clamp(0.02, 1.0) },
             third,

@@ -26,7 +26,7 @@ use super::slopes::{VISIBLE_TAIL, tilted_area};
 use crate::facets::normal_distribution::normal_ramp;
 use crate::facets::projected_area::{face_viewer, slope_spread};
 use crate::masking::correlated::DirectionArea;
-use crate::slopes::statistics::clamp_covariance;
+use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 
 /// `L` of the means that are filtered.
@@ -72,11 +72,6 @@ pub struct SlopesScore {
     pub narrowed: DVec3,
 }
 
-/// `v vᵀ` as xx, yy, xy.
-fn outer_square(v: DVec2) -> DVec3 {
-    DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y)
-}
-
 /// The score of slopes seen from `wo`.
 pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
@@ -96,8 +91,7 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let t = 0.5 / squared_normal_spread(m, s).x;
     let g = damped_gaussian(m, s, t);
-    let times = |w: DVec3| DVec2::new(g.s.x * w.x + g.s.z * w.y, g.s.z * w.x + g.s.y * w.y);
-    let (across, along) = (times(wo), times(wi));
+    let (across, along) = (covariance_times(g.s, wo.xy()), covariance_times(g.s, wi.xy()));
     let (bo, bi) = (across.dot(wo.xy()).max(0.0).sqrt(), along.dot(wi.xy()).max(0.0).sqrt());
     let (po, pi) = (1.0 / bo.max(1e-9), 1.0 / bi.max(1e-9));
     ao += 2.0 * t * across.dot(m);

@@ -14,7 +14,7 @@
 use crate::facets::normal_distribution::normal_ramp;
 use crate::facets::projected_area::{face_viewer, meso_area};
 use crate::limits::at_least;
-use crate::slopes::statistics::clamp_covariance;
+use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// How far a mesosurface may turn behind its own silhouette, in units of `slope_spread`. Beyond this almost nothing of
@@ -59,7 +59,7 @@ pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
 /// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: anything finite.
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
-    let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
+    let across = covariance_times(s, wo.xy());
     let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
     let a = tilted_area(wo, m, b);
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
@@ -80,7 +80,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
         axis,
         shift,
         mean: m - axis * shift,
-        cov: s - (1.0 - variance) * DVec3::new(axis.x * axis.x, axis.y * axis.y, axis.x * axis.y),
+        cov: s - (1.0 - variance) * outer_square(axis),
         facet: a + b * shift,
         variance,
         third,

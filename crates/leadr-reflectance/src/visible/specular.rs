@@ -51,6 +51,7 @@ use super::slopes::{VisibleSlopes, visible_slopes};
 use crate::limits::within;
 use crate::masking::shadowing::Shadowing;
 use crate::slopes::grid::slope_cholesky;
+use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::TAU;
 
@@ -194,8 +195,7 @@ pub struct NodePlaces {
 
 /// The slope of a node, and its `u`.
 pub fn node_slope(places: &NodePlaces, p: DVec2) -> (DVec2, f64) {
-    let c = places.root;
-    let d = DVec2::new(c.x * p.x + c.z * p.y, c.z * p.x + c.y * p.y);
+    let d = covariance_times(places.root, p);
     let u = within(d.dot(places.azimuth), 6.0);
     (places.middle + d + places.bend * (u * u), u)
 }
@@ -360,8 +360,7 @@ pub struct VisibleProbe {
 /// `E[f N/|N|²]` by the moments of `f N` and of `|N|²`, where `f` is the projected area of a facet, and here of the one at
 /// `slope`.
 pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
-    let by = |v: DVec2| DVec2::new(c.x * v.x + c.z * v.y, c.z * v.x + c.y * v.y);
-    let (o, s) = (by(wo.xy()), by(slope));
+    let (o, s) = (covariance_times(c, wo.xy()), covariance_times(c, slope));
     let per = 1.0 / (1.0 + slope.dot(slope) + c.x + c.y);
     let up = f + 2.0 * per * (wo.xy().dot(s) + 2.0 * per * f * slope.dot(s));
     let flat = o + 2.0 * per * f * s - up * slope;
