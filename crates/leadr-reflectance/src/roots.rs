@@ -1,5 +1,14 @@
 //! Roots of increasing functions of one variable.
 
+/// Where `below` ends, between `low` and `high`.
+pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..steps {
+        let middle = 0.5 * (low + high);
+        if below(middle) { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 /// `x` in `[low, high]` with `f(x) = 0` for an increasing `f`, to rounding; the nearer end where there is none inside.
 ///
 /// Regula falsi with Illinois' halving (Dowell and Jarratt 1971): a bracket always holds the root, and functions that are nearly straight

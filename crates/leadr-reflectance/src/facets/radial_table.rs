@@ -22,6 +22,7 @@ use glam::{DVec2, DVec3};
 use super::curve::{Curve, hermite};
 use super::slope_distribution::SlopeDistribution;
 use crate::quadrature::gauss_legendre;
+use crate::roots::bisect;
 
 /// Least density of normals in a table, as a share of its largest.
 pub const LEAST_SHARE: f64 = 1e-30;
@@ -167,15 +168,6 @@ impl RadialTable {
 
 fn density(ln_d: &Curve, theta: f64) -> f64 {
     ln_d.at(place_of(theta) * (ln_d.values().len() - 1) as f64).exp()
-}
-
-/// Where `below` ends, between `low` and `high`.
-fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..steps {
-        let middle = 0.5 * (low + high);
-        if below(middle) { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
 }
 
 /// `∫₀^χ D(cos ψ cos χ) cos² χ dχ` at the ends of the panels, each with its derivative by the panel; by Simpson's rule.

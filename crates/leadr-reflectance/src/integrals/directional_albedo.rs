@@ -14,6 +14,7 @@ use crate::masking::variants::{Masking, attenuation};
 use crate::materials::energy::SplitAlbedo;
 use crate::materials::microfacet::half_vector;
 use crate::quadrature::gauss_legendre;
+use crate::roots::bisect;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -105,14 +106,9 @@ fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize
         at.push(towards.min(turn));
         at.sort_by(f64::total_cmp);
         for pair in at.windows(2) {
-            let (mut low, mut high) = (pair[0], pair[1]);
-            let before = lit(low);
-            if before != lit(high) {
-                for _ in 0..50 {
-                    let middle = 0.5 * (low + high);
-                    if lit(middle) == before { low = middle } else { high = middle }
-                }
-                edges.push(high);
+            let before = lit(pair[0]);
+            if before != lit(pair[1]) {
+                edges.push(bisect(pair[0], pair[1], 50, |phi| lit(phi) == before));
             }
         }
     }
