@@ -7,19 +7,16 @@ use super::ellipse::{
 };
 use super::projected_area::visible_area;
 use super::slope_distribution::{SlopeDistribution, visible_density};
-use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z, MIN_VARIANCE, at_least};
-use crate::slopes::statistics::{clamp_covariance, covariance_from_moments, slope_correlation};
+use crate::limits::MIN_NORMAL_Z;
+use crate::slopes::statistics::{covariance_from_moments, slope_scales, widened_covariance};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `P22(slope)`: density of slopes. Variances are held at [`MIN_VARIANCE`] or above.
+/// `P22(slope)`: density of slopes. Variances are held at [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) or above.
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
-    let deviation = |variance: f64| variance.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
-    let sigma = DVec2::new(deviation(s.x), deviation(s.y));
-    let r = slope_correlation(sigma, s.z);
+    let (sigma, r, q) = slope_scales(s);
     // Whitened: x, then y given x. Loses less precision than the adjugate when the correlation is strong.
     let u = (slope - m) / sigma;
-    let q = ((1.0 - r) * (1.0 + r)).sqrt();
     let v = (u.y - r * u.x) / q;
     (-0.5 * (u.x * u.x + v * v)).exp() / (2.0 * PI * sigma.x * sigma.y * q)
 }
@@ -48,12 +45,10 @@ pub struct Beckmann {
 
 impl Beckmann {
     /// From the mean slope and the covariance `(s_xx, s_yy, s_xy)`, clamped to the usable range: variances of
-    /// [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
+    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) to [`MAX_SLOPE`](crate::limits::MAX_SLOPE)², correlations within
     /// [`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, covariance: DVec3) -> Self {
-        let floor =
-            DVec3::new(at_least(covariance.x, MIN_VARIANCE), at_least(covariance.y, MIN_VARIANCE), covariance.z);
-        Self { mean, covariance: clamp_covariance(floor) }
+        Self { mean, covariance: widened_covariance(covariance) }
     }
 
     /// Isotropic, of roughness `α` (`α² = 2σ²`).

@@ -12,8 +12,8 @@
 
 use super::normal_distribution::{MIN_PROBABILITY, mills_ratio, normal_quantile, tail_mean_ratio};
 use super::projected_area::meso_area;
-use crate::limits::{MIN_VARIANCE, at_least};
 use crate::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
+use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -99,7 +99,7 @@ fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
 /// Distributed as `max(0, wo·wn) D(wn) / A(wo)` for the [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same
 /// statistics. A viewer exactly behind the displacement direction sees nothing; the result is then some finite normal.
 pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3 {
-    let c = slope_cholesky(DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z));
+    let c = slope_cholesky(with_least_variance(s));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let nu = (meso_area(wo, m) / t.length().max(1e-18)).clamp(-1e15, 1e15);
     // The visible slope of the standard surface, rotated from the azimuth of `t` back to the axes.

@@ -11,22 +11,15 @@ use super::ellipse::{Bivariate, Ellipse, roughness_from_bivariate, roughness_fro
 use super::ggx_sampling::ggx_sample_visible;
 use super::projected_area::{meso_area, slope_spread};
 use super::slope_distribution::{SlopeDistribution, visible_density};
-use crate::limits::{MAX_SLOPE, MIN_AREA, MIN_VARIANCE, at_least};
-use crate::slopes::statistics::{clamp_covariance, slope_correlation};
+use crate::limits::MIN_AREA;
+use crate::slopes::statistics::{slope_scales, widened_covariance};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// `(√a_xx, √a_yy, r, √(1 − r²))` with the roughness held at [`MIN_VARIANCE`] and the correlation below 1.
-fn scales(a: DVec3) -> (DVec2, f64, f64) {
-    let root = |v: f64| v.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
-    let alpha = DVec2::new(root(a.x), root(a.y));
-    let r = slope_correlation(alpha, a.z);
-    (alpha, r, ((1.0 - r) * (1.0 + r)).sqrt())
-}
-
-/// `P22(slope)`: density of slopes (thesis eq. 3.2). Diagonal elements are held at [`MIN_VARIANCE`] or above.
+/// `P22(slope)`: density of slopes (thesis eq. 3.2). Diagonal elements are held at
+/// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) or above.
 pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
-    let (alpha, r, q) = scales(a);
+    let (alpha, r, q) = slope_scales(a);
     let u = (slope - m) / alpha;
     let v = (u.y - r * u.x) / q;
     let g = 1.0 / (1.0 + u.x * u.x + v * v);
@@ -41,7 +34,7 @@ pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
     }
-    let (alpha, r, q) = scales(a);
+    let (alpha, r, q) = slope_scales(a);
     let u = (-wh.xy() - wh.z * m) / alpha;
     let v = (u.y - r * u.x) / q;
     let g = 1.0 / (wh.z * wh.z + u.x * u.x + v * v).max(1e-13);
@@ -97,11 +90,11 @@ pub struct Ggx {
 
 impl Ggx {
     /// From the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms, clamped to the usable
-    /// range: diagonal of [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
+    /// range: diagonal of [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) to
+    /// [`MAX_SLOPE`](crate::limits::MAX_SLOPE)², correlations within
     /// [`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
-        let floor = DVec3::new(at_least(roughness.x, MIN_VARIANCE), at_least(roughness.y, MIN_VARIANCE), roughness.z);
-        Self { mean, roughness: clamp_covariance(floor) }
+        Self { mean, roughness: widened_covariance(roughness) }
     }
 
     /// Isotropic, with roughness `α`.

@@ -12,8 +12,8 @@
 //! of `o.z`. Hence: draw `i` uniformly in that cap and normalise `h = i + o`.
 
 use super::projected_area::meso_area;
-use crate::limits::{MIN_VARIANCE, at_least};
 use crate::slopes::grid::slope_cholesky;
+use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 /// finite normal.
 pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let u = DVec2::new(u.x.clamp(0.0, 1.0 - 1.0 / 16_777_216.0), u.y);
-    let c = slope_cholesky(DVec3::new(at_least(a.x, MIN_VARIANCE), at_least(a.y, MIN_VARIANCE), a.z));
+    let c = slope_cholesky(with_least_variance(a));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let (meso, b) = (meso_area(wo, m), t.length());
     let e = if b > 1e-18 { t / b } else { DVec2::X };

@@ -1,6 +1,6 @@
 //! Mean and covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
 
-use crate::limits::{MAX_CORRELATION, MAX_GRADIENT_VARIANCE, MAX_SLOPE, within};
+use crate::limits::{MAX_CORRELATION, MAX_GRADIENT_VARIANCE, MAX_SLOPE, MIN_VARIANCE, at_least, within};
 use glam::{DMat2, DVec2, DVec3};
 
 /// The nearest usable covariance of slopes, rise over run: variances in `[0, MAX_SLOPE²]`,
@@ -14,6 +14,24 @@ pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
     let (x, y) = (s.x.clamp(0.0, largest), s.y.clamp(0.0, largest));
     let c = MAX_CORRELATION * (x * y).sqrt();
     DVec3::new(x, y, within(s.z, c))
+}
+
+/// [`clamp_covariance`] with variances of at least [`MIN_VARIANCE`], as a density of slopes needs them.
+pub(crate) fn widened_covariance(s: DVec3) -> DVec3 {
+    clamp_covariance(with_least_variance(s))
+}
+
+/// Variances of at least [`MIN_VARIANCE`]; all else unchanged.
+pub(crate) fn with_least_variance(s: DVec3) -> DVec3 {
+    DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z)
+}
+
+/// `(√s_xx, √s_yy)`, the correlation `r` and `√(1 − r²)` of a density of slopes; variances from [`MIN_VARIANCE`] to [`MAX_SLOPE`]².
+pub(crate) fn slope_scales(s: DVec3) -> (DVec2, f64, f64) {
+    let deviation = |variance: f64| variance.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
+    let sigma = DVec2::new(deviation(s.x), deviation(s.y));
+    let r = slope_correlation(sigma, s.z);
+    (sigma, r, ((1.0 - r) * (1.0 + r)).sqrt())
 }
 
 /// Correlation coefficient, `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.
