@@ -112,8 +112,8 @@ pub enum Step {
 impl Fit {
     /// The thesis' material with Gaussian slopes of the same second moments.
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
-        let distribution = Beckmann::new(self.extracted.slopes.mean_slope(), covariance_from_roughness(self.beckmann));
-        Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
+        let covariance = covariance_from_roughness(self.beckmann);
+        self.thesis_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
     }
 
     /// The best material with the slopes of another curve; `None` for a curve without any.
@@ -124,8 +124,12 @@ impl Fit {
 
     /// The thesis' material with GGX slopes of the same mean sizes.
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
-        let distribution = Ggx::new(self.extracted.slopes.mean_slope(), self.ggx);
-        Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
+        self.thesis_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
+    }
+
+    fn thesis_with<D>(&self, distribution: D) -> Microfacet<D> {
+        let Microfacet { masking, fresnel, .. } = &self.thesis.facets;
+        Microfacet { distribution, masking: *masking, fresnel: fresnel.clone() }
     }
 }
 

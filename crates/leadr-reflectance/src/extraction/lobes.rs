@@ -99,10 +99,10 @@ impl Gaussian {
 
 /// Slopes of the table, each with its mass.
 fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
-    let (angles, azimuths) = match slopes {
-        Tabulated::Radial(table) => (4 * table.nodes(), 1),
-        Tabulated::Polar(table) => table.nodes(),
-    };
+    let (mut angles, azimuths) = slopes.nodes();
+    if azimuths == 1 {
+        angles *= 4;
+    }
     let mut all = Vec::with_capacity(angles * azimuths);
     for i in 0..angles {
         let u = (i as f64 + 0.5) / angles as f64;

@@ -11,8 +11,7 @@ use glam::DVec3;
 
 use super::samples::{Sample, direction};
 use crate::facets::fresnel::{Fresnel, FresnelTable};
-use crate::facets::polar_table::PolarTable;
-use crate::facets::radial_table::{RadialTable, angle_at, place_of};
+use crate::facets::radial_table::{angle_at, place_of};
 use crate::facets::slope_distribution::SlopeDistribution as _;
 use crate::facets::tabulated::Tabulated;
 use crate::materials::fitted::FittedBrdf;
@@ -145,10 +144,7 @@ struct Grid {
 
 impl Grid {
     fn of(slopes: &Tabulated) -> Self {
-        let size = match slopes {
-            Tabulated::Radial(table) => (table.nodes(), 1),
-            Tabulated::Polar(table) => table.nodes(),
-        };
+        let size = slopes.nodes();
         let at = |i: usize, k: usize| {
             slopes.ndf(direction(angle_at(i as f64 / size.0 as f64), TAU * k as f64 / size.1 as f64))
         };
@@ -174,10 +170,7 @@ impl Grid {
 
     fn table(&self) -> Option<Tabulated> {
         let (n, m) = self.size;
-        if m == 1 {
-            return RadialTable::new(&self.densities).map(Tabulated::Radial);
-        }
         let rows: Vec<Vec<f64>> = (0..m).map(|k| (0..n).map(|i| self.densities[i * m + k]).collect()).collect();
-        PolarTable::new(&rows).map(Tabulated::Polar)
+        Tabulated::from_rows(&rows)
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::curve::Curve;
 use super::polar_table::PolarTable;
 use super::radial_table::RadialTable;
 use super::slope_distribution::SlopeDistribution;
@@ -16,6 +17,30 @@ pub enum Tabulated {
 }
 
 impl Tabulated {
+    /// From densities of normals, a row for each azimuth, as [`RadialTable::new`] takes one row and [`PolarTable::new`] several.
+    pub fn from_rows(rows: &[Vec<f64>]) -> Option<Self> {
+        match rows {
+            [row] => RadialTable::new(row).map(Self::Radial),
+            rows => PolarTable::new(rows).map(Self::Polar),
+        }
+    }
+
+    /// Angles and azimuths that it was made from; one azimuth where all are the same.
+    pub fn nodes(&self) -> (usize, usize) {
+        match self {
+            Self::Radial(table) => (table.nodes(), 1),
+            Self::Polar(table) => table.nodes(),
+        }
+    }
+
+    /// `ln D` over `u`, in steps of one node, for each azimuth.
+    pub fn ln_d(&self) -> &[Curve] {
+        match self {
+            Self::Radial(table) => std::slice::from_ref(table.ln_d()),
+            Self::Polar(table) => table.ln_d(),
+        }
+    }
+
     /// `∫ f(slope) P22` over the slopes that the table has.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         match self {

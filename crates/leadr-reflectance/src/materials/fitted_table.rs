@@ -12,7 +12,6 @@ use crate::facets::curve::Curve;
 use crate::facets::ellipse::ellipse_from_roughness;
 use crate::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::facets::slope_distribution::SlopeDistribution as _;
-use crate::facets::tabulated::Tabulated;
 
 /// Largest roughness of a lobe.
 const MOST_ALPHA: f64 = 2.0;
@@ -48,10 +47,7 @@ impl FittedTable {
     pub fn new(brdf: &FittedBrdf, lobes: &[Lobe], alpha: f32) -> Self {
         let facets = &brdf.facets;
         let lobes = &lobes[..lobes.len().min(MOST_LOBES)];
-        let rows: Vec<&Curve> = match &facets.distribution {
-            Tabulated::Radial(table) => vec![table.ln_d()],
-            Tabulated::Polar(table) => table.ln_d().iter().collect(),
-        };
+        let rows = facets.distribution.ln_d();
         let area = |azimuth: f64, j: usize| {
             let cosine = (j as f64 / AREAS as f64).powi(2);
             let across = (1.0 - cosine * cosine).max(0.0).sqrt() * DVec2::from_angle(azimuth);
@@ -87,7 +83,7 @@ impl FittedTable {
             words.push(lobe_alpha(lobe));
         }
         words.resize(density_at, 0.0);
-        words.extend(rows.into_iter().flat_map(Curve::knots).flatten());
+        words.extend(rows.iter().flat_map(Curve::knots).flatten());
         words.extend(areas.iter().flat_map(Curve::knots).flatten());
         let angle = |i: usize| i as f64 / REFLECTANCES as f64 * FRAC_PI_2;
         words.extend((0..=REFLECTANCES).flat_map(|i| facets.fresnel.at(angle(i).cos()).to_array()));
