@@ -1,6 +1,5 @@
 //! Images: 2D, with mips, arrays and cubes; their views; and the use that each was last in.
 
-use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
@@ -92,28 +91,27 @@ pub(crate) struct ImageInner {
     pub(crate) gpu: Arc<Gpu>,
     pub(crate) raw: vk::Image,
     /// `None` for images with another owner, such as a swapchain.
-    allocation: Mutex<Option<Allocation>>,
+    allocation: Option<Allocation>,
     owned: bool,
     name: String,
     desc: ImageDesc,
     /// The use of all mips and layers after the commands submitted so far.
-    last_use: AtomicU8,
+    last_use: Mutex<Use>,
 }
 
 impl ImageInner {
     pub(crate) fn set_last_use(&self, last: Use) {
-        self.last_use.store(last as u8, Ordering::Relaxed);
+        *self.last_use.lock().unwrap_or_else(PoisonError::into_inner) = last;
     }
 }
 
 impl Drop for ImageInner {
     fn drop(&mut self) {
-        let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
         if self.owned {
             // SAFETY: commands that use the image hold an Arc of it until they are done.
             unsafe { self.gpu.raw().destroy_image(self.raw, None) };
         }
-        if let Some(allocation) = allocation {
+        if let Some(allocation) = self.allocation.take() {
             let _ = self.gpu.allocator().free(allocation);
         }
     }
@@ -181,18 +179,18 @@ impl Image {
         let mut inner = ImageInner {
             gpu: gpu.clone(),
             raw,
-            allocation: Mutex::new(None),
+            allocation: None,
             owned: true,
             name: name.to_owned(),
             desc,
-            last_use: AtomicU8::new(Use::Undefined as u8),
+            last_use: Mutex::new(Use::Undefined),
         };
         // SAFETY: the image was made above, on this device.
         let requirements = unsafe { gpu.raw().get_image_memory_requirements(raw) };
         let allocation = allocate(gpu, name, requirements, MemoryLocation::GpuOnly, false)?;
         // SAFETY: the memory was made for this image and is not bound yet.
         let bound = unsafe { gpu.raw().bind_image_memory(raw, allocation.memory(), allocation.offset()) };
-        *inner.allocation.get_mut().unwrap_or_else(PoisonError::into_inner) = Some(allocation);
+        inner.allocation = Some(allocation);
         bound.doing(format!("binding memory of image {name}"))?;
         Self::with_view(inner)
     }
@@ -207,11 +205,11 @@ impl Image {
         Self::with_view(ImageInner {
             gpu: gpu.clone(),
             raw,
-            allocation: Mutex::new(None),
+            allocation: None,
             owned: false,
             name: name.to_owned(),
             desc,
-            last_use: AtomicU8::new(Use::Undefined as u8),
+            last_use: Mutex::new(Use::Undefined),
         })
     }
 
@@ -300,7 +298,7 @@ impl Image {
 
     /// The use of the whole image after the commands submitted so far. Barriers of single mips do not change it.
     pub(crate) fn last_use(&self) -> Use {
-        Use::from_u8(self.inner.last_use.load(Ordering::Relaxed))
+        *self.inner.last_use.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn gpu(&self) -> &Arc<Gpu> {

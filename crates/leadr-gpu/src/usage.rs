@@ -6,7 +6,6 @@ use ash::vk;
 ///
 /// For buffers and other memory the image layout has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Use {
     /// Not used yet, or with content that may be discarded. Waits for all earlier work.
     Undefined,
@@ -87,37 +86,5 @@ impl Use {
                 L::GENERAL
             }
         }
-    }
-
-    /// The inverse of `as u8`, for an image's remembered use.
-    pub(crate) fn from_u8(value: u8) -> Self {
-        const ALL: [Use; 12] = [
-            Use::Undefined,
-            Use::CopySource,
-            Use::CopyTarget,
-            Use::Sampled,
-            Use::ComputeRead,
-            Use::ComputeWrite,
-            Use::ComputeReadWrite,
-            Use::GraphicsRead,
-            Use::ColorTarget,
-            Use::DepthTarget,
-            Use::HostRead,
-            Use::Present,
-        ];
-        ALL.get(usize::from(value)).copied().unwrap_or(Self::Undefined)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Use;
-
-    #[test]
-    fn an_image_remembers_every_use() {
-        for value in 0..12 {
-            assert_eq!(Use::from_u8(value) as u8, value);
-        }
-        assert_eq!(Use::Present as u8, 11);
     }
 }
