@@ -74,19 +74,11 @@ fn declaration(line: &str, floats: Floats) -> Option<String> {
     Some(format!("pub const {}: {kind} = {value};", name.trim()))
 }
 
-/// The expression without the `u` of GLSL's unsigned numbers.
+/// The expression without the `u` of GLSL's unsigned numbers. Between its words are spaces.
 fn without_suffixes(value: &str) -> String {
-    let mut result = String::with_capacity(value.len());
-    let mut in_number = false;
-    let mut before = ' ';
-    for c in value.chars() {
-        let part_of_word = c.is_ascii_alphanumeric() || c == '_';
-        in_number =
-            part_of_word && (in_number || (c.is_ascii_digit() && !before.is_ascii_alphanumeric() && before != '_'));
-        if !(in_number && c == 'u') {
-            result.push(c);
-        }
-        before = c;
-    }
-    result
+    let plain = |word: &str| match word.starts_with(|c: char| c.is_ascii_digit()) {
+        true => word.trim_end_matches('u').to_owned(),
+        false => word.to_owned(),
+    };
+    value.split_whitespace().map(plain).collect::<Vec<_>>().join(" ")
 }

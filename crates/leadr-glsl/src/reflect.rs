@@ -233,13 +233,8 @@ impl Module {
             }
             (20, [id]) => self.add(*id, Type::Bool),
             (21, [id, width, signed]) => {
-                self.add(
-                    *id,
-                    Type::Number {
-                        bytes: width / 8,
-                        kind: if *signed == 0 { ConstantKind::U32 } else { ConstantKind::I32 },
-                    },
-                );
+                let kind = if *signed == 0 { ConstantKind::U32 } else { ConstantKind::I32 };
+                self.add(*id, Type::Number { bytes: width / 8, kind });
             }
             (22, [id, width, ..]) => self.add(*id, Type::Number { bytes: width / 8, kind: ConstantKind::F32 }),
             (23, [id, component, count]) => self.add(*id, Type::Vector(*component, *count)),
