@@ -74,11 +74,8 @@ impl EnergyTable {
     fn stored(table: usize) -> Self {
         let (words, _) = NODES.as_chunks::<2>();
         let at = |i: usize| f32::from(u16::from_le_bytes(words[i])) / 65535.0;
-        Self::from_nodes(|node| [0, 1].map(|k| at(2 * (table * ENERGY_COSINES * ENERGY_ALPHAS + node) + k)))
-    }
-
-    /// From `(1 − ideal, grazing)` at node `x + 32 y`.
-    pub fn from_nodes(node: impl Fn(usize) -> [f32; 2]) -> Self {
+        // `(1 − ideal, grazing)` at node `x + 32 y`.
+        let node = |i: usize| [0, 1].map(|k| at(2 * (table * ENERGY_COSINES * ENERGY_ALPHAS + i) + k));
         let rows = (0..ENERGY_ALPHAS).flat_map(|y| {
             let row: Vec<[f32; 2]> = (0..ENERGY_COSINES).map(|x| node(x + ENERGY_COSINES * y)).collect();
             let average = [0, 1].map(|k| row_average(&row, k) as f32);

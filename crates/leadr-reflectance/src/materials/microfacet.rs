@@ -35,31 +35,34 @@ pub fn microfacet_product(d: f64, factor: f64) -> f64 {
 
 /// `D (G / a_o) / 4`: `f_r cos θ_i` for ideal mirrors. 0 where the half vector is not above the horizon.
 pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
-    let wh = half_vector(wo, wi);
-    if wh.z <= 0.0 {
-        return 0.0;
-    }
-    microfacet_product(distribution.ndf(wh), attenuation(masking, distribution, wo, wi, wh))
+    let (m, shape) = (distribution.mean_slope(), distribution.shape());
+    mirrors(masking, wo, wi, m, shape, |wh| distribution.ndf(wh), |w| distribution.visible_area(w))
 }
 
 /// [`microfacet_eval`] for Gaussian slopes of mean `m` and covariance `s`, as in the GLSL library.
 pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
-    let wh = half_vector(wo, wi);
-    if wh.z <= 0.0 {
-        return 0.0;
-    }
-    let factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, s), visible_area(wi, m, s), s);
-    microfacet_product(beckmann_ndf(wh, m, s), factor)
+    mirrors(masking, wo, wi, m, s, |wh| beckmann_ndf(wh, m, s), |w| visible_area(w, m, s))
 }
 
 /// [`microfacet_eval`] for GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as in the GLSL library.
 pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
+    mirrors(masking, wo, wi, m, a, |wh| ggx_ndf(wh, m, a), |w| ggx_visible_area(w, m, a))
+}
+
+fn mirrors(
+    masking: Masking,
+    wo: DVec3,
+    wi: DVec3,
+    m: DVec2,
+    shape: DVec3,
+    ndf: impl Fn(DVec3) -> f64,
+    area: impl Fn(DVec3) -> f64,
+) -> f64 {
     let wh = half_vector(wo, wi);
     if wh.z <= 0.0 {
         return 0.0;
     }
-    let factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, a), ggx_visible_area(wi, m, a), a);
-    microfacet_product(ggx_ndf(wh, m, a), factor)
+    microfacet_product(ndf(wh), masking_factor(masking, wo, wi, wh, m, area(wo), area(wi), shape))
 }
 
 /// Factor `q` in the density `D q / 4` with which a facet of projected area `facet` draws directions `wi`. It stands
