@@ -32,37 +32,6 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_fill_buffer(self.raw(), buffer.raw(), 0, size, pattern) };
     }
 
-    /// Copies one mip of all layers to one of another image with texels of the same size; the images are in
-    /// [`Use::CopySource`] and [`Use::CopyTarget`].
-    pub fn copy_mip(&mut self, source: &Image, source_mip: u32, target: &Image, target_mip: u32) {
-        let checked = source.check_mip_layer(source_mip, 0).and_then(|()| target.check_mip_layer(target_mip, 0));
-        let sizes = checked.and_then(|()| Ok([source.texel_bytes()?, target.texel_bytes()?]));
-        let ([width, height], layers) = (source.mip_extent(source_mip), source.desc().layers);
-        match sizes {
-            Err(error) => return self.fail(error),
-            Ok([from, to]) => {
-                if from != to || layers != target.desc().layers || [width, height] != target.mip_extent(target_mip) {
-                    let fault = format!("mip {source_mip} does not fit mip {target_mip} of {}", target.name());
-                    return self.fail(GpuError::usage(source.name(), fault));
-                }
-            }
-        }
-        self.keep(&source.inner);
-        self.keep(&target.inner);
-        let subresource = |image: &Image, mip| {
-            let layers = vk::ImageSubresourceLayers::default().aspect_mask(image.aspect()).layer_count(layers);
-            layers.mip_level(mip)
-        };
-        let region = vk::ImageCopy::default()
-            .src_subresource(subresource(source, source_mip))
-            .dst_subresource(subresource(target, target_mip))
-            .extent(vk::Extent3D { width, height, depth: 1 });
-        let [from, to] = [Use::CopySource, Use::CopyTarget].map(Use::layout);
-        let device = self.gpu().raw();
-        // SAFETY: the command buffer is being recorded and keeps both alive; the region is a whole mip of each.
-        unsafe { device.cmd_copy_image(self.raw(), source.raw(), from, target.raw(), to, &[region]) };
-    }
-
     /// Copies tightly packed rows from a buffer to the rows `rows` of one mip of one layer; the image is in
     /// [`Use::CopyTarget`].
     pub fn copy_buffer_to_image(
