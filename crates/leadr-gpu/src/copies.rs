@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use ash::vk;
 
-use super::{Buffer, Commands, GpuError, Image, Use};
+use super::{Buffer, Commands, GpuError, Image, Result, Use};
 
 impl Commands {
     /// Copies bytes between buffers.
@@ -43,12 +43,13 @@ impl Commands {
         layer: u32,
         rows: Range<u32>,
     ) {
-        if let Some(region) = self.region(source, offset, target, mip, layer, rows) {
-            let layout = Use::CopyTarget.layout();
-            let device = self.gpu().raw();
-            // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
-            unsafe { device.cmd_copy_buffer_to_image(self.raw(), source.raw(), target.raw(), layout, &[region]) };
-        }
+        let region = match self.region(source, offset, target, mip, layer, rows) {
+            Ok(region) => region,
+            Err(error) => return self.fail(error),
+        };
+        let (device, layout) = (self.gpu().raw(), Use::CopyTarget.layout());
+        // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
+        unsafe { device.cmd_copy_buffer_to_image(self.raw(), source.raw(), target.raw(), layout, &[region]) };
     }
 
     /// Copies the rows `rows` of one mip of one layer into a buffer, tightly packed; the image is in [`Use::CopySource`].
@@ -61,12 +62,13 @@ impl Commands {
         target: &Buffer,
         offset: u64,
     ) {
-        if let Some(region) = self.region(target, offset, source, mip, layer, rows) {
-            let layout = Use::CopySource.layout();
-            let device = self.gpu().raw();
-            // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
-            unsafe { device.cmd_copy_image_to_buffer(self.raw(), source.raw(), layout, target.raw(), &[region]) };
-        }
+        let region = match self.region(target, offset, source, mip, layer, rows) {
+            Ok(region) => region,
+            Err(error) => return self.fail(error),
+        };
+        let (device, layout) = (self.gpu().raw(), Use::CopySource.layout());
+        // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
+        unsafe { device.cmd_copy_image_to_buffer(self.raw(), source.raw(), layout, target.raw(), &[region]) };
     }
 
     fn region(
@@ -77,21 +79,13 @@ impl Commands {
         mip: u32,
         layer: u32,
         rows: Range<u32>,
-    ) -> Option<vk::BufferImageCopy> {
-        let texel = image.check_mip_layer(mip, layer).and_then(|()| image.texel_bytes());
-        let texel = match texel {
-            Ok(texel) => texel,
-            Err(error) => {
-                self.fail(error);
-                return None;
-            }
-        };
+    ) -> Result<vk::BufferImageCopy> {
+        image.check_mip_layer(mip, layer)?;
         let [width, height] = image.mip_extent(mip);
-        let bytes = texel * u64::from(width) * rows.len() as u64;
+        let bytes = image.texel_bytes()? * u64::from(width) * rows.len() as u64;
         if rows.is_empty() || rows.end > height || offset.checked_add(bytes).is_none_or(|end| end > buffer.size()) {
             let fault = format!("rows {rows:?} of mip {mip} do not fit the image or buffer {}", buffer.name());
-            self.fail(GpuError::usage(image.name(), fault));
-            return None;
+            return Err(GpuError::usage(image.name(), fault));
         }
         self.keep(&buffer.inner);
         self.keep(&image.inner);
@@ -100,12 +94,10 @@ impl Commands {
             .mip_level(mip)
             .base_array_layer(layer)
             .layer_count(1);
-        Some(
-            vk::BufferImageCopy::default()
-                .buffer_offset(offset)
-                .image_subresource(subresource)
-                .image_offset(vk::Offset3D { x: 0, y: rows.start.cast_signed(), z: 0 })
-                .image_extent(vk::Extent3D { width, height: rows.len() as u32, depth: 1 }),
-        )
+        Ok(vk::BufferImageCopy::default()
+            .buffer_offset(offset)
+            .image_subresource(subresource)
+            .image_offset(vk::Offset3D { x: 0, y: rows.start.cast_signed(), z: 0 })
+            .image_extent(vk::Extent3D { width, height: rows.len() as u32, depth: 1 }))
     }
 }

@@ -24,10 +24,8 @@ pub(crate) struct Candidate {
 pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions: &[&CStr]) -> Result<Candidate> {
     // SAFETY: the instance is alive.
     let physicals = unsafe { instance.enumerate_physical_devices() }.doing("listing the Vulkan devices")?;
-    let mut candidates = Vec::new();
-    for physical in physicals {
-        candidates.push(inspect(instance, physical, extensions));
-    }
+    let mut candidates: Vec<_> =
+        physicals.into_iter().map(|physical| inspect(instance, physical, extensions)).collect();
     if candidates.is_empty() {
         return Err(GpuError::NoDriver);
     }
@@ -50,14 +48,10 @@ pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions:
     }
     let best =
         (0..candidates.len()).filter(|i| candidates[*i].missing.is_empty()).min_by_key(|i| rank(candidates[*i].kind));
-    match best {
-        Some(index) => Ok(candidates.swap_remove(index)),
-        None => {
-            let reasons: Vec<String> =
-                candidates.iter().map(|c| format!("{} lacks {}", c.name, c.missing.join(", "))).collect();
-            Err(GpuError::NoSuitableDevice(reasons.join("; ")))
-        }
-    }
+    best.map(|index| candidates.swap_remove(index)).ok_or_else(|| {
+        let lacks = |c: &Candidate| format!("{} lacks {}", c.name, c.missing.join(", "));
+        GpuError::NoSuitableDevice(candidates.iter().map(lacks).collect::<Vec<_>>().join("; "))
+    })
 }
 
 fn rank(kind: vk::PhysicalDeviceType) -> u32 {

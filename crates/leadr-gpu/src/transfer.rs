@@ -15,14 +15,10 @@ impl Image {
     pub fn write<T: NoUninit>(&self, mip: u32, layer: u32, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
-        let height = self.mip_extent(mip)[1];
-        if bytes.len() as u64 != row * u64::from(height) {
-            let [width, height] = self.mip_extent(mip);
-            let fault = format!(
-                "mip {mip} of {width}x{height} texels has {} bytes, not {}",
-                row * u64::from(height),
-                bytes.len()
-            );
+        let [width, height] = self.mip_extent(mip);
+        let total = row * u64::from(height);
+        if bytes.len() as u64 != total {
+            let fault = format!("mip {mip} of {width}x{height} texels has {total} bytes, not {}", bytes.len());
             return Err(GpuError::usage(self.name(), fault));
         }
         let staging_bytes = row * u64::from(rows_per_chunk.min(height));
