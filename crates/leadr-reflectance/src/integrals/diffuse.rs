@@ -7,7 +7,7 @@
 use super::sh::{Sh9, sh_irradiance_moments};
 use crate::frame::Frame;
 use crate::masking::smith::shadowing_given_masking;
-use crate::slopes::grid::{facet_area, grid_node, normal_of_slope, slope_at, slope_cholesky};
+use crate::slopes::grid::{facet_area, grid_nodes, normal_of_slope, slope_at, slope_cholesky};
 use glam::{DMat3, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -28,17 +28,14 @@ pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64
     let mut sum = NormalMoments { mean: DVec3::ZERO, diag: DVec3::ZERO, off: DVec3::ZERO };
     let mut norm = 0.0;
     let cholesky = slope_cholesky(s);
-    for j in 0..n {
-        for k in 0..n {
-            let node = grid_node(j, k, n, lambda);
-            let slope = slope_at(node.xy(), m, cholesky);
-            let wn = normal_of_slope(slope);
-            let w = node.z * facet_area(wo, slope);
-            sum.mean += w * wn;
-            sum.diag += w * wn * wn;
-            sum.off += w * wn.yzx() * wn.zxy();
-            norm += w;
-        }
+    for node in grid_nodes(n, lambda) {
+        let slope = slope_at(node.xy(), m, cholesky);
+        let wn = normal_of_slope(slope);
+        let w = node.z * facet_area(wo, slope);
+        sum.mean += w * wn;
+        sum.diag += w * wn * wn;
+        sum.off += w * wn.yzx() * wn.zxy();
+        norm += w;
     }
     let scale = 1.0 / norm.max(1e-12);
     NormalMoments { mean: sum.mean * scale, diag: sum.diag * scale, off: sum.off * scale }
@@ -73,14 +70,11 @@ pub fn leadr_diffuse_light_sh(v: &NormalMoments, wo: DVec3, wi: DVec3, m: DVec2,
 pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut norm) = (0.0, 0.0);
     let cholesky = slope_cholesky(s);
-    for j in 0..n {
-        for k in 0..n {
-            let node = grid_node(j, k, n, lambda);
-            let slope = slope_at(node.xy(), m, cholesky);
-            let w = node.z * facet_area(wo, slope);
-            sum += w * wi.dot(normal_of_slope(slope)).max(0.0);
-            norm += w;
-        }
+    for node in grid_nodes(n, lambda) {
+        let slope = slope_at(node.xy(), m, cholesky);
+        let w = node.z * facet_area(wo, slope);
+        sum += w * wi.dot(normal_of_slope(slope)).max(0.0);
+        norm += w;
     }
     shadowing_given_masking(wo, wi, m, s, shadowing) * sum / norm.max(1e-12) / PI
 }
@@ -88,6 +82,7 @@ pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::slopes::grid::grid_node;
     use crate::frame::{frame_about, from_frame};
     use crate::integrals::sh::{sh_add_light, sh_irradiance};
     use crate::slopes::grid::slope_sample;

@@ -1,6 +1,6 @@
 //! Projection of radiance onto spherical harmonics, from a function on the sphere or from a cube map.
 
-use super::sh::{Sh9, sh_basis};
+use super::sh::{Sh9, sh_add_light};
 use crate::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -15,10 +15,7 @@ pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 
         for i in 0..steps {
             let (sin, cos) = (2.0 * PI * (i as f64 + 0.5) / steps as f64).sin_cos();
             let d = DVec3::new(r * cos, r * sin, z);
-            let l = radiance(d) * (w * 2.0 * PI / steps as f64);
-            for (c, b) in c.iter_mut().zip(sh_basis(d)) {
-                *c += b * l;
-            }
+            sh_add_light(&mut c, d, radiance(d) * (w * 2.0 * PI / steps as f64));
         }
     }
     c
@@ -60,10 +57,7 @@ pub fn project_cube(size: u32, texel: impl Fn(usize, u32, u32) -> [f64; 3]) -> S
         for y in 0..size {
             for x in 0..size {
                 let d = cube_direction(face, centre(x), centre(y)).normalize();
-                let l = DVec3::from_array(texel(face, x, y)) * texel_solid_angle(size, x, y);
-                for (c, b) in c.iter_mut().zip(sh_basis(d)) {
-                    *c += b * l;
-                }
+                sh_add_light(&mut c, d, DVec3::from_array(texel(face, x, y)) * texel_solid_angle(size, x, y));
             }
         }
     }
@@ -73,6 +67,7 @@ pub fn project_cube(size: u32, texel: impl Fn(usize, u32, u32) -> [f64; 3]) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrals::sh::sh_basis;
 
     /// A function of exactly order 2, different in every coefficient.
     fn radiance(d: DVec3) -> DVec3 {

@@ -7,7 +7,7 @@ use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction, ma
 use crate::masking::shadowing::Shadowing;
 use crate::masking::smith::masking_shadowing;
 use crate::materials::microfacet::half_vector;
-use crate::slopes::grid::{facet_area, grid_node, normal_of_slope, slope_at, slope_cholesky, slope_sample};
+use crate::slopes::grid::{facet_area, grid_nodes, normal_of_slope, slope_at, slope_cholesky, slope_sample};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
@@ -119,17 +119,14 @@ pub fn leadr_specular_environment(
     let cholesky = slope_cholesky(s);
     let o = direction_area(wo, m, cholesky);
     let mut sum = Mirrors::default();
-    for j in 0..n {
-        for k in 0..n {
-            let node = grid_node(j, k, n, lambda);
-            let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
-            let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
-            let weight = node.z * e.area;
-            let f = weight * fresnel_schlick(f0, wo.dot(e.wn));
-            sum.reflected += f * lit * radiance(&e);
-            sum.fresnel += f;
-            sum.weight += weight;
-        }
+    for node in grid_nodes(n, lambda) {
+        let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
+        let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
+        let weight = node.z * e.area;
+        let f = weight * fresnel_schlick(f0, wo.dot(e.wn));
+        sum.reflected += f * lit * radiance(&e);
+        sum.fresnel += f;
+        sum.weight += weight;
     }
     let scale = 1.0 / sum.weight.max(1e-12);
     Mirrors { reflected: sum.reflected * scale, fresnel: sum.fresnel * scale, weight: 1.0 }

@@ -34,6 +34,11 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     DVec3::new(p, q, (-0.5 * (p * p + q * q)).exp())
 }
 
+/// All `n`×`n` nodes, as [`grid_node`] has them.
+pub fn grid_nodes(n: u32, lambda: f64) -> impl Iterator<Item = DVec3> {
+    (0..n).flat_map(move |j| (0..n).map(move |k| grid_node(j, k, n, lambda)))
+}
+
 /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the covariance.
 pub fn slope_cholesky(s: DVec3) -> DVec3 {
     let deviation = |variance: f64| variance.clamp(0.0, MAX_SLOPE * MAX_SLOPE).sqrt();
