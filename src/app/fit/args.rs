@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use leadr_reflectance::extraction::fit::Hiding;
+use leadr_reflectance::extraction::power_iteration::Backscattering;
 use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
 use leadr_render::settings::numbers::whole;
 
@@ -69,7 +69,7 @@ pub enum MaskingChoice {
     NormalMap,
 }
 
-impl From<MaskingChoice> for Hiding {
+impl From<MaskingChoice> for Backscattering {
     fn from(choice: MaskingChoice) -> Self {
         match choice {
             MaskingChoice::Smith => Self::Smith,

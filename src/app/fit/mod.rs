@@ -18,7 +18,7 @@ use leadr_maps::save::save_png;
 use leadr_maps::tonemap::Tonemap;
 use leadr_measured::Measured;
 use leadr_measured::fit_file::{FitFile, masking_name};
-use leadr_reflectance::extraction::fit::{Fit, FitOptions, Hiding, Step, fit};
+use leadr_reflectance::extraction::fit::{Fit, FitOptions, Step, fit};
 use leadr_reflectance::extraction::roughness::ggx_roughness;
 use leadr_reflectance::extraction::samples::samples;
 use leadr_reflectance::facets::ellipse::ellipse_from_roughness;
@@ -45,7 +45,7 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let isotropic = measured.is_isotropic();
     let mut seconds = Seconds { reading: start.elapsed().as_secs_f64(), ..Seconds::default() };
     let options = FitOptions {
-        hiding: Hiding::from(arguments.masking),
+        hiding: arguments.masking.into(),
         angles: arguments.angles as usize,
         azimuths: arguments.azimuths as usize,
         lobes: arguments.lobes as usize,

@@ -25,35 +25,11 @@ use crate::materials::brdf::Brdf;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::Microfacet;
 
-/// How facets of a fit hide each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Hiding {
-    /// Smith's.
-    #[default]
-    Smith,
-    /// V-grooves.
-    VGroove,
-    /// Nothing is hidden.
-    NormalMap,
-}
-
-impl Hiding {
-    /// The form in which fits are drawn.
-    #[must_use]
-    pub const fn masking(self) -> Masking {
-        match self {
-            Self::Smith => Masking::SmithCorrelated,
-            Self::VGroove => Masking::VGroove,
-            Self::NormalMap => Masking::NormalMap,
-        }
-    }
-}
-
 /// How to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitOptions {
-    /// How facets hide each other.
-    pub hiding: Hiding,
+    /// How facets hide each other. With [`Backscattering::Smith`] and `refine` the better one of both Smith's is taken.
+    pub hiding: Backscattering,
     /// Angles at which the material is asked what it scatters back; at least 3.
     pub angles: usize,
     /// Azimuths of an anisotropic material; at least 4.
@@ -67,7 +43,7 @@ pub struct FitOptions {
 impl Default for FitOptions {
     /// As the thesis: 90 angles and azimuths. Four lobes, refined.
     fn default() -> Self {
-        Self { hiding: Hiding::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
+        Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
     }
 }
 
@@ -158,10 +134,8 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     let all = samples(brdf, isotropic);
     let mut candidates = match options.hiding {
         // Only other directions tell whether there is a hot spot.
-        Hiding::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
-        Hiding::Smith => vec![Backscattering::Smith],
-        Hiding::VGroove => vec![Backscattering::VGroove],
-        Hiding::NormalMap => vec![Backscattering::NormalMap],
+        Backscattering::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
+        other => vec![other],
     }
     .into_iter();
     let (mut backscattering, mut extracted) = candidates.next().and_then(|kind| Some((kind, extract(kind)?)))?;

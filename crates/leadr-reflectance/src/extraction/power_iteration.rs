@@ -15,6 +15,7 @@ use std::f64::consts::{PI, TAU};
 use crate::facets::curve::Curve;
 use crate::facets::polar_table::{AreaKernel, PolarTable, ring_harmonics, rows_of_logarithms};
 use crate::facets::radial_table::{RadialTable, angle_at, angle_rule, logarithms, place_of};
+use crate::masking::variants::Masking;
 
 /// How facets hide each other where a material is seen from where it is lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +39,16 @@ impl Backscattering {
             Self::SmithRendered => cosine * (2.0 * area - cosine),
             Self::VGroove => (cosine * cosine).max(0.5),
             Self::NormalMap => 1.0,
+        }
+    }
+
+    /// The form in which fits are drawn.
+    #[must_use]
+    pub const fn masking(self) -> Masking {
+        match self {
+            Self::Smith | Self::SmithRendered => Masking::SmithCorrelated,
+            Self::VGroove => Masking::VGroove,
+            Self::NormalMap => Masking::NormalMap,
         }
     }
 
