@@ -97,7 +97,7 @@ impl Commands {
         if writes.is_empty() {
             return;
         }
-        let push = self.gpu().push_descriptor();
+        let push = &self.gpu().push_descriptor;
         // SAFETY: the command buffer is being recorded, the writes fit the layout, and `keep` holds what they refer to.
         unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout, 0, &writes) };
     }

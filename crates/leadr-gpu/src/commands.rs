@@ -138,14 +138,14 @@ impl Commands {
     /// Records within a region that is named in captures and validation messages.
     pub fn label<R>(&mut self, name: &str, record: impl FnOnce(&mut Self) -> R) -> R {
         let text = CString::new(name).unwrap_or_default();
-        if let Some(debug) = self.gpu.debug() {
+        if let Some(debug) = &self.gpu.debug {
             let info = vk::DebugUtilsLabelEXT::default().label_name(&text);
             let _labels = self.gpu.lock_labels();
             // SAFETY: the command buffer is being recorded, and the text outlives the call.
             unsafe { debug.cmd_begin_debug_utils_label(self.raw, &info) };
         }
         let result = record(self);
-        if let Some(debug) = self.gpu.debug() {
+        if let Some(debug) = &self.gpu.debug {
             let _labels = self.gpu.lock_labels();
             // SAFETY: the command buffer is being recorded, with the region that was begun above.
             unsafe { debug.cmd_end_debug_utils_label(self.raw) };

@@ -10,7 +10,7 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::error::Doing;
 use super::faults::Faults;
-use super::remake::Remake;
+use super::reload::Remake;
 use super::sets::{SetLayout, SetLayouts};
 use super::shaders::{Shader, Shaders};
 use super::{DriverCall, GpuError, Result, select, validation};
@@ -38,11 +38,11 @@ pub struct Gpu {
     pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
     queue_family: u32,
-    push_descriptor: ash::khr::push_descriptor::Device,
-    debug: Option<ash::ext::debug_utils::Device>,
+    pub(super) push_descriptor: ash::khr::push_descriptor::Device,
+    pub(super) debug: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<()>,
     /// How the pipelines are made that there are.
-    recipes: Mutex<Vec<Weak<dyn Remake>>>,
+    pub(super) recipes: Mutex<Vec<Weak<dyn Remake>>>,
     shaders: Shaders,
     set_layouts: SetLayouts,
     faults: Faults,
@@ -281,10 +281,6 @@ impl Gpu {
         Arc::clone(&self.allocator)
     }
 
-    pub(super) fn recipes(&self) -> &Mutex<Vec<Weak<dyn Remake>>> {
-        &self.recipes
-    }
-
     /// The names of all entry points that it was opened with.
     pub fn shader_names(&self) -> impl Iterator<Item = &'static str> {
         self.shaders.names()
@@ -325,14 +321,6 @@ impl Gpu {
     /// Most resources that a pipeline has pushed.
     pub(crate) fn most_resources(&self) -> usize {
         self.facts.push_descriptors as usize
-    }
-
-    pub(crate) fn push_descriptor(&self) -> &ash::khr::push_descriptor::Device {
-        &self.push_descriptor
-    }
-
-    pub(crate) fn debug(&self) -> Option<&ash::ext::debug_utils::Device> {
-        self.debug.as_ref()
     }
 
     /// Held while the labels of any command buffer change: where one begins or ends, and where a command buffer is made, reset

@@ -74,7 +74,6 @@ mod memory;
 mod pipeline;
 mod pipeline_layout;
 mod reload;
-mod remake;
 mod sampler;
 mod select;
 mod sets;

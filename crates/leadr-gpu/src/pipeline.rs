@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::error::Doing;
 use super::pipeline_layout::{PipelineCore, SettledStage, Spec, SpecValue, StageModule, check_constants, shader};
-use super::remake::{Put, Remake};
+use super::reload::{Put, Remake};
 use super::shaders::{Shader, Stage};
 use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
 

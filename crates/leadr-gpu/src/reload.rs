@@ -2,14 +2,25 @@
 
 use std::sync::{Arc, PoisonError, Weak};
 
-use super::remake::Remake;
 use super::shaders::Shader;
 use super::{Gpu, Result};
+
+/// Puts what was made again in place of what there was. Nothing may be recorded meanwhile.
+pub(super) type Put = Box<dyn FnOnce()>;
+
+/// A pipeline that knows how it is made.
+pub(super) trait Remake: Send + Sync {
+    /// Whether one of its entry points is among these.
+    fn uses(&self, names: &[&str]) -> bool;
+
+    /// Makes it again, beside what there is.
+    fn make_again(self: Arc<Self>) -> Result<Put>;
+}
 
 impl Gpu {
     /// Notes a pipeline, to make it again.
     pub(super) fn remember(&self, recipe: Weak<dyn Remake>) {
-        let mut recipes = self.recipes().lock().unwrap_or_else(PoisonError::into_inner);
+        let mut recipes = self.recipes.lock().unwrap_or_else(PoisonError::into_inner);
         // Those that are gone are forgotten now and then, so that the list grows no longer than twice what there is.
         if recipes.len() == recipes.capacity() {
             recipes.retain(|known| known.strong_count() > 0);
@@ -28,7 +39,7 @@ impl Gpu {
         let mut all = self.shaders().newer().clone();
         all.extend(newer.into_iter().map(|shader| (shader.name, shader)));
         let before = self.shaders().replace(all);
-        let recipes = self.recipes().lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let recipes = self.recipes.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let recipes = recipes.iter().filter_map(Weak::upgrade).filter(|recipe| recipe.uses(&names));
         let made: Result<Vec<_>> = recipes.map(Remake::make_again).collect();
         let done = made.and_then(|made| self.wait_idle().map(|()| made));
