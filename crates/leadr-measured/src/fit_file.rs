@@ -59,8 +59,8 @@ impl FitFile {
         let fresnel: Vec<[f64; 3]> =
             (0..FRESNEL_ANGLES).map(|i| facets.fresnel.at((step * i as f64).cos()).to_array()).collect();
         let density = match &facets.distribution {
-            Tabulated::Radial(table) => json!(table.densities()),
-            Tabulated::Polar(table) => json!(table.densities()),
+            table @ Tabulated::Radial(_) => json!(table.densities()[0]),
+            table @ Tabulated::Polar(_) => json!(table.densities()),
         };
         let lobes: Vec<Value> =
             self.lobes.iter().map(|l| json!({ "share": l.share, "covariance": l.covariance.to_array() })).collect();

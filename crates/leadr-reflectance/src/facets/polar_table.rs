@@ -245,12 +245,6 @@ impl PolarTable {
         self.ln_d.at(place_of(theta) * self.ln_d.last(), phi).exp()
     }
 
-    /// `D` at its nodes: what [`Self::new`] makes it from.
-    pub fn densities(&self) -> Vec<Vec<f64>> {
-        let (angles, _) = self.nodes();
-        self.ln_d.0.iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()
-    }
-
     /// `ln D` over `u`, in steps of one node, for each azimuth.
     pub fn ln_d(&self) -> &[Curve] {
         &self.ln_d.0

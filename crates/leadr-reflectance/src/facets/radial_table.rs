@@ -118,11 +118,6 @@ impl RadialTable {
         self.ln_d.values().len() - 1
     }
 
-    /// `D` at its nodes: what [`Self::new`] makes it from.
-    pub fn densities(&self) -> Vec<f64> {
-        self.ln_d.values()[..self.nodes()].iter().map(|ln| ln.exp()).collect()
-    }
-
     /// `ln D` over `u`, in steps of one node.
     pub fn ln_d(&self) -> &Curve {
         &self.ln_d

@@ -41,6 +41,12 @@ impl Tabulated {
         }
     }
 
+    /// `D` at its nodes, for each azimuth: what [`Self::from_rows`] makes it from.
+    pub fn densities(&self) -> Vec<Vec<f64>> {
+        let (angles, _) = self.nodes();
+        self.ln_d().iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()
+    }
+
     /// `∫ f(slope) P22` over the slopes that the table has.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         match self {

@@ -82,9 +82,9 @@ pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::slopes::grid::grid_node;
     use crate::frame::{frame_about, from_frame};
     use crate::integrals::sh::{sh_add_light, sh_irradiance};
+    use crate::slopes::grid::grid_node;
     use crate::slopes::grid::slope_sample;
 
     #[test]
