@@ -19,6 +19,12 @@ pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
     at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
 }
 
+/// `S w.xy`, along which slopes move that are seen from `w`, and [`slope_spread`] from it.
+pub(crate) fn spread_along(w: DVec3, s: DVec3) -> (DVec2, f64) {
+    let across = covariance_times(s, w.xy());
+    (across, at_least(across.dot(w.xy()), 0.0).sqrt())
+}
+
 /// `A − max(a, 0) = b h(|a|/b)`: the area that is visible only because of the roughness; `a Λ` for `a > 0`.
 pub fn rough_area(a: f64, b: f64) -> f64 {
     b * normal_tail_mean(a.abs() / b.max(1e-18))

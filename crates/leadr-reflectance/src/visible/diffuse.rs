@@ -18,11 +18,11 @@
 
 use super::slopes::{VISIBLE_TAIL, tilted_area};
 use crate::facets::normal_distribution::normal_ramp;
-use crate::facets::projected_area::{face_viewer, meso_area, rough_area, slope_spread};
+use crate::facets::projected_area::{face_viewer, meso_area, rough_area, slope_spread, spread_along};
 use crate::integrals::diffuse::NormalMoments;
 use crate::limits::at_least;
 use crate::masking::smith::shadowing_given_masking;
-use crate::slopes::statistics::{clamp_covariance, covariance_times};
+use crate::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -108,8 +108,7 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
         let [t, c, d] = [term.exponent, term.first, term.second].map(|[value, slope]| value + slope * spread.y);
         let t = t / spread.x;
         let g = damped_gaussian(m, s, t);
-        let across = covariance_times(g.s, wo.xy());
-        let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
+        let (across, b) = spread_along(wo, g.s);
         let per_b = 1.0 / b.max(1e-18);
         let a = ao + 2.0 * t * across.dot(m); // meso_area(wo, g.m) without cancellation
         let n = normal_ramp(a * per_b);
@@ -174,8 +173,7 @@ pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, sha
             let [t, c] = [term.exponent, term.first].map(|[value, slope]| value + slope * spread.y);
             let t = t / spread.x;
             let g = damped_gaussian(m, s, t);
-            let across = covariance_times(g.s, wo.xy());
-            let bo = at_least(across.dot(wo.xy()), 0.0).sqrt();
+            let (across, bo) = spread_along(wo, g.s);
             let (a, ai) = (ao + 2.0 * t * across.dot(m), meso_area(wi, g.m));
             g.weight * c * clamped_product(a, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))
         })

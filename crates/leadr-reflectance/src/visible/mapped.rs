@@ -21,12 +21,12 @@ use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area};
 use crate::facets::beckmann::beckmann_ndf;
 use crate::facets::fresnel::{fresnel_schlick, grazing_reflectance};
 use crate::facets::normal_distribution::{mills_ratio, normal_cdf, normal_pdf, normal_ramp};
-use crate::facets::projected_area::{face_viewer, meso_area, slope_spread};
+use crate::facets::projected_area::{face_viewer, meso_area, slope_spread, spread_along};
 use crate::integrals::diffuse::NormalMoments;
 use crate::limits::{MIN_AREA, at_least};
 use crate::masking::variants::half_facet_area;
 use crate::materials::microfacet::half_vector;
-use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
+use crate::slopes::statistics::{clamp_covariance, outer_square};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -67,13 +67,8 @@ fn fourth_cumulant(nu: f64) -> f64 {
 pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSlopes {
     let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
     let base = clamp_covariance(s - r);
-    let along = |c: DVec3| {
-        let across = covariance_times(c, wo.xy());
-        let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
-        (across, b)
-    };
     // The map.
-    let (across_r, br) = along(r);
+    let (across_r, br) = spread_along(wo, r);
     let facing = normal_cdf(meso_area(wo, m) / br.max(LEAST_TURN));
     let a = tilted_area(wo, m, br);
     let m = face_viewer(wo, m, r, 2.0 * VISIBLE_TAIL);
@@ -84,7 +79,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let third_r = (-lambda * (2.0 * lambda * lambda + 3.0 * nu_here * lambda + nu_here * nu_here - 1.0)).min(0.0);
     let facet_r = at_least(a + br * lambda, 1e-3);
     // Its base, on the mean facet.
-    let (across_b, bb) = along(base);
+    let (across_b, bb) = spread_along(wo, base);
     let n = normal_ramp(facet_r / bb.max(1e-18));
     let shift_b = n.cdf / n.ramp;
     let excess = n.pdf / n.ramp;

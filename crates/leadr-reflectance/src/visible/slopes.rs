@@ -12,10 +12,9 @@
 //! Everything is written in terms of `S wo.xy` rather than the azimuth, so normal incidence is not a special case.
 
 use crate::facets::normal_distribution::normal_ramp;
-use crate::facets::projected_area::{face_viewer, meso_area};
-use crate::limits::at_least;
-use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
-use glam::{DVec2, DVec3, Vec3Swizzles as _};
+use crate::facets::projected_area::{face_viewer, meso_area, spread_along};
+use crate::slopes::statistics::{clamp_covariance, outer_square};
+use glam::{DVec2, DVec3};
 
 /// How far a mesosurface may turn behind its own silhouette, in units of `slope_spread`. Beyond this almost nothing of
 /// it is visible (0.8 % of `slope_spread`), and `face_viewer` tilts it back.
@@ -59,8 +58,7 @@ pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
 /// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: anything finite.
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
-    let across = covariance_times(s, wo.xy());
-    let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
+    let (across, b) = spread_along(wo, s);
     let a = tilted_area(wo, m, b);
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let per_b = 1.0 / b.max(1e-18);
@@ -91,6 +89,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
 mod tests {
     use super::*;
     use crate::integrals::reference::visible_mean;
+    use glam::Vec3Swizzles as _;
 
     #[test]
     fn moments_are_the_integrals() {
