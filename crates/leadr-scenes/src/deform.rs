@@ -7,12 +7,12 @@ use std::ops::RangeInclusive;
 use glam::{Affine3A, Mat3, Mat4, Vec3};
 
 use super::plane::{even, plane};
-use super::sphere::{bake_tiles, cube_sphere};
+use super::sphere::{bake_tiles, cube_sphere, tiled};
 use super::stage::{Stage, Views};
-use leadr_maps::{HeightMap, procedural};
+use leadr_maps::procedural;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{FrameState, Object, Pose};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
@@ -136,14 +136,13 @@ pub fn stage(deformation: Deformation) -> Stage {
     let object = |name: &str, mesh: PatchMesh, heights: HeightField| {
         Object::new(name, mesh).with_heights(heights, 1.0).with_specular_f0(specular_f0)
     };
-    let tiled = |name: &str, mut mesh: PatchMesh| {
+    let closed = |name: &str, mut mesh: PatchMesh| {
         let (layout, texels) =
             bake_tiles(&mut mesh, 64, |p, n| triplanar::blend(p, n, REPEAT, 0.0, |texcoord| map.bicubic(texcoord)));
-        let (width, height) = layout.size();
-        object(name, mesh, HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) })
+        object(name, mesh, tiled(layout, texels))
     };
     let quad = object("quad", plane(HALF, 8, REPEAT, color, even), map.clone());
-    let objects = vec![quad, tiled("sphere", cube_sphere(6, color)), tiled("cylinder", cylinder(10, color))];
+    let objects = vec![quad, closed("sphere", cube_sphere(6, color)), closed("cylinder", cylinder(10, color))];
 
     let motion = move |time: f64| {
         let map = deformation.map(progress(time));

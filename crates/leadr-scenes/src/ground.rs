@@ -1,10 +1,9 @@
 //! Dry ground out to the horizon: displaced soil by example of a map, which never repeats, under drifts of dust and trodden paths.
 
 use super::plane::{plane, toward_horizon};
+use super::sphere::color_code;
 use leadr_maps::cache::remembered;
-use leadr_maps::material::alpha_code;
 use leadr_maps::noise::transpose;
-use leadr_maps::srgb::srgb8_from_linear;
 use leadr_maps::{HeightMap, procedural};
 use leadr_render::scene::{MaterialMap, Object, Tiling};
 use leadr_render::surfaces::displacement::HeightField;
@@ -46,8 +45,7 @@ pub fn ground() -> Object {
             // Dust on the high places, damp dark earth in the cracks.
             let t = ((h - low) / range).clamp(0.0, 1.0);
             let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
-            let [r, g, b] = [mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)].map(srgb8_from_linear);
-            [r, g, b, alpha_code(SOIL_ROUGHNESS)]
+            color_code([mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)], SOIL_ROUGHNESS)
         })
         .collect();
     Object::new("ground", plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon))

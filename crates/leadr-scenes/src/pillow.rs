@@ -6,15 +6,11 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::plane::{self, plane};
-use super::sphere::bake_patches;
+use super::sphere::{bake_patches, color_code, tiled_object};
 use super::stage::{Stage, Views};
-use leadr_maps::HeightMap;
-use leadr_maps::material::alpha_code;
 use leadr_maps::noise::smoothstep;
-use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
-use leadr_render::scene::{MaterialMap, Object, Pose};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// Half the width, metres.
@@ -169,16 +165,12 @@ fn cloth(parameter: Vec2) -> Cloth {
 /// The stage, with atlas tiles of `tile` texels. Nothing moves.
 pub fn stage(tile: u32) -> Stage {
     let mut mesh = mesh();
-    let (layout, texels) = bake_patches(&mut mesh, tile, |patch, uv, _| cloth_bytes(patch, uv));
-    let (width, height) = layout.size();
-    let heights = texels.iter().map(|t| t.0).collect();
-    let colors = texels.iter().map(|t| t.1).collect();
-    let pillow = Object::new("pillow", mesh)
-        .with_heights(
-            HeightField { map: HeightMap { width, height, texels: heights }, border: Border::Tiles(layout) },
-            1.0,
-        )
-        .with_material(MaterialMap::new(width, height, colors));
+    let (layout, texels) = bake_patches(&mut mesh, tile, |patch, uv, _| {
+        let Cloth { height, color, roughness } = cloth(parameters(patch, uv));
+        (height, color_code(color.to_array(), roughness))
+    });
+    let (heights, colors) = texels.into_iter().unzip();
+    let pillow = tiled_object("pillow", mesh, layout, heights, colors);
     let from = |direction: Vec3, distance: f32, target: Vec3| {
         Camera::looking_at(target + direction.normalize() * distance, target, 30.0)
     };
@@ -195,12 +187,6 @@ pub fn stage(tile: u32) -> Stage {
         move |_| vec![Pose::Rigid(lifted), Pose::Rigid(Affine3A::IDENTITY)],
         |_| Vec3::ZERO,
     )
-}
-
-fn cloth_bytes(patch: usize, uv: Vec2) -> (f32, [u8; 4]) {
-    let cloth = cloth(parameters(patch, uv));
-    let [r, g, b] = cloth.color.to_array().map(srgb8_from_linear);
-    (cloth.height, [r, g, b, alpha_code(cloth.roughness)])
 }
 
 /// A pale floor, dark where the cushion covers it.

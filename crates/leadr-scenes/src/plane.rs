@@ -1,6 +1,6 @@
 //! A square of patches in the plane z = 0 with a repeating height map: the ground, and the `plane` scene.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use leadr_render::scene::Object;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
@@ -22,18 +22,17 @@ pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f
     mesh.normals = vec![Vec3::Z; mesh.positions.len()];
     mesh.colors = vec![color; mesh.positions.len()];
     mesh.accessibility = vec![1.0; mesh.positions.len()];
-    for j in 0..n {
-        for i in 0..n {
-            let v = j * (n + 1) + i;
-            let patch = [v, v + 1, v + n + 2, v + n + 1];
-            mesh.patches.push(patch);
-            mesh.texcoords.push(patch.map(|v| {
-                let p = mesh.positions[v as usize];
-                Vec2::new(p.x, p.y) / repeat
-            }));
-        }
-    }
+    mesh.patches = grid(n, n);
+    let texcoord = |v: u32| mesh.positions[v as usize].truncate() / repeat;
+    mesh.texcoords = mesh.patches.iter().map(|patch| patch.map(texcoord)).collect();
     mesh
+}
+
+/// Patches between rows of vertices, so many to a row and so many rows of them.
+pub fn grid(columns: u32, rows: u32) -> Vec<[u32; 4]> {
+    let width = columns + 1;
+    let first = |j: u32| (0..columns).map(move |i| j * width + i);
+    (0..rows).flat_map(first).map(|v| [v, v + 1, v + width + 1, v + width]).collect()
 }
 
 /// Even spacing for [`plane`].

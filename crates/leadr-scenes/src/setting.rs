@@ -6,11 +6,10 @@ use std::f32::consts::{FRAC_PI_4, TAU};
 use glam::{Vec2, Vec3};
 
 use super::plane::{plane, toward_horizon};
+use super::sphere::color_code;
 use super::stage::{Stage, Views};
-use leadr_maps::material::alpha_code;
 use leadr_maps::noise::{hash, unit};
 use leadr_maps::procedural;
-use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{MaterialMap, Object};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
@@ -77,8 +76,7 @@ fn pavement(height: f32) -> Object {
     without_stripes(&mut shades, TEXELS);
     let colors = shades.iter().zip(joints).map(|(shade, joint)| {
         let shade = shade * joint;
-        let [r, g, b] = [shade * 1.02, shade * 0.985, shade * 0.925].map(srgb8_from_linear);
-        [r, g, b, alpha_code(0.62)]
+        color_code([shade * 1.02, shade * 0.985, shade * 0.925], 0.62)
     });
     Object::new("pavement", mesh)
         .with_material(MaterialMap::new(TEXELS as u32, TEXELS as u32, colors.collect()))

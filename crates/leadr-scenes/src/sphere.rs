@@ -3,6 +3,9 @@
 
 use glam::{Vec2, Vec3};
 use leadr_maps::HeightMap;
+use leadr_maps::material::alpha_code;
+use leadr_maps::srgb::srgb8_from_linear;
+use leadr_render::scene::{MaterialMap, Object};
 use leadr_render::surfaces::displacement::{Border, HeightField};
 use leadr_render::surfaces::patch::{Patch, PatchPoint};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
@@ -22,8 +25,7 @@ pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
             let key = face_axes(face, n as i32, a, b);
             *index.entry(key).or_insert_with(|| {
                 let tangent = |k: u32| (angle(k) * std::f32::consts::FRAC_PI_4).tan();
-                let [x, y, z] = face_axes_f(face, tangent(i), tangent(j));
-                let p = Vec3::new(x, y, z).normalize();
+                let p = Vec3::from(face_axes(face, 1.0, tangent(i), tangent(j))).normalize();
                 mesh.positions.push(p);
                 mesh.normals.push(p);
                 (mesh.positions.len() - 1) as u32
@@ -31,10 +33,9 @@ pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
         };
         for j in 0..n {
             for i in 0..n {
-                let patch = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
-                let texcoord = |i: u32, j: u32| Vec2::new(i as f32, j as f32) / n as f32;
-                mesh.patches.push(patch);
-                mesh.texcoords.push([texcoord(i, j), texcoord(i + 1, j), texcoord(i + 1, j + 1), texcoord(i, j + 1)]);
+                let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                mesh.patches.push(corners.map(|(i, j)| vertex(i, j)));
+                mesh.texcoords.push(corners.map(|(i, j)| Vec2::new(i as f32, j as f32) / n as f32));
             }
         }
     }
@@ -52,10 +53,6 @@ fn face_axes<T: Copy + std::ops::Neg<Output = T>>(face: usize, one: T, a: T, b: 
         4 => [a, b, one],
         _ => [a, -b, -one],
     }
-}
-
-fn face_axes_f(face: usize, a: f32, b: f32) -> [f32; 3] {
-    face_axes(face, 1.0, a, b)
 }
 
 /// Gives every patch of `mesh` a tile of so many texels along a side.
@@ -83,25 +80,62 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
     value: impl Fn(usize, Vec2, PatchPoint) -> T + Sync,
 ) -> (TileLayout, Vec<T>) {
     let layout = lay_tiles(mesh, tile);
-    let (width, height) = layout.size();
-    let mut atlas = vec![T::default(); width as usize * height as usize];
     let mesh = &*mesh;
-    atlas.par_chunks_mut(width as usize * tile as usize).enumerate().for_each(|(row, texels)| {
-        for column in 0..layout.columns as usize {
-            let index = row * layout.columns as usize + column;
-            let Some(patch) = mesh.patches.get(index) else { break };
-            let surface =
-                Patch::new(patch.map(|v| mesh.positions[v as usize]), patch.map(|v| mesh.normals[v as usize]));
-            for y in 0..tile {
-                for x in 0..tile {
-                    let uv = (Vec2::new(x as f32, y as f32) + 0.5 - layout.gutter as f32) / layout.inner() as f32;
-                    texels[y as usize * width as usize + column * tile as usize + x as usize] =
-                        value(index, uv, surface.at(uv));
-                }
+    let atlas = fill_tiles(&layout, mesh.patches.len(), |index| {
+        let patch = mesh.patches[index];
+        let surface = Patch::new(patch.map(|v| mesh.positions[v as usize]), patch.map(|v| mesh.normals[v as usize]));
+        let texel = |i: u32| {
+            let place = Vec2::new((i % tile) as f32, (i / tile) as f32);
+            let uv = (place + 0.5 - layout.gutter as f32) / layout.inner() as f32;
+            value(index, uv, surface.at(uv))
+        };
+        (0..tile * tile).map(texel).collect()
+    });
+    (layout, atlas)
+}
+
+/// An atlas, row by row, of `count` tiles, whose texels `tile(index)` has row by row.
+pub fn fill_tiles<T: Copy + Default + Send + Sync>(
+    layout: &TileLayout,
+    count: usize,
+    tile: impl Fn(usize) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let (width, height) = layout.size();
+    let (width, edge, columns) = (width as usize, layout.tile as usize, layout.columns as usize);
+    let mut atlas = vec![T::default(); width * height as usize];
+    atlas.par_chunks_mut(width * edge).enumerate().for_each(|(row, texels)| {
+        for column in 0..columns.min(count - row * columns) {
+            for (line, from) in texels.chunks_exact_mut(width).zip(tile(row * columns + column).chunks_exact(edge)) {
+                line[column * edge..][..edge].copy_from_slice(from);
             }
         }
     });
-    (layout, atlas)
+    atlas
+}
+
+/// Heights in tiles.
+pub fn tiled(layout: TileLayout, texels: Vec<f32>) -> HeightField {
+    let (width, height) = layout.size();
+    HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) }
+}
+
+/// An object with heights in metres and colours in tiles.
+pub fn tiled_object(
+    name: &str,
+    mesh: PatchMesh,
+    layout: TileLayout,
+    heights: Vec<f32>,
+    colors: Vec<[u8; 4]>,
+) -> Object {
+    let (width, height) = layout.size();
+    let material = MaterialMap::new(width, height, colors);
+    Object::new(name, mesh).with_heights(tiled(layout, heights), 1.0).with_material(material)
+}
+
+/// The texel of a material map with this linear albedo and this roughness `α`.
+pub fn color_code(albedo: [f32; 3], alpha: f32) -> [u8; 4] {
+    let [r, g, b] = albedo.map(srgb8_from_linear);
+    [r, g, b, alpha_code(alpha)]
 }
 
 /// A unit sphere displaced by a repeating map: one repeat of it covers `repeat` metres of surface. Heights are in units of
@@ -114,11 +148,10 @@ pub fn displaced_sphere(
     color: [f32; 4],
 ) -> (PatchMesh, HeightField) {
     let mut mesh = cube_sphere(n, color);
-    let mean = (field.map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / field.map.texels.len() as f64) as f32;
+    let mean = field.map.mean();
     let (layout, texels) =
         bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| field.bicubic(t)) - mean);
-    let (width, height) = layout.size();
-    (mesh, HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) })
+    (mesh, tiled(layout, texels))
 }
 
 #[cfg(test)]

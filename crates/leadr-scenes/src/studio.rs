@@ -6,6 +6,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::light::SunDirection;
 use leadr_maps::RgbImage;
 
 /// Texels across the panorama; half as many down.
@@ -52,8 +53,8 @@ fn radiance(d: Vec3) -> Vec3 {
     let floor = Vec3::new(0.14, 0.11, 0.09) + pool * Vec3::new(0.55, 0.47, 0.38);
     let mut sum = floor.lerp(wall, ((d.z + 0.03) / 0.06).clamp(0.0, 1.0));
     for lamp in &LAMPS {
-        let (azimuth, elevation) = (lamp.at.x.to_radians(), lamp.at.y.to_radians());
-        let towards = Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
+        let azimuth = lamp.at.x.to_radians();
+        let towards = SunDirection { azimuth: lamp.at.x, elevation: lamp.at.y }.vector();
         let right = Vec3::new(azimuth.sin(), -azimuth.cos(), 0.0);
         let depth = d.dot(towards);
         if depth > 0.1 {

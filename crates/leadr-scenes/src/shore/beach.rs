@@ -3,6 +3,7 @@
 use glam::{DVec2, Vec2, Vec3};
 
 use super::sand::{JOINS, OVERLAPS, PERIOD, SQUARE, STRIP, Sand, dry, strip, wet};
+use crate::plane::grid;
 use leadr_maps::HeightMap;
 use leadr_render::scene::{MaterialMap, Object, Tiling};
 use leadr_render::surfaces::displacement::HeightField;
@@ -146,15 +147,9 @@ fn mesh(
     }
     mesh.colors = vec![[1.0; 4]; mesh.positions.len()];
     mesh.accessibility = vec![1.0; mesh.positions.len()];
-    let width = columns.len() as u32;
-    for j in 0..rows.len() - 1 {
-        for i in 0..columns.len() - 1 {
-            let v = j as u32 * width + i as u32;
-            mesh.patches.push([v, v + 1, v + width + 1, v + width]);
-            let at = |i: usize, j: usize| texcoord(columns[i], rows[j]);
-            mesh.texcoords.push([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-        }
-    }
+    mesh.patches = grid(columns.len() as u32 - 1, rows.len() as u32 - 1);
+    let texcoord = |v: u32| texcoord(columns[v as usize % columns.len()], rows[v as usize / columns.len()]);
+    mesh.texcoords = mesh.patches.iter().map(|patch| patch.map(texcoord)).collect();
     mesh
 }
 

@@ -4,10 +4,9 @@
 
 use rayon::prelude::*;
 
+use crate::sphere::color_code;
 use leadr_maps::cache::remembered;
-use leadr_maps::material::alpha_code;
 use leadr_maps::noise::{features, fractal, gradient, smoothstep, unit};
-use leadr_maps::srgb::srgb8_from_linear;
 
 /// Linear albedo of wet sand, and of the sea floor.
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
@@ -95,15 +94,14 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     let weed = wrack(s, y, period);
     let channel = |i: usize| {
         let sand = DRY[i] * dry * (1.0 - wet) + WET[i] * wet;
-        let value = sand + ([0.045, 0.038, 0.022][i] - sand) * 0.6 * weed;
-        srgb8_from_linear(value)
+        sand + ([0.045, 0.038, 0.022][i] - sand) * 0.6 * weed
     };
     let roughness = 0.6 + (0.12 - 0.6) * wet - 0.12 * damp * (1.0 - wet) + 0.3 * weed;
-    [channel(0), channel(1), channel(2), alpha_code(roughness.max(0.05))]
+    color_code([0, 1, 2].map(channel), roughness.max(0.05))
 }
 
 fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, [u8; 4]) + Sync) -> Sand {
-    let programs = [include_str!("sand.rs"), leadr_maps::noise::SOURCE];
+    let programs = [include_str!("sand.rs"), include_str!("../sphere.rs"), leadr_maps::noise::SOURCE];
     let at = |i: u32| {
         let (height, color) =
             texel(((i % width) as f32 + 0.5) / width as f32, ((i / width) as f32 + 0.5) / height as f32);
@@ -151,6 +149,7 @@ fn square(kind: &str, texels: u32, relief: fn(f32, f32, i32) -> f32, wet: f32, a
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_maps::srgb::srgb8_from_linear;
 
     #[test]
     fn sand_repeats_and_dries_inland() {

@@ -1,7 +1,7 @@
 //! A coiled snake on dry ground, in the light of the sky and of four lamps (after LEADR Figure 9).
 
-pub mod body;
-pub mod scales;
+mod body;
+mod scales;
 
 use std::f32::consts::TAU;
 
@@ -9,14 +9,10 @@ use glam::{Vec2, Vec3};
 
 use self::body::{ALONG, AROUND, Body};
 use super::ground::ground;
-use super::sphere::{bake_patches, cube_sphere};
+use super::sphere::{bake_patches, color_code, cube_sphere, tiled_object};
 use super::stage::{Stage, Views};
-use leadr_maps::HeightMap;
-use leadr_maps::material::alpha_code;
-use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
-use leadr_render::scene::{MaterialMap, Object, PointLight};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::scene::{Object, PointLight};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// Angle around the body and ring, both continuous, of a place on a patch.
@@ -48,20 +44,12 @@ fn body_object(body: &Body, tile: u32) -> Object {
         let x = at_ring(&body.distance, place.y) / body.length();
         let skin = scales::skin(place.x, at_ring(&body.girths, place.y), x);
         let fade = if patch < tube { (place.y.min(ALONG as f32 - place.y) / 1.5).clamp(0.0, 1.0) } else { 0.0 };
-        let [r, g, b] = skin.color.to_array().map(srgb8_from_linear);
-        let color = [r, g, b, alpha_code(skin.roughness)];
-        (skin.height * at_ring(&widths, place.y).max(0.0) * fade, color)
+        let height = skin.height * at_ring(&widths, place.y).max(0.0) * fade;
+        (height, color_code(skin.color.to_array(), skin.roughness))
     });
-    let (width, height) = layout.size();
     shade_contacts(body, &mut mesh);
     let (heights, colors) = texels.into_iter().unzip();
-    Object::new("snake", mesh)
-        .with_heights(
-            HeightField { map: HeightMap { width, height, texels: heights }, border: Border::Tiles(layout) },
-            1.0,
-        )
-        .with_material(MaterialMap::new(width, height, colors))
-        .with_specular_f0(0.045)
+    tiled_object("snake", mesh, layout, heights, colors).with_specular_f0(0.045)
 }
 
 /// Ambient accessibility: the share of the surroundings that the ground and the body's other turns leave visible.

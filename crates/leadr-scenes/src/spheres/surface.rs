@@ -5,10 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DVec2, Vec2};
 
 use super::noise::SphereNoise;
-use crate::sphere::{bake_tiles, cube_sphere, lay_tiles};
-use leadr_maps::HeightMap;
+use crate::sphere::{bake_tiles, cube_sphere, lay_tiles, tiled};
 use leadr_maps::cache::remembered;
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// How large the bumps are.
@@ -60,18 +59,14 @@ pub struct Surface {
     pub length: f32,
 }
 
-/// Standard deviation of the kernel along the steeper direction, radians, for slopes in the ratio `aspect`.
-fn kernel_length(aspect: f64, frequency: Frequency, detail: Detail) -> f64 {
+/// Standard deviation of the kernel along the steeper direction, radians, for slopes in the ratio of `sigma`.
+fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
+    let aspect = f64::from(sigma.max_element()) / f64::from(sigma.min_element());
     match frequency {
         // A stretched kernel is made narrower, so that it is not so long that pixels no longer cover it.
         Frequency::High => detail.texel() * (4.0 - (aspect.log2() - 1.0).clamp(0.0, 2.0) * 0.5),
         Frequency::Low => 0.03 / aspect.cbrt(),
     }
-}
-
-/// Standard deviation of the kernel for such slopes.
-fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
-    kernel_length(f64::from(sigma.max_element()) / f64::from(sigma.min_element()), frequency, detail)
 }
 
 impl Surface {
@@ -119,8 +114,7 @@ impl Surface {
         let (width, height) = layout.size();
         let make = || bake_tiles(&mut mesh.clone(), detail.tile, |p, _| noise.at(p.normalize())).1;
         let texels = known(width as usize * height as usize, &make);
-        let heights = HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) };
-        Self { mesh, heights, cap: noise.cap(), length: length as f32 }
+        Self { mesh, heights: tiled(layout, texels), cap: noise.cap(), length: length as f32 }
     }
 }
 
@@ -128,6 +122,7 @@ impl Surface {
 mod tests {
     use super::*;
     use glam::Vec3;
+    use leadr_render::surfaces::displacement::Border;
     use leadr_render::surfaces::patch::Patch;
 
     /// Slopes along `(ω_θ, ω_φ)` in the middle of four texels of a tile, with the place: the mean of the triangles there,
