@@ -8,10 +8,11 @@ use std::sync::Arc;
 use glam::{Affine2, Vec2};
 use rayon::prelude::*;
 
+use super::holes::filled;
+use super::sphere::color_code;
 use leadr_maps::HeightMap;
 use leadr_maps::material::{
-    Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement,
-    alpha_code, alpha_of,
+    Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement, alpha_of,
 };
 use leadr_maps::moments::Wrap;
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
@@ -27,27 +28,21 @@ pub const USUAL_HEIGHT: f32 = 0.06;
 pub const USUAL_SLOPE: f32 = 0.5;
 
 /// Texels to be looked up between their centres.
-struct Plate<T> {
+struct Plate<const N: usize> {
     width: u32,
     height: u32,
-    texels: Vec<T>,
+    texels: Vec<[f32; N]>,
     transform: Affine2,
     wrap: [TextureWrap; 2],
 }
 
-/// What can be interpolated.
-trait Mean: Copy + Send + Sync {
-    fn lerp(self, other: Self, t: f32) -> Self;
+/// From `a` at 0 to `b` at 1.
+fn lerp<const N: usize>(a: [f32; N], b: [f32; N], t: f32) -> [f32; N] {
+    std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }
 
-impl<const N: usize> Mean for [f32; N] {
-    fn lerp(self, other: Self, t: f32) -> Self {
-        std::array::from_fn(|i| self[i] + t * (other[i] - self[i]))
-    }
-}
-
-impl<T: Mean> Plate<T> {
-    fn new(texture: &Texture, texel: impl Fn(u32, u32) -> T + Sync) -> Self {
+impl<const N: usize> Plate<N> {
+    fn new(texture: &Texture, texel: impl Fn(u32, u32) -> [f32; N] + Sync) -> Self {
         let (width, height) = (texture.raster.width(), texture.raster.height());
         let texels =
             (0..height).into_par_iter().flat_map_iter(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
@@ -55,7 +50,7 @@ impl<T: Mean> Plate<T> {
         Self { width, height, texels: texels.collect(), transform, wrap }
     }
 
-    fn at(&self, texcoord: Vec2) -> T {
+    fn at(&self, texcoord: Vec2) -> [f32; N] {
         let t = self.transform.transform_point2(texcoord);
         let (x, y) = (on_centre(t.x * self.width as f32 - 0.5), on_centre(t.y * self.height as f32 - 0.5));
         let (left, top) = (x.floor(), y.floor());
@@ -64,8 +59,8 @@ impl<T: Mean> Plate<T> {
             let y = self.wrap[1].texel(top as i64 + dy, self.height);
             self.texels[y as usize * self.width as usize + x as usize]
         };
-        let row = |dy: i64| texel(0, dy).lerp(texel(1, dy), x - left);
-        row(0).lerp(row(1), y - top)
+        let row = |dy: i64| lerp(texel(0, dy), texel(1, dy), x - left);
+        lerp(row(0), row(1), y - top)
     }
 }
 
@@ -78,7 +73,7 @@ fn on_centre(place: f32) -> f32 {
 /// A property at every place.
 struct Property<const N: usize> {
     factor: [f32; N],
-    plate: Option<Plate<[f32; N]>>,
+    plate: Option<Plate<N>>,
 }
 
 impl<const N: usize> Property<N> {
@@ -122,12 +117,12 @@ fn texels_of(texture: &Texture) -> (u32, u32) {
 const MOST_TEXELS: u32 = 8192;
 
 /// Slopes `dh/ds, dh/dt` (`t` down) at every place, rise over run.
-fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
+fn slopes(map: &NormalMap) -> Plate<2> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
 }
 
 /// Cones: directions with y up from -1 to 1, and the share that is seen.
-fn cones(texture: &Texture) -> Plate<[f32; 4]> {
+fn cones(texture: &Texture) -> Plate<4> {
     let raster = &texture.raster;
     Plate::new(texture, |x, y| {
         let value = |channel| raster.value(x, y, channel);
@@ -169,7 +164,7 @@ struct Brushed {
     strength: Property<1>,
     /// Radians from the tangent, counter-clockwise.
     rotation: f32,
-    direction: Option<Plate<[f32; 2]>>,
+    direction: Option<Plate<2>>,
 }
 
 /// The base's further roughness along one direction.
@@ -194,11 +189,11 @@ pub struct Cover {
     emission: Property<3>,
     occlusion: Property<1>,
     occlusion_strength: f32,
-    cones: Option<Plate<[f32; 4]>>,
+    cones: Option<Plate<4>>,
     opacity: Option<(Property<1>, Option<f32>)>,
-    slopes: Option<Plate<[f32; 2]>>,
+    slopes: Option<Plate<2>>,
     brushed: Option<Brushed>,
-    heights: Option<Plate<[f32; 1]>>,
+    heights: Option<Plate<1>>,
     /// Height of the map that lies on the mesh.
     pub middle: f32,
     scale: Option<f32>,
@@ -239,31 +234,15 @@ impl Texel {
     }
 }
 
-/// What a material does to light beside reflecting it.
-#[derive(Default)]
-pub struct LightMaps {
-    /// Emitted radiance.
-    pub emission: Option<PropertyMap<[f32; 3]>>,
-    /// Accessibility.
-    pub occlusion: Option<PropertyMap<f32>>,
-    /// Cones instead of it.
-    pub cones: Option<PropertyMap<[f32; 4]>>,
-    /// Holes.
-    pub opacity: Option<Holes>,
+/// The middle of a texel in the unit square of its image, `t` down.
+fn texel_centre(index: usize, (width, height): (u32, u32)) -> Vec2 {
+    let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+    Vec2::new(x / width as f32, y / height as f32)
 }
 
-impl LightMaps {
-    /// A material map with these.
-    #[must_use]
-    pub fn with(self, map: MaterialMap) -> MaterialMap {
-        MaterialMap {
-            emission: self.emission,
-            occlusion: self.occlusion,
-            cones: self.cones,
-            opacity: self.opacity,
-            ..map
-        }
-    }
+/// What is at the middle of each texel of an image, row by row.
+pub fn per_texel<T: Send>(size: (u32, u32), at: impl Fn(Vec2) -> T + Sync) -> Vec<T> {
+    (0..size.0 as usize * size.1 as usize).into_par_iter().map(|index| at(texel_centre(index, size))).collect()
 }
 
 /// What reflects nothing at all.
@@ -362,11 +341,6 @@ impl Cover {
         self.emission.at(texcoord)
     }
 
-    /// Whether it tells where its surroundings are seen.
-    pub fn has_cones(&self) -> bool {
-        self.cones.is_some()
-    }
-
     /// Whether it tells what of the surroundings is seen.
     pub fn is_occluded(&self) -> bool {
         self.cones.is_some()
@@ -400,42 +374,36 @@ impl Cover {
         }
     }
 
-    /// The least opacity of a place whose colour counts.
-    pub fn least_opacity(&self) -> f32 {
-        if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 }
-    }
-
     /// Those holes, from values of [`opacity`](Self::opacity).
     pub fn holes(&self, map: PropertyMap<f32>) -> Option<Holes> {
         let (_, cutoff) = self.opacity.as_ref()?;
         Some(if cutoff.is_some() { Holes::Mask(map) } else { Holes::Share(map) })
     }
 
-    /// Maps of what it emits, what it sees of its surroundings, and its holes, each of which lies in a chart with a wrap of its own.
-    /// `place`: of the material where that chart has a place.
-    pub fn light_maps(&self, wraps: [[TextureWrap; 2]; 3], place: impl Fn(Vec2) -> Vec2 + Sync) -> LightMaps {
-        fn map<T: Send>(
+    /// A material map with what it emits, what it sees of its surroundings, and its holes, each of which lies in a chart with a wrap of
+    /// its own. `place`: of the material where that chart has a place.
+    pub fn with_light(
+        &self,
+        map: MaterialMap,
+        wraps: [[TextureWrap; 2]; 3],
+        place: impl Fn(Vec2) -> Vec2 + Sync,
+    ) -> MaterialMap {
+        fn property<T: Send>(
             (width, height): (u32, u32),
             wrap: [TextureWrap; 2],
             at: impl Fn(Vec2) -> T + Sync,
         ) -> PropertyMap<T> {
-            let texel = |index: usize| {
-                let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
-                at(Vec2::new(x / width as f32, y / height as f32))
-            };
-            let texels = (0..width as usize * height as usize).into_par_iter().map(texel).collect();
-            PropertyMap { width, height, texels, wrap }
+            PropertyMap { width, height, texels: per_texel((width, height), at), wrap }
         }
         let [emission, occlusion, opacity] = self.sizes;
-        LightMaps {
-            emission: self.emits().then(|| map(emission, wraps[0], |at| self.emission(place(at)))),
-            occlusion: (self.is_occluded() && !self.has_cones())
-                .then(|| map(occlusion, wraps[1], |at| self.accessibility(place(at)))),
-            cones: self.cones.as_ref().map(|cones| map(occlusion, wraps[1], |at| cones.at(place(at)))),
-            opacity: self
-                .has_holes()
-                .then(|| map(opacity, wraps[2], |at| self.opacity(place(at))))
-                .and_then(|map| self.holes(map)),
+        let holes = || property(opacity, wraps[2], |at| self.opacity(place(at)));
+        MaterialMap {
+            emission: self.emits().then(|| property(emission, wraps[0], |at| self.emission(place(at)))),
+            occlusion: (self.is_occluded() && self.cones.is_none())
+                .then(|| property(occlusion, wraps[1], |at| self.accessibility(place(at)))),
+            cones: self.cones.as_ref().map(|cones| property(occlusion, wraps[1], |at| cones.at(place(at)))),
+            opacity: self.has_holes().then(holes).and_then(|map| self.holes(map)),
+            ..map
         }
     }
 
@@ -459,9 +427,21 @@ impl Cover {
         Texel {
             albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
             alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),
-            f0: f0.lerp(base, metal).map(|c| c.clamp(0.0, 1.0)),
+            f0: lerp(f0, base, metal).map(|c| c.clamp(0.0, 1.0)),
             body_f0: (f0.iter().sum::<f32>() / 3.0).clamp(0.0, 1.0),
         }
+    }
+
+    /// [`texel`](Self::texel) for each texel of an image of its [`size`](Self::size), at the place of the material that lies there. `fills`: in
+    /// holes, the mean of what is nearest.
+    pub fn texels(&self, fills: bool, place: impl Fn(Vec2) -> Vec2 + Sync) -> Vec<Texel> {
+        let texels = per_texel(self.size, |at| self.texel(place(at)));
+        if !fills || !self.has_holes() {
+            return texels;
+        }
+        // The least opacity of a place whose colour counts.
+        let least = if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 };
+        filled(&texels, self.size.into(), |index| self.opacity(place(texel_centre(index, self.size))) >= least)
     }
 
     /// Height at a place, in the map's unit; its middle without a map.
@@ -506,32 +486,25 @@ impl Cover {
         self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
 
-    /// A map with the facets of a measured material, if it has them.
-    pub fn with_fit(&self, map: MaterialMap) -> MaterialMap {
-        match &self.fit {
-            Some(fit) => MaterialMap { fit: Some(fit.clone()), two_lobes: None, ..map },
-            None => map,
-        }
-    }
-
     /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
-    pub fn map(width: u32, height: u32, texels: &[Texel]) -> MaterialMap {
-        let srgb = |c: [f32; 3], a: u8| {
+    pub fn map(&self, (width, height): (u32, u32), texels: &[Texel]) -> MaterialMap {
+        let opaque = |c: [f32; 3]| {
             let [r, g, b] = c.map(srgb8_from_linear);
-            [r, g, b, a]
+            [r, g, b, u8::MAX]
         };
-        let colors: Vec<[u8; 4]> = texels.par_iter().map(|t| srgb(t.albedo, alpha_code(t.alpha))).collect();
-        let f0: Vec<[u8; 4]> = texels.par_iter().map(|t| srgb(t.f0, u8::MAX)).collect();
+        let colors: Vec<[u8; 4]> = texels.par_iter().map(|t| color_code(t.albedo, t.alpha)).collect();
+        let f0: Vec<[u8; 4]> = texels.par_iter().map(|t| opaque(t.f0)).collect();
         let mut counts = [0.0; 256];
         for texel in &colors {
             counts[usize::from(texel[3])] += 1.0;
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
+        // A measured material has facets of its own.
+        let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32).filter(|_| self.fit.is_none());
         // The grey of what is no metal is the object's own.
-        let own = srgb8_from_linear(texels[0].body_f0);
-        let f0 = f0.iter().any(|texel| *texel != [own, own, own, u8::MAX]).then_some(f0);
-        MaterialMap { f0, two_lobes, ..MaterialMap::new(width, height, colors) }
+        let own = opaque([texels[0].body_f0; 3]);
+        let f0 = f0.iter().any(|texel| *texel != own).then_some(f0);
+        MaterialMap { f0, two_lobes, fit: self.fit.clone(), ..MaterialMap::new(width, height, colors) }
     }
 }
 

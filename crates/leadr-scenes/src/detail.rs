@@ -1,39 +1,28 @@
 //! A material that lies over another and repeats more often, as the renderer takes it.
 
 use glam::{Affine2, Mat2, Vec2};
-use rayon::prelude::*;
 
-use super::cover::{Cover, Texel};
+use super::cover::{Cover, per_texel};
 use leadr_maps::HeightMap;
 use leadr_maps::material::{MaterialDetail, Texture};
-use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask};
+use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
 use leadr_render::surfaces::displacement::HeightField;
 
 /// The detail of a surface whose coordinates repeat after so many metres. Texture coordinates run up a picture, views along the axes down.
 pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> Detail {
     let cover = Cover::new(&layer.material);
     let (width, height) = cover.size;
-    let size = Vec2::new(width as f32, height as f32);
-    let place = |index: usize| {
-        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
-        Vec2::new(x, y) / size
-    };
-    let places = 0..width as usize * height as usize;
     // Metres of one repeat, and of a unit of height.
     let repeat = metres / layer.repeat;
     let unit = if cover.has_heights() { cover.unit(repeat) * repeat } else { 1.0 };
     let scale = unit * layer.height_scale;
-    let texels =
-        places.clone().into_par_iter().map(|index| scale * (cover.height(place(index)) - cover.middle)).collect();
+    let texels = per_texel(cover.size, |at| scale * (cover.height(at) - cover.middle));
     // Slopes are rise over run; the run of a unit of the coordinates is a repeat.
     let per_unit = repeat * layer.height_scale;
-    let slopes = cover.has_slopes().then(|| {
-        places.clone().into_par_iter().map(|index| (cover.slope(place(index)) * per_unit).to_array()).collect()
-    });
-    let texels_of: Option<Vec<Texel>> =
-        layer.colored.then(|| places.into_par_iter().map(|index| cover.texel(place(index))).collect());
-    let material = texels_of.map(|texels| {
-        let map = leadr_render::scene::MaterialMap { f0: None, two_lobes: None, ..Cover::map(width, height, &texels) };
+    let slopes = cover.has_slopes().then(|| per_texel(cover.size, |at| (cover.slope(at) * per_unit).to_array()));
+    let material = layer.colored.then(|| {
+        let texels = cover.texels(false, |at| at);
+        let map = MaterialMap { f0: None, two_lobes: None, fit: None, ..cover.map(cover.size, &texels) };
         let f0 = texels.iter().map(|texel| texel.f0.iter().sum::<f32>() / 3.0).sum::<f32>() / texels.len() as f32;
         (map, if layer.mask.is_some() { DetailColors::Cover(f0) } else { DetailColors::Vary })
     });

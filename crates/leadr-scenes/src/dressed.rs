@@ -1,17 +1,15 @@
 //! The plane and the sphere in a material of the user's.
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
-use super::cover::{Cover, LightMaps, Stroke, Texel, finest};
+use super::cover::{Cover, Stroke, Texel, finest, per_texel};
 use super::detail::detail;
-use super::holes::filled;
-use super::sphere::{bake_patches, cube_sphere};
+use super::sphere::{bake_patches, cube_sphere, tiled};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
 use leadr_maps::HeightMap;
 use leadr_maps::material::{Material, TextureWrap};
 use leadr_render::scene::{DetailMapping, MaterialMap, Object, PropertyMap};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch::PatchPoint;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use leadr_render::surfaces::triplanar;
@@ -37,43 +35,32 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let metres = repeat.unwrap_or(PLANE_REPEAT);
     let cover = Cover::new(material);
     let (width, height) = cover.size;
-    let upright = |index: usize| {
-        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
-        Vec2::new(x / width as f32, 1.0 - y / height as f32)
-    };
-    let places = 0..width as usize * height as usize;
-    let mut texels: Vec<Texel> = places.clone().into_par_iter().map(|index| cover.texel(upright(index))).collect();
-    if cover.has_holes() {
-        texels = filled(&texels, [width, height], |index| cover.opacity(upright(index)) >= cover.least_opacity());
-    }
+    let upright = |at: Vec2| Vec2::new(at.x, 1.0 - at.y);
+    let texels = cover.texels(true, upright);
     let has_relief = cover.has_heights() || cover.has_slopes() || cover.is_brushed();
     let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, metres, UNTINTED);
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].body_f0).with_conductor_dip(material.conductor_dip);
-    let repeat = [[TextureWrap::Repeat; 2]; 3];
-    let mut light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
+    let mut map = cover.with_light(cover.map(cover.size, &texels), [[TextureWrap::Repeat; 2]; 3], upright);
     // As upright as the picture: its y is the surface's t.
-    light.cones.iter_mut().flat_map(|cones| &mut cones.texels).for_each(|cone| cone[1] = -cone[1]);
-    object =
-        object.with_material(beside_heights(&cover, light).with(cover.with_fit(Cover::map(width, height, &texels))));
+    map.cones.iter_mut().flat_map(|cones| &mut cones.texels).for_each(|cone| cone[1] = -cone[1]);
+    object = object.with_material(beside_heights(&cover, map));
     if has_relief {
         object.coarse_mesh = coarse;
         // In repeats of the textures, as baked files have them, so that slopes are those of the normals.
         let unit = cover.unit(metres);
-        let height = |index| cover.height(upright(index)) * unit - cover.middle * unit;
-        let heights = places.clone().into_par_iter().map(height).collect();
-        let field = HeightField::repeating(HeightMap { width, height: cover.size.1, texels: heights });
+        let heights = per_texel(cover.size, |at| cover.height(upright(at)) * unit - cover.middle * unit);
+        let field = HeightField::repeating(HeightMap { width, height, texels: heights });
         object = object.with_heights(field, metres);
         if cover.has_slopes() || cover.is_brushed() {
-            let slope = |index| {
-                let slope = cover.relief_slope(upright(index), unit);
+            object = object.with_slopes(per_texel(cover.size, |at| {
+                let slope = cover.relief_slope(upright(at), unit);
                 [slope.x, -slope.y]
-            };
-            object = object.with_slopes(places.clone().into_par_iter().map(slope).collect());
+            }));
         }
         if cover.is_brushed() {
-            let spread = |index| spread_of(cover.stroke(upright(index)), |along| along);
-            object = object.with_slope_spread(places.into_par_iter().map(spread).collect());
+            let spread = |at| spread_of(cover.stroke(upright(at)), |along| along);
+            object = object.with_slope_spread(per_texel(cover.size, spread));
         }
     }
     if let Some(layer) = &material.detail {
@@ -153,11 +140,16 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
     let mut object =
         Object::new("sphere", mesh).with_specular_f0(first.body_f0).with_conductor_dip(material.conductor_dip);
-    let light = beside_heights(&cover, light_of_tiles(&cover, width, height, &baked));
-    object = object.with_material(light.with(cover.with_fit(Cover::map(width, height, &texels))));
-    let heights = baked.iter().map(|b| b.height).collect();
-    let field = HeightField { map: HeightMap { width, height, texels: heights }, border: Border::Tiles(layout) };
-    object = object.with_heights(field, metres);
+    let map = MaterialMap {
+        emission: cover.emits().then(|| property(layout, &baked, |b| b.emission)),
+        // Tiles keep the share alone.
+        occlusion: cover.is_occluded().then(|| property(layout, &baked, |b| b.accessibility)),
+        opacity: cover.has_holes().then(|| property(layout, &baked, |b| b.opacity)).and_then(|map| cover.holes(map)),
+        ..cover.map(layout.size(), &texels)
+    };
+    object = object
+        .with_material(beside_heights(&cover, map))
+        .with_heights(tiled(layout, baked.iter().map(|b| b.height).collect()), metres);
     if cover.has_slopes() || cover.is_brushed() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
     }
@@ -170,24 +162,14 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     Stage::still(vec![object], sphere_views())
 }
 
-/// What tiles of the sphere do to light.
-fn light_of_tiles(cover: &Cover, width: u32, height: u32, baked: &[Baked]) -> LightMaps {
-    fn map<T>(size: (u32, u32), baked: &[Baked], of: impl Fn(&Baked) -> T) -> PropertyMap<T> {
-        let texels = baked.iter().map(of).collect();
-        PropertyMap { width: size.0, height: size.1, texels, wrap: [TextureWrap::Clamp; 2] }
-    }
-    let size = (width, height);
-    LightMaps {
-        emission: cover.emits().then(|| map(size, baked, |b| b.emission)),
-        // Tiles keep the share alone.
-        occlusion: cover.is_occluded().then(|| map(size, baked, |b| b.accessibility)),
-        cones: None,
-        opacity: cover.has_holes().then(|| map(size, baked, |b| b.opacity)).and_then(|map| cover.holes(map)),
-    }
+/// A property of what tiles hold.
+fn property<T>(layout: TileLayout, baked: &[Baked], of: impl Fn(&Baked) -> T) -> PropertyMap<T> {
+    let (width, height) = layout.size();
+    PropertyMap { width, height, texels: baked.iter().map(of).collect(), wrap: [TextureWrap::Clamp; 2] }
 }
 
 /// The same where a relief is drawn: what its bumps hide from each other follows from their heights, and a picture of the same occlusion
 /// would count it twice.
-fn beside_heights(cover: &Cover, light: LightMaps) -> LightMaps {
-    LightMaps { occlusion: light.occlusion.filter(|_| !cover.has_heights()), ..light }
+fn beside_heights(cover: &Cover, map: MaterialMap) -> MaterialMap {
+    MaterialMap { occlusion: map.occlusion.filter(|_| !cover.has_heights()), ..map }
 }

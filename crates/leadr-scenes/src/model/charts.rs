@@ -81,8 +81,7 @@ impl Charts {
         let colors: Vec<&Texture> = colors.chain(numbers).collect();
         let opacity = match &m.opacity {
             Opacity::Opaque => None,
-            Opacity::Mask { mask, .. } => mask.texture.as_ref(),
-            Opacity::Blend { share } => share.texture.as_ref(),
+            Opacity::Mask { mask: input, .. } | Opacity::Blend { share: input } => input.texture.as_ref(),
         };
         let one = |texture: Option<&Texture>| Chart::of(texture.as_slice(), bounds);
         let normal = m.normal_map.as_ref().map(|map| &map.texture);
@@ -114,26 +113,17 @@ impl Charts {
     fn lay_out(&self, material: &mut Material) {
         let [colors, emission, occlusion, opacity] =
             [CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| self.images[chart as usize]);
-        if let Some(map) = &mut material.normal_map {
-            self.slopes.seen(&mut map.texture);
-        }
+        material.normal_map.iter_mut().for_each(|map| self.slopes.seen(&mut map.texture));
         let glowing = if material.unlit { &mut material.base_color } else { &mut material.emission };
-        if let Some(texture) = &mut glowing.texture {
-            emission.seen(texture);
-        }
+        glowing.texture.iter_mut().for_each(|texture| emission.seen(texture));
         let [base, f0] = [&mut material.base_color, &mut material.f0].map(|input| input.texture.as_mut());
         let base = base.filter(|_| !material.unlit);
         let numbers = [&mut material.metalness, &mut material.roughness, &mut material.specular];
         let numbers = numbers.into_iter().filter_map(|input| input.texture.as_mut());
         base.into_iter().chain(f0).chain(numbers).for_each(|texture| colors.seen(texture));
         material.occlusion.texture.iter_mut().chain(&mut material.cones).for_each(|texture| occlusion.seen(texture));
-        let opacity_input = match &mut material.opacity {
-            Opacity::Opaque => None,
-            Opacity::Mask { mask, .. } => Some(mask),
-            Opacity::Blend { share } => Some(share),
-        };
-        if let Some(texture) = opacity_input.and_then(|input| input.texture.as_mut()) {
-            opacity.seen(texture);
+        if let Opacity::Mask { mask: input, .. } | Opacity::Blend { share: input } = &mut material.opacity {
+            input.texture.iter_mut().for_each(|texture| opacity.seen(texture));
         }
     }
 

@@ -69,21 +69,11 @@ impl Serialize for Displacement {
     }
 }
 
-impl Displacement {
-    fn load(&self) -> Result<Relief, MapError> {
-        let Self { scale, middle, .. } = *self;
-        let mut relief = relief_of(&self.named.file)?;
-        relief.scale = scale;
-        relief.middle = middle.unwrap_or(relief.middle);
-        Ok(relief)
-    }
-}
-
 /// Heights about their mean, of a scale that nobody told.
 fn relief_of(file: &Path) -> Result<Relief, MapError> {
-    let mut material = Material::new("");
-    material.set_heights(file)?;
-    Ok(material.relief.unwrap_or(Relief { map: load_height_map(file)?, scale: None, in_widths: false, middle: 0.0 }))
+    let map = load_height_map(file)?;
+    let middle = map.mean();
+    Ok(Relief { map, scale: None, in_widths: false, middle })
 }
 
 /// Gives the materials of the model in `file` the heights that its user names, and those that lie beside it.
@@ -93,13 +83,14 @@ fn relief_of(file: &Path) -> Result<Relief, MapError> {
 pub fn displace(model: &mut Model, file: &Path, asked: &[Displacement]) -> Result<(), SceneError> {
     for (material, map) in beside(model, file) {
         let name = map.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let Material { name: material_name, relief, .. } = &mut model.materials[material];
-        tracing::warn!("{}: {name} beside it displaces its material {material_name}", model.name);
-        *relief = Some(relief_of(&map)?);
+        let material = &mut model.materials[material];
+        tracing::warn!("{}: {name} beside it displaces its material {}", model.name, material.name);
+        material.relief = Some(relief_of(&map)?);
     }
-    for displacement in asked {
-        let worn = worn_by(model, displacement.named.material.as_deref())?;
-        let relief = displacement.load()?;
+    for Displacement { named, scale, middle } in asked {
+        let worn = worn_by(model, named.material.as_deref())?;
+        let relief = relief_of(&named.file)?;
+        let relief = Relief { scale: *scale, middle: middle.unwrap_or(relief.middle), ..relief };
         for index in worn {
             model.materials[index].relief = Some(relief.clone());
         }
@@ -126,9 +117,10 @@ fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
     let found = |material: &Material| {
         let image = material.base_color.texture.as_ref().and_then(|texture| {
             let stem = Path::new(&texture.name).file_stem()?.to_str()?;
-            Some(if role_of(Path::new(&texture.name)) == Some(Role::Color) { without_role(stem)? } else { plain(stem) })
+            let is_color = role_of(Path::new(&texture.name)) == Some(Role::Color);
+            if is_color { without_role(stem) } else { Some(stem.to_lowercase()) }
         });
-        let names = [Some(plain(&material.name)), image];
+        let names = [Some(material.name.to_lowercase()), image];
         let named = |name: &Option<String>| maps.iter().find(|(map, _)| Some(map) == name.as_ref());
         names.iter().find_map(named).map(|(_, map)| map.clone())
     };
@@ -136,15 +128,10 @@ fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
     bare.filter_map(|(number, material)| Some((number, found(material)?))).collect()
 }
 
-/// A name in lower case.
-fn plain(name: &str) -> String {
-    name.to_lowercase()
-}
-
-/// What is left of a name without its last word.
+/// What is left of a name without its last word, in lower case.
 fn without_role(stem: &str) -> Option<String> {
     let (name, _) = stem.rsplit_once(|c: char| !c.is_alphanumeric())?;
-    (!name.is_empty()).then(|| plain(name))
+    (!name.is_empty()).then(|| name.to_lowercase())
 }
 
 #[cfg(test)]

@@ -11,9 +11,8 @@ pub fn join_plain(model: &mut Model) {
             (0..number).find(|&first| joined(&model.materials[first], &model.materials[number])).unwrap_or(number)
         })
         .collect();
-    let shared: Vec<bool> = (0..firsts.len())
-        .map(|number| firsts.iter().enumerate().any(|(other, &first)| other != number && first == firsts[number]))
-        .collect();
+    let shared: Vec<bool> =
+        firsts.iter().map(|first| firsts.iter().filter(|other| *other == first).count() > 1).collect();
     for primitive in model.meshes.iter_mut().flat_map(|Mesh { primitives, .. }| primitives) {
         let Some(material) = model.materials.get(primitive.material).filter(|_| shared[primitive.material]) else {
             continue;

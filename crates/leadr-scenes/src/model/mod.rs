@@ -11,7 +11,6 @@ mod parts;
 mod places;
 mod relief;
 mod remarks;
-mod surface;
 
 use std::sync::Arc;
 
@@ -21,14 +20,14 @@ use super::error::SceneError;
 use super::ground::{RELIEF, ground};
 use super::stage::{Stage, Views};
 use charts::Charts;
+use leadr_maps::material::Material;
 use leadr_models::Model;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::numbering::MAX_OBJECTS;
 use lights::Lamps;
 use parts::{Parts, Placement};
-use places::Places;
-use surface::Surface;
+use places::{Places, Surface};
 
 /// A model and the animation that it plays.
 #[derive(Clone, Debug)]
@@ -112,7 +111,10 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
             format!("its {} materials are more than the {} that a scene has", parts.objects.len(), MAX_OBJECTS - 1);
         return Err(SceneError::Model(format!("{fault}; join some of them")));
     }
-    remarks::of(&model, &parts, camera).iter().for_each(|remark| tracing::warn!("{}: {remark}", model.name));
+    let charts: Vec<(Charts, Material)> = (0..parts.objects.len())
+        .map(|i| Charts::of(&model.materials[parts.objects[i].material], &|set| parts.reached(&model, i, set)))
+        .collect();
+    remarks::of(&model, &parts, &charts, camera).iter().for_each(|remark| tracing::warn!("{}: {remark}", model.name));
     let duration = animation.map_or(0.0, |number| model.animations[number].duration);
     let times = if duration > 0.0 { MEASURED } else { 1 };
     let time = |i: u32| duration * i as f32 / times as f32;
@@ -131,12 +133,9 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let rest = model.pose(animation, 0.0);
     let poses = || (0..times).map(|i| parts.all_posed(&model, &model.pose(animation, time(i)), &placement));
     let displaced = parts.objects.iter().any(|object| model.materials[object.material].relief.is_some());
-    let corners_of = |i: usize| {
-        let charts = Charts::of(&model.materials[parts.objects[i].material], &|set| parts.reached(&model, i, set)).0;
-        parts.triangles(&model, i, &charts).0
-    };
+    let corners = |(i, (charts, _)): (usize, &(Charts, Material))| parts.triangles(&model, i, charts).0;
     let triangles: Vec<Vec<[u32; 3]>> =
-        if displaced { (0..parts.objects.len()).map(corners_of).collect() } else { Vec::new() };
+        if displaced { charts.iter().enumerate().map(corners).collect() } else { Vec::new() };
     let places = displaced.then(|| Places::of(&poses().collect::<Vec<_>>(), &triangles));
     let surface = Surface {
         rims: places.as_ref().map_or(Vec::new(), |places| places.rims(&triangles)),
@@ -144,12 +143,12 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         placement,
         size: low.distance(high) * placement.scale(),
     };
-    let at_rest = surface.posed(&model, &parts, &rest);
+    let at_rest = surface.posed(&model, &parts, &rest).into_iter().zip(&charts).enumerate();
     let mut objects: Vec<Object> =
-        (0..).zip(at_rest).map(|(i, rest)| dress::object(&model, &parts, &surface, i, rest)).collect();
+        at_rest.map(|(i, (rest, charts))| dress::object(&model, &parts, &surface, charts, i, rest)).collect();
     objects.push(ground());
-    let corners = (placement.place(low), placement.place(high));
-    let corners = (corners.0.min(corners.1), corners.0.max(corners.1));
+    let (a, b) = (placement.place(low), placement.place(high));
+    let corners = (a.min(b), a.max(b));
     let views = views(corners.0, corners.1);
     let lamps = Lamps::of(&model, &rest, &placement, corners);
     if lamps.dimmed < 1.0 {

@@ -124,27 +124,13 @@ impl Parts {
         used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
     }
 
-    /// Opacity of an object's vertices, 0 to 1.
-    pub fn opacities(&self, model: &Model, object: usize) -> Vec<f32> {
+    /// Linear colours and opacity of an object's vertices; white and opaque where they have none.
+    pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
         let of_part = |part: &Part| {
             let primitive = part.shown_in(model);
-            let alpha = |vertex: usize| primitive.colors.as_ref().map_or(1.0, |colors| colors[vertex][3]);
-            (0..primitive.positions.len()).map(alpha).collect::<Vec<f32>>()
+            primitive.colors.clone().unwrap_or_else(|| vec![[1.0; 4]; primitive.positions.len()])
         };
         self.objects[object].parts.iter().flat_map(of_part).collect()
-    }
-
-    /// Colours of an object's vertices, linear; white where they have none.
-    pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
-        let mut all = Vec::new();
-        for part in &self.objects[object].parts {
-            let primitive = part.shown_in(model);
-            match &primitive.colors {
-                Some(colors) => all.extend(colors.iter().map(|&[r, g, b, _]| [r, g, b, 1.0])),
-                None => all.extend(std::iter::repeat_n([1.0; 4], primitive.positions.len())),
-            }
-        }
-        all
     }
 }
 

@@ -1,10 +1,9 @@
 //! A model's relief: heights in metres over its texture coordinates, or over coordinates that are made where it has none.
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
-use super::surface::Surface;
-use crate::cover::{Cover, Stroke};
+use super::places::Surface;
+use crate::cover::{Cover, Stroke, per_texel};
 use leadr_maps::HeightMap;
 use leadr_maps::material::Material;
 use leadr_render::scene::Object;
@@ -63,13 +62,7 @@ pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
 
 /// The object with the heights and the slopes of its material.
 pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: &Surface) -> Object {
-    let (width, height) = relief_size(material, cover);
-    let size = Vec2::new(width as f32, height as f32);
-    let places = 0..width as usize * height as usize;
-    let place = |index: usize| {
-        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
-        Vec2::new(x, y) / size
-    };
+    let size = relief_size(material, cover);
     let scale = match &material.relief {
         None => 0.0,
         Some(relief) => match relief.scale {
@@ -77,25 +70,22 @@ pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: 
             None => metres_per_unit(&object.mesh).map_or(0.0, |repeat| cover.unit(repeat) * repeat),
         },
     };
-    let height_at = |index| (cover.height(place(index)) - cover.middle) * scale;
-    let texels = places.clone().into_par_iter().map(height_at).collect();
-    let object = object.with_heights(HeightField::repeating(HeightMap { width, height, texels }), 1.0);
+    let texels = per_texel(size, |at| (cover.height(at) - cover.middle) * scale);
+    let object = object.with_heights(HeightField::repeating(HeightMap { width: size.0, height: size.1, texels }), 1.0);
     // Heights alone keep the slopes of their own triangles, which have no place for a further variance.
     let brushed = cover.is_brushed() && (cover.has_slopes() || !cover.has_heights());
     if !cover.has_slopes() && !brushed {
         return object;
     }
-    let object =
-        object.with_slopes(places.clone().into_par_iter().map(|index| cover.slope(place(index)).to_array()).collect());
+    let object = object.with_slopes(per_texel(size, |at| cover.slope(at).to_array()));
     if !brushed {
         return object;
     }
     // The bitangent goes against t.
-    let spread = |index| {
-        let Stroke { along, variance } = cover.stroke(place(index));
+    object.with_slope_spread(per_texel(size, |at| {
+        let Stroke { along, variance } = cover.stroke(at);
         [along.x * along.x, along.y * along.y, -along.x * along.y].map(|square| square * variance)
-    };
-    object.with_slope_spread(places.into_par_iter().map(spread).collect())
+    }))
 }
 
 /// Texels of the finer of the height map and the normal map.

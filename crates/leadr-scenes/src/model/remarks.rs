@@ -2,14 +2,14 @@
 
 use super::charts::Charts;
 use super::parts::Parts;
-use leadr_maps::material::Opacity;
+use leadr_maps::material::{Material, Opacity};
 use leadr_models::{Model, Projection};
 use leadr_render::scene::MAX_POINT_LIGHTS;
 
 /// A sentence for each thing that the picture leaves out or changes. `camera`: the node that it is seen from, if it is one of the file's.
-pub fn of(model: &Model, parts: &Parts, camera: Option<usize>) -> Vec<String> {
+pub fn of(model: &Model, parts: &Parts, charts: &[(Charts, Material)], camera: Option<usize>) -> Vec<String> {
     let mut remarks = model.remarks.clone();
-    for (index, object) in parts.objects.iter().enumerate() {
+    for (object, (charts, _)) in parts.objects.iter().zip(charts) {
         let material = &model.materials[object.material];
         let name = &material.name;
         let mut say = |what: &str| remarks.push(format!("material {name}: {what}"));
@@ -21,7 +21,7 @@ pub fn of(model: &Model, parts: &Parts, camera: Option<usize>) -> Vec<String> {
         if material.anisotropy.is_some() && material.relief.is_some() && material.normal_map.is_none() {
             say("its roughness is drawn the same in all directions, as its slopes are those of its heights");
         }
-        if Charts::of(material, &|set| parts.reached(model, index, set)).0.compromise {
+        if charts.compromise {
             say("some of its textures with other texture coordinates than its colours, or its heights, follow theirs");
         }
     }
