@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::trex::TrexError;
 use leadr_gpu::{GpuError, binary};
 use leadr_maps::MapError;
 use leadr_models::ModelError;
@@ -10,9 +9,9 @@ use leadr_models::ModelError;
 /// A scene that cannot be made or put on the device. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The T-rex could not be modelled.
-    #[error(transparent)]
-    Trex(#[from] TrexError),
+    /// Tiles of the T-rex must be powers of two from 8 to 128 texels.
+    #[error("tiles of {0} texels cannot be baked; choose 8, 16, 32, 64 or 128")]
+    Tile(u32),
     /// An input file is missing, damaged, too large or of another kind.
     #[error(transparent)]
     Map(#[from] MapError),

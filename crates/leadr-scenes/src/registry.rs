@@ -170,7 +170,7 @@ pub static SCENES: [NamedScene; 11] = [
         making: MAKING_THE_TREX,
         make: |options, progress| {
             options.room_for_trex()?;
-            Ok(trex_stage(options.atlas_tile, progress)?)
+            trex_stage(options.atlas_tile, progress)
         },
     },
     NamedScene {
@@ -286,7 +286,7 @@ pub static SCENES: [NamedScene; 11] = [
         make: |options, progress| {
             options.room_for_trex()?;
             let waves = options.waves.unwrap_or_else(shore::waves);
-            Ok(shore_stage(options.atlas_tile, &waves, progress)?)
+            shore_stage(options.atlas_tile, &waves, progress)
         },
     },
 ];

@@ -11,11 +11,13 @@ use std::f64::consts::TAU;
 use glam::{Affine3A, DVec2, Mat4, Vec3};
 
 use self::sand::PERIOD;
+use super::error::SceneError;
 use super::ocean::waves::Waves;
+use super::registry::Progress;
 use super::stage::{Stage, Views};
+use super::trex::Trex;
 use super::trex::stage::{animal, walked};
 use super::trex::walk;
-use super::trex::{Trex, TrexError};
 use leadr_render::camera::Camera;
 use leadr_render::scene::Pose;
 use leadr_render::surfaces::ocean::Ocean;
@@ -50,7 +52,7 @@ pub fn sea(waves: &Waves) -> Ocean {
 }
 
 /// The stage, with atlas tiles of `tile` texels for the animal and these waves; see [`Trex::load`] for `progress`.
-pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<Stage, SceneError> {
     let shore = shore();
     let (trex, sand) = rayon::join(|| Trex::load(tile, progress), || beach::sand(&shore));
     let mut objects = animal(trex?).to_vec();
@@ -69,7 +71,7 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) ->
         let gone = walked(time);
         let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
-        let joints: Vec<Mat4> = walk::pose(time).skinning_matrices().into_iter().map(|joint| world * joint).collect();
+        let joints: Vec<Mat4> = walk::pose(time).into_iter().map(|joint| world * joint).collect();
         // The sand follows the animal in steps after which all of it repeats, which do not show.
         let steps = (gone / PERIOD as f32).round();
         let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));

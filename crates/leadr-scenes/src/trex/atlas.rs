@@ -16,7 +16,8 @@ use rayon::prelude::*;
 
 use super::sdf::TrexSdf;
 use super::skin::Skin;
-use leadr_maps::material::alpha_code;
+use crate::registry::Progress;
+use crate::sphere::{color_code, fill_tiles};
 use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch::{Patch, PatchPoint};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
@@ -27,14 +28,6 @@ const REACH: [f32; 2] = [0.16, 0.10];
 const LEAST_AREA: f32 = 0.3;
 /// Behind this x the full model has only fingers and dew claws more than the cage's, which are props.
 const HEAD_X: f32 = 3.0;
-
-/// The two textures of the body.
-pub struct Atlas {
-    /// Displacement along the patch normal, metres, row by row.
-    pub heights: Vec<f32>,
-    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
-    pub colors: Vec<[u8; 4]>,
-}
 
 /// Height and appearance of one point: height, linear albedo, `α`.
 type Sample = [f32; 5];
@@ -105,7 +98,7 @@ impl<'a> Baker<'a> {
     }
 
     fn field(&self, p: Vec3) -> f32 {
-        if p.x < HEAD_X { self.sdf.coarse_distance(p) } else { self.sdf.distance(p) }
+        if p.x < HEAD_X { self.sdf.coarse.distance(p) } else { self.sdf.full.distance(p) }
     }
 
     /// First crossing of the surface along `n`, inwards from outside and outwards from inside; the reach where there
@@ -379,16 +372,8 @@ fn intervals(inner: usize) -> usize {
     inner.min(20)
 }
 
-fn encode(c: &Sample) -> [u8; 4] {
-    let srgb = |x: f32| {
-        let x = x.clamp(0.0, 1.0);
-        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (y * 255.0 + 0.5) as u8
-    };
-    [srgb(c[1]), srgb(c[2]), srgb(c[3]), alpha_code(c[4])]
-}
-
-/// Bakes all tiles of `mesh` in `layout`; `progress` receives the share done, from any thread.
+/// Bakes all tiles of `mesh` in `layout`: displacement along the patch normal in metres, and sRGB-encoded albedo with linear
+/// Beckmann `α`, each row by row. `progress` receives the share done, from any thread.
 ///
 /// The mesh is in the bind pose and each of its edges joins two patches; `layout` holds a tile per patch.
 pub fn bake(
@@ -396,33 +381,18 @@ pub fn bake(
     skin: &Skin,
     mesh: &PatchMesh,
     layout: &TileLayout,
-    progress: &(dyn Fn(f32) + Sync),
-) -> Atlas {
+    progress: Progress<'_>,
+) -> (Vec<f32>, Vec<[u8; 4]>) {
     let inner = layout.inner() as usize;
     let baker = Baker::new(sdf, skin, mesh);
     let borders = Borders::new(&baker, inner);
     let taps = taps(inner, intervals(inner));
-    let (width, height) = layout.size();
-    let (width, tile) = (width as usize, layout.tile as usize);
-    let mut heights = vec![0.0; width * height as usize];
-    let mut colors = vec![[0; 4]; width * height as usize];
     let done = AtomicUsize::new(0);
-    let columns = layout.columns as usize;
-    heights.par_chunks_mut(width * tile).zip(colors.par_chunks_mut(width * tile)).enumerate().for_each(
-        |(row, (heights, colors))| {
-            let end = ((row + 1) * columns).min(mesh.patches.len());
-            for patch in row * columns..end {
-                let samples = bake_tile(&baker, &borders, layout, &taps, patch);
-                let left = (patch - row * columns) * tile;
-                for (i, sample) in samples.iter().enumerate() {
-                    let at = i / tile * width + left + i % tile;
-                    heights[at] = sample[0];
-                    colors[at] = encode(sample);
-                }
-                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-                progress(count as f32 / mesh.patches.len() as f32);
-            }
-        },
-    );
-    Atlas { heights, colors }
+    let texels = fill_tiles(layout, mesh.patches.len(), |patch| {
+        let samples = bake_tile(&baker, &borders, layout, &taps, patch);
+        let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress(count as f32 / mesh.patches.len() as f32);
+        samples.into_iter().map(|[height, r, g, b, alpha]| (height, color_code([r, g, b], alpha))).collect()
+    });
+    texels.into_iter().unzip()
 }

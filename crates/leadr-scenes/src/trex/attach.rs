@@ -47,7 +47,7 @@ mod tests {
         let body = nearest(&trex.body.positions, plain.positions[root]).unwrap();
         let drift = |props: &PatchMesh| {
             let offset = |time: f64| {
-                let joints = walk::pose(time).skinning_matrices();
+                let joints = walk::pose(time);
                 let (prop, leg) = (skin(props, &joints).positions[root], skin(&trex.body, &joints).positions[body]);
                 prop.distance(leg)
             };

@@ -2,9 +2,6 @@
 //!
 //! Layout (little endian): tile, counts, then the arrays back to back.
 
-use glam::Vec3;
-
-use super::atlas::Atlas;
 use leadr_maps::cache::{nothing_left, put, take};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
@@ -22,35 +19,27 @@ pub struct Baked {
     pub body: PatchMesh,
     /// Layout of the atlas.
     pub layout: TileLayout,
-    /// Heights and colours.
-    pub atlas: Atlas,
-}
-
-fn vectors(values: &[Vec3]) -> Vec<[f32; 3]> {
-    values.iter().map(|v| v.to_array()).collect()
-}
-
-/// Takes as many vectors off the front of the content.
-fn take_vectors(content: &mut &[u8], count: usize) -> Result<Vec<Vec3>, &'static str> {
-    Ok(take::<[f32; 3]>(content, count)?.into_iter().map(Vec3::from_array).collect())
+    /// Displacement along the patch normal, metres, row by row.
+    pub heights: Vec<f32>,
+    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
+    pub colors: Vec<[u8; 4]>,
 }
 
 impl Baked {
     /// The content of the file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mesh = &self.body;
-        let mut out = Vec::with_capacity(8 * self.atlas.heights.len() + (1 << 20));
-        let joints = if mesh.skin.is_empty() { 0 } else { 4 };
-        put(&mut out, &[self.layout.tile, mesh.positions.len() as u32, mesh.patches.len() as u32, joints]);
-        put(&mut out, &vectors(&mesh.positions));
-        put(&mut out, &vectors(&mesh.normals));
+        let mut out = Vec::with_capacity(8 * self.heights.len() + (1 << 20));
+        put(&mut out, &[self.layout.tile, mesh.positions.len() as u32, mesh.patches.len() as u32]);
+        put(&mut out, &mesh.positions);
+        put(&mut out, &mesh.normals);
         put(&mut out, &mesh.colors);
         put(&mut out, &mesh.accessibility);
         put(&mut out, &mesh.patches);
         put(&mut out, &mesh.skin.iter().map(|s| s.weights).collect::<Vec<_>>());
         put(&mut out, &mesh.skin.iter().map(|s| s.joints).collect::<Vec<_>>());
-        put(&mut out, &self.atlas.heights);
-        put(&mut out, &self.atlas.colors);
+        put(&mut out, &self.heights);
+        put(&mut out, &self.colors);
         out
     }
 
@@ -60,12 +49,12 @@ impl Baked {
     /// What is wrong with it.
     pub fn from_bytes(mut bytes: &[u8], tile: u32) -> Result<Self, &'static str> {
         let r = &mut bytes;
-        let counts = take::<u32>(r, 4)?;
-        let [stored, vertices, patches, joints] = [counts[0], counts[1], counts[2], counts[3]];
+        let counts = take::<u32>(r, 3)?;
+        let [stored, vertices, patches] = [counts[0], counts[1], counts[2]];
         if stored != tile {
             return Err("its tiles are of another size");
         }
-        if vertices > MOST || patches > MOST || !matches!(joints, 0 | 4) || patches == 0 {
+        if vertices > MOST || patches > MOST || patches == 0 {
             return Err("its counts are out of range");
         }
         let layout = TileLayout::new(patches, tile);
@@ -73,32 +62,29 @@ impl Baked {
         let texels = width as usize * height as usize;
         let n = vertices as usize;
         let mut body = PatchMesh {
-            positions: take_vectors(r, n)?,
-            normals: take_vectors(r, n)?,
+            positions: take(r, n)?,
+            normals: take(r, n)?,
             colors: take(r, n)?,
             accessibility: take(r, n)?,
             patches: take(r, patches as usize)?,
             ..PatchMesh::default()
         };
-        if joints == 4 {
-            let weights = take::<[f32; 4]>(r, n)?;
-            let joints = take::<[u16; 4]>(r, n)?;
-            body.skin =
-                joints.into_iter().zip(weights).map(|(joints, weights)| SkinWeights { joints, weights }).collect();
-        }
-        let atlas = Atlas { heights: take(r, texels)?, colors: take(r, texels)? };
+        let (weights, joints) = (take(r, n)?, take(r, n)?);
+        body.skin = joints.into_iter().zip(weights).map(|(joints, weights)| SkinWeights { joints, weights }).collect();
+        let (heights, colors) = (take(r, texels)?, take(r, texels)?);
         nothing_left(r)?;
         if body.patches.iter().flatten().any(|&v| v >= vertices) {
             return Err("a patch names a vertex that does not exist");
         }
         body.texcoords = (0..patches).map(|i| layout.texcoords(i)).collect();
-        Ok(Self { body, layout, atlas })
+        Ok(Self { body, layout, heights, colors })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn small() -> Baked {
         let layout = TileLayout::new(1, 8);
@@ -118,8 +104,7 @@ mod tests {
             places: Vec::new(),
             rims: Vec::new(),
         };
-        let atlas = Atlas { heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] };
-        Baked { body, layout, atlas }
+        Baked { body, layout, heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] }
     }
 
     #[test]
@@ -129,14 +114,14 @@ mod tests {
         assert_eq!(back.body.positions, baked.body.positions);
         assert_eq!(back.body.skin, baked.body.skin);
         assert_eq!(back.body.texcoords, baked.body.texcoords);
-        assert_eq!(back.atlas.heights, baked.atlas.heights);
-        assert_eq!(back.atlas.colors, baked.atlas.colors);
+        assert_eq!(back.heights, baked.heights);
+        assert_eq!(back.colors, baked.colors);
     }
 
     #[test]
     fn content_that_lies_is_refused() {
         let good = small().to_bytes();
-        for (at, value) in [(0, 16_u32), (4, 9), (4, u32::MAX), (8, 70_000), (8, 4000), (8, 0), (12, 3)] {
+        for (at, value) in [(0, 16_u32), (4, 9), (4, u32::MAX), (8, 70_000), (8, 4000), (8, 0)] {
             let mut bytes = good.clone();
             bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
             assert!(Baked::from_bytes(&bytes, 8).is_err(), "{at} {value}");

@@ -135,6 +135,6 @@ fn baking_twice_gives_the_same_animal_and_the_cache_returns_it() {
 #[test]
 fn odd_tile_sizes_are_refused() {
     for tile in [0, 4, 48, 256, 1 << 30] {
-        assert!(matches!(Trex::load_from(None, tile, &|_| ()), Err(super::TrexError::Tile(_))));
+        assert!(matches!(Trex::load_from(None, tile, &|_| ()), Err(crate::error::SceneError::Tile(_))));
     }
 }

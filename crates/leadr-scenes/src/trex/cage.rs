@@ -1,20 +1,19 @@
 //! The control mesh: one closed all-quad surface around the coarse distance field.
 //!
 //! Signs on a warped grid whose cells shrink where detail is needed, dual marching cubes, relaxation onto the
-//! field. The grid spacing steps through a list until the result is a topological ball.
+//! field. With the spacing of the grid the result is a topological ball, as a test makes sure.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::dual::{QuadSurface, SampledGrid, extract};
-use super::relax::{relax, unfold, vertex_normals};
+use super::dual::{SampledGrid, extract};
+use super::relax::{neighbors, relax, unfold, vertex_normals};
 use super::sdf::TrexSdf;
-use super::topology::{Topology, neighbors};
 use super::weights::skin_weights;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Grid spacings tried in order, metres.
-const SPACINGS: [f32; 6] = [0.11, 0.109, 0.108, 0.106, 0.105, 0.104];
+/// Spacing of the grid, metres.
+const SPACING: f32 = 0.11;
 
 /// Low and high corner of the grid before warping, metres; `y` is symmetric about half a cell.
 const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
@@ -33,32 +32,23 @@ const WARPS: [([f32; 3], f32, f32); 9] = [
     ([-6.6, 0.0, 2.70], 1.7, 0.72),
 ];
 
-/// Why no cage could be made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CageError {
-    /// Every spacing gave a broken surface.
-    #[error("no grid spacing gives one closed surface of genus zero (last try: {0:?}); change SPACINGS or WARPS")]
-    Broken(Topology),
-}
-
 /// Builds the cage: positions, normals, accessibility, skin and patches. Colours and texture coordinates stay empty.
-///
-/// # Errors
-/// [`CageError::Broken`] if no spacing gives a topological ball.
-pub fn build(sdf: &TrexSdf) -> Result<PatchMesh, CageError> {
-    let mut last = None;
-    for spacing in SPACINGS {
-        let mut surface = extract(&sample(sdf, spacing));
-        match Topology::of(&surface).check() {
-            Ok(()) => {
-                tracing::debug!(spacing, quads = surface.quads.len(), "cage");
-                relax(&mut surface, sdf);
-                return Ok(finish(surface, sdf));
-            }
-            Err(topology) => last = Some(topology),
-        }
+pub fn build(sdf: &TrexSdf) -> PatchMesh {
+    let mut surface = extract(&sample(sdf));
+    let ring = neighbors(&surface);
+    relax(&mut surface, &ring, sdf);
+    unfold(&mut surface, &ring);
+    let normals = vertex_normals(&surface, &ring);
+    let accessibility = accessibility(sdf, &surface.positions, &normals);
+    let skin = skin_weights(sdf, &surface.positions, &ring);
+    PatchMesh {
+        skin,
+        positions: surface.positions,
+        normals,
+        accessibility,
+        patches: surface.quads,
+        ..PatchMesh::default()
     }
-    Err(CageError::Broken(last.expect("there are spacings")))
 }
 
 /// Moves a grid point towards the centres of detail.
@@ -72,39 +62,23 @@ fn warp(u: Vec3) -> Vec3 {
     p
 }
 
-fn sample(sdf: &TrexSdf, spacing: f32) -> SampledGrid {
-    let half = (GRID_HIGH.y / spacing).ceil();
-    let low = Vec3::new(GRID_LOW.x, (0.5 - half) * spacing, GRID_LOW.z);
-    let extent = (GRID_HIGH - GRID_LOW) / spacing;
+fn sample(sdf: &TrexSdf) -> SampledGrid {
+    let half = (GRID_HIGH.y / SPACING).ceil();
+    let low = Vec3::new(GRID_LOW.x, (0.5 - half) * SPACING, GRID_LOW.z);
+    let extent = (GRID_HIGH - GRID_LOW) / SPACING;
     let size = [extent.x.ceil() as usize, 2 * half as usize, extent.z.ceil() as usize];
     let [_, ny, nz] = size;
     let points: Vec<Vec3> = (0..size[0] * ny * nz)
         .map(|i| {
             let node = Vec3::new((i / (ny * nz)) as f32, (i / nz % ny) as f32, (i % nz) as f32);
-            warp(low + node * spacing)
+            warp(low + node * SPACING)
         })
         .collect();
     // Far outside the animal the field is not worth evaluating.
     let outside = |p: Vec3| p.x < -7.0 || p.x > 5.2 || p.y.abs() > 1.2 || p.z < -0.3 || p.z > 4.7;
     let values =
-        points.par_iter().with_min_len(1024).map(|&p| if outside(p) { 1.0 } else { sdf.coarse_distance(p) }).collect();
+        points.par_iter().with_min_len(1024).map(|&p| if outside(p) { 1.0 } else { sdf.coarse.distance(p) }).collect();
     SampledGrid { size, points, values }
-}
-
-fn finish(mut surface: QuadSurface, sdf: &TrexSdf) -> PatchMesh {
-    let ring = neighbors(&surface);
-    unfold(&mut surface, &ring);
-    let normals = vertex_normals(&surface, &ring);
-    let accessibility = accessibility(sdf, &surface.positions, &normals);
-    let skin = skin_weights(sdf, &surface.positions, &ring);
-    PatchMesh {
-        skin,
-        positions: surface.positions,
-        normals,
-        accessibility,
-        patches: surface.quads,
-        ..PatchMesh::default()
-    }
 }
 
 /// Directions of the accessibility's cones over the hemisphere.
@@ -124,8 +98,8 @@ fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32
     let open = |p: Vec3, n: Vec3| {
         let (mut start, mut n) = (p, n);
         for _ in 0..3 {
-            let gradient = sdf.gradient(start);
-            start -= gradient.normalize_or_zero() * sdf.distance(start).clamp(-0.05, 0.05);
+            let gradient = sdf.full.gradient(start, 2e-3);
+            start -= gradient.normalize_or_zero() * sdf.full.distance(start).clamp(-0.05, 0.05);
             n = (n + gradient).normalize_or(n);
         }
         let (t, b) = n.any_orthonormal_pair();
@@ -135,7 +109,7 @@ fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32
                 let direction = t * d.x + b * d.y + n * d.z;
                 let (mut distance, mut visible) = (0.025_f32, 1.0_f32);
                 while distance < 1.0 && visible > 0.0 {
-                    let clearance = sdf.distance(start + direction * distance + n * 0.004);
+                    let clearance = sdf.full.distance(start + direction * distance + n * 0.004);
                     // A cone of half-angle 0.2 is half closed where the surface touches its axis.
                     visible = visible.min((0.5 + clearance / (0.4 * distance)).clamp(0.0, 1.0));
                     distance += (0.5 * distance).max(clearance * 0.7);
@@ -151,6 +125,8 @@ fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trex::dual::QuadSurface;
+    use crate::trex::dual::tests::{BALL, shape};
     use glam::Vec2;
     use leadr_render::surfaces::patch::Patch;
     use std::time::Instant;
@@ -165,7 +141,7 @@ mod tests {
         let start = Instant::now();
         let sdf = TrexSdf::new();
         let fields = start.elapsed();
-        let mesh = build(&sdf).unwrap();
+        let mesh = build(&sdf);
         println!(
             "{} vertices, {} quads; field {fields:?}, field and cage {:?}",
             mesh.positions.len(),
@@ -173,7 +149,7 @@ mod tests {
             start.elapsed()
         );
         let surface = QuadSurface { positions: mesh.positions.clone(), quads: mesh.patches.clone() };
-        assert_eq!(Topology::of(&surface).check(), Ok(()));
+        assert_eq!(shape(&surface), BALL);
         let mut valence = [0; 9];
         neighbors(&surface).iter().for_each(|r| valence[r.len().min(8)] += 1);
         let shapes: Vec<_> = mesh.patches.iter().map(|q| quad_shape(q.map(|i| mesh.positions[i as usize]))).collect();
@@ -191,10 +167,10 @@ mod tests {
             let (mut worst, mut here) = (0.0_f32, 0);
             for i in 0..25 {
                 let point = patch.at(Vec2::new((i % 5) as f32, (i / 5) as f32) / 4.0);
-                let d = sdf.coarse_distance(point.position);
+                let d = sdf.coarse.distance(point.position);
                 off.push(d.abs());
                 worst = worst.max(d.abs());
-                slope.push(-sdf.coarse_gradient(point.position, 2e-3).normalize_or(Vec3::Z).dot(point.normal));
+                slope.push(-sdf.coarse.gradient(point.position, 2e-3).normalize_or(Vec3::Z).dot(point.normal));
                 samples += 1;
                 here += usize::from(point.du.cross(point.dv).dot(point.normal) <= 0.0);
             }
@@ -226,7 +202,7 @@ mod tests {
     #[test]
     fn the_same_cage_every_time() {
         let sdf = TrexSdf::new();
-        let (a, b) = (build(&sdf).unwrap(), build(&sdf).unwrap());
+        let (a, b) = (build(&sdf), build(&sdf));
         assert!(a.positions == b.positions && a.normals == b.normals && a.patches == b.patches);
         assert!(a.skin == b.skin && a.accessibility == b.accessibility);
     }

@@ -8,6 +8,9 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 
+use super::primitive;
+use super::skeleton::{JOINT_COUNT, joint_index};
+
 /// Distance covered in one cycle, metres.
 pub const STRIDE: f64 = 3.6;
 /// Duration of one cycle, seconds.
@@ -71,7 +74,7 @@ pub struct Foot {
 /// The foot of the left leg at phase `t`; for the right leg pass `t + ½` and mirror `y`.
 pub fn foot(t: f64) -> Foot {
     let t = t.rem_euclid(1.0);
-    let metatarsus = METATARSUS.at(t).to_radians();
+    let metatarsus = metatarsus(t).to_radians();
     if t < DUTY {
         let [x, z, pitch] = stance(t);
         let lift = pitch.sin();
@@ -121,107 +124,84 @@ fn bump(s: f64) -> f64 {
 
 /// Cubic Hermite over `[t0, t1]` with values `a`, `b` and slopes `da`, `db`.
 fn hermite(t: f64, t0: f64, t1: f64, a: f64, b: f64, da: f64, db: f64) -> f64 {
-    let (h, s) = (t1 - t0, (t - t0) / (t1 - t0));
-    let (s2, s3) = (s * s, s * s * s);
-    a * (2.0 * s3 - 3.0 * s2 + 1.0) + b * (3.0 * s2 - 2.0 * s3) + h * (da * (s3 - 2.0 * s2 + s) + db * (s3 - s2))
+    primitive::hermite(a, b, da, db, t1 - t0, (t - t0) / (t1 - t0))
 }
 
-/// Tilt of the metatarsus over the phase, degrees.
-static METATARSUS: LazyLock<PeriodicSpline> = LazyLock::new(|| {
-    PeriodicSpline::new(
-        &[0.0, 0.15, 0.35, 0.50, 0.62, 0.72, 0.82, 0.93],
-        &[22.0, 34.0, 32.0, 14.0, -22.0, -52.0, -40.0, 8.0],
-    )
+/// Tilt of the metatarsus, degrees, at phases: knots of a periodic cubic spline with continuous second derivatives.
+const METATARSUS: [(f64, f64); 8] =
+    [(0.0, 22.0), (0.15, 34.0), (0.35, 32.0), (0.50, 14.0), (0.62, -22.0), (0.72, -52.0), (0.82, -40.0), (0.93, 8.0)];
+
+/// Slopes of that spline at its knots.
+static SLOPES: LazyLock<[f64; 8]> = LazyLock::new(|| {
+    let n = METATARSUS.len();
+    let h = |i: usize| (METATARSUS[(i + 1) % n].0 - METATARSUS[i % n].0).rem_euclid(1.0);
+    let secant = |i: usize| (METATARSUS[(i + 1) % n].1 - METATARSUS[i % n].1) / h(i);
+    // Diagonally dominant system for the slopes; Gauss–Seidel converges by at least a half per sweep.
+    let mut slopes = [0.0; 8];
+    for _ in 0..100 {
+        for i in 0..n {
+            let last = (i + n - 1) % n;
+            let (before, after) = (h(last), h(i));
+            let right = 3.0 * (after * secant(last) + before * secant(i));
+            let neighbors = after * slopes[last] + before * slopes[(i + 1) % n];
+            slopes[i] = (right - neighbors) / (2.0 * (before + after));
+        }
+    }
+    slopes
 });
 
-/// Periodic cubic spline over `[0, 1)` with continuous second derivatives.
-struct PeriodicSpline {
-    knots: Vec<f64>,
-    values: Vec<f64>,
-    slopes: Vec<f64>,
+/// Tilt of the metatarsus at phase `t` in `[0, 1)`, degrees.
+fn metatarsus(t: f64) -> f64 {
+    let i = METATARSUS.partition_point(|&(knot, _)| knot <= t) - 1;
+    let j = (i + 1) % METATARSUS.len();
+    let ((begin, a), (end, b)) = (METATARSUS[i], METATARSUS[j]);
+    hermite(t, begin, if j == 0 { end + 1.0 } else { end }, a, b, SLOPES[i], SLOPES[j])
 }
 
-impl PeriodicSpline {
-    fn new(knots: &[f64], values: &[f64]) -> Self {
-        let n = knots.len();
-        let h = |i: usize| (knots[(i + 1) % n] - knots[i % n]).rem_euclid(1.0);
-        let secant = |i: usize| (values[(i + 1) % n] - values[i % n]) / h(i);
-        // Diagonally dominant system for the slopes; Gauss–Seidel converges by at least a half per sweep.
-        let mut slopes = vec![0.0; n];
-        for _ in 0..100 {
-            for i in 0..n {
-                let (before, after) = (h((i + n - 1) % n), h(i));
-                let right = 3.0 * (after * secant((i + n - 1) % n) + before * secant(i));
-                let neighbors = after * slopes[(i + n - 1) % n] + before * slopes[(i + 1) % n];
-                slopes[i] = (right - neighbors) / (2.0 * (before + after));
-            }
-        }
-        Self { knots: knots.to_vec(), values: values.to_vec(), slopes }
-    }
+/// `amplitude · cos(2π · harmonic · (t − phase))` degrees, added to an angle of a joint's turn; harmonic 0 is constant.
+struct Swing(&'static str, fn(&mut Turn) -> &mut f64, f64, f64, f64);
 
-    fn at(&self, t: f64) -> f64 {
-        let n = self.knots.len();
-        let i = self.knots.partition_point(|&k| k <= t) - 1;
-        let j = (i + 1) % n;
-        let end = if j == 0 { self.knots[0] + 1.0 } else { self.knots[j] };
-        hermite(t, self.knots[i], end, self.values[i], self.values[j], self.slopes[i], self.slopes[j])
-    }
-}
-
-/// Which angle a [`Swing`] turns.
-#[derive(Clone, Copy, Debug)]
-enum Channel {
-    Roll,
-    Pitch,
-    Yaw,
-}
-
-/// `amplitude · cos(2π · harmonic · (t − phase))` degrees; harmonic 0 is constant.
-struct Swing(&'static str, Channel, f64, f64, f64);
-
-use Channel::{Pitch, Roll, Yaw};
+const ROLL: fn(&mut Turn) -> &mut f64 = |turn| &mut turn.roll;
+const PITCH: fn(&mut Turn) -> &mut f64 = |turn| &mut turn.pitch;
+const YAW: fn(&mut Turn) -> &mut f64 = |turn| &mut turn.yaw;
 
 /// Terms of all joints that are not legs; arms are given for the left side.
 #[rustfmt::skip]
 const SWINGS: [Swing; 48] = [
-    Swing("spine1", Yaw, 1.0, -1.5, 0.53), Swing("spine1", Roll, 1.0, -0.8, 0.29),
-    Swing("spine2", Yaw, 1.0, -1.5, 0.54), Swing("spine2", Roll, 1.0, -0.8, 0.29),
-    Swing("chest", Yaw, 1.0, -1.4, 0.55), Swing("chest", Roll, 1.0, -0.6, 0.30), Swing("chest", Pitch, 2.0, -0.5, 0.14),
-    Swing("neck1", Yaw, 1.0, 0.5, 0.55), Swing("neck1", Pitch, 2.0, 0.6, 0.20),
-    Swing("neck2", Yaw, 1.0, 0.3, 0.55), Swing("neck2", Pitch, 2.0, -0.8, 0.22),
-    Swing("neck3", Pitch, 2.0, -0.5, 0.20),
-    Swing("head", Pitch, 2.0, 0.3, 0.17), Swing("head", Yaw, 1.0, -0.5, 0.52),
-    Swing("jaw", Pitch, 0.0, -21.0, 0.0), Swing("jaw", Pitch, 1.0, 1.5, 0.30),
-    Swing("arm_L", Pitch, 1.0, 5.0, 0.55), Swing("arm_L", Pitch, 0.0, 4.0, 0.0),
-    Swing("elbow_L", Pitch, 1.0, 4.0, 0.62), Swing("wrist_L", Pitch, 1.0, 5.0, 0.70),
-    Swing("tail1", Yaw, 1.0, 1.4, 0.555), Swing("tail1", Pitch, 2.0, 0.3, 0.145), Swing("tail1", Roll, 1.0, -0.25, 0.3),
-    Swing("tail2", Yaw, 1.0, 1.9, 0.610), Swing("tail2", Pitch, 2.0, 0.4, 0.190), Swing("tail2", Roll, 1.0, -0.25, 0.3),
-    Swing("tail3", Yaw, 1.0, 2.4, 0.665), Swing("tail3", Pitch, 2.0, 0.5, 0.235), Swing("tail3", Roll, 1.0, -0.25, 0.3),
-    Swing("tail4", Yaw, 1.0, 2.9, 0.720), Swing("tail4", Pitch, 2.0, 0.6, 0.280), Swing("tail4", Roll, 1.0, -0.25, 0.3),
-    Swing("tail5", Yaw, 1.0, 3.3, 0.775), Swing("tail5", Pitch, 2.0, 0.7, 0.325),
-    Swing("tail6", Yaw, 1.0, 3.6, 0.830), Swing("tail6", Pitch, 2.0, 0.8, 0.370),
-    Swing("tail7", Yaw, 1.0, 3.8, 0.885), Swing("tail7", Pitch, 2.0, 0.9, 0.415),
-    Swing("tail8", Yaw, 1.0, 3.8, 0.940), Swing("tail8", Pitch, 2.0, 0.9, 0.460),
+    Swing("spine1", YAW, 1.0, -1.5, 0.53), Swing("spine1", ROLL, 1.0, -0.8, 0.29),
+    Swing("spine2", YAW, 1.0, -1.5, 0.54), Swing("spine2", ROLL, 1.0, -0.8, 0.29),
+    Swing("chest", YAW, 1.0, -1.4, 0.55), Swing("chest", ROLL, 1.0, -0.6, 0.30), Swing("chest", PITCH, 2.0, -0.5, 0.14),
+    Swing("neck1", YAW, 1.0, 0.5, 0.55), Swing("neck1", PITCH, 2.0, 0.6, 0.20),
+    Swing("neck2", YAW, 1.0, 0.3, 0.55), Swing("neck2", PITCH, 2.0, -0.8, 0.22),
+    Swing("neck3", PITCH, 2.0, -0.5, 0.20),
+    Swing("head", PITCH, 2.0, 0.3, 0.17), Swing("head", YAW, 1.0, -0.5, 0.52),
+    Swing("jaw", PITCH, 0.0, -21.0, 0.0), Swing("jaw", PITCH, 1.0, 1.5, 0.30),
+    Swing("arm_L", PITCH, 1.0, 5.0, 0.55), Swing("arm_L", PITCH, 0.0, 4.0, 0.0),
+    Swing("elbow_L", PITCH, 1.0, 4.0, 0.62), Swing("wrist_L", PITCH, 1.0, 5.0, 0.70),
+    Swing("tail1", YAW, 1.0, 1.4, 0.555), Swing("tail1", PITCH, 2.0, 0.3, 0.145), Swing("tail1", ROLL, 1.0, -0.25, 0.3),
+    Swing("tail2", YAW, 1.0, 1.9, 0.610), Swing("tail2", PITCH, 2.0, 0.4, 0.190), Swing("tail2", ROLL, 1.0, -0.25, 0.3),
+    Swing("tail3", YAW, 1.0, 2.4, 0.665), Swing("tail3", PITCH, 2.0, 0.5, 0.235), Swing("tail3", ROLL, 1.0, -0.25, 0.3),
+    Swing("tail4", YAW, 1.0, 2.9, 0.720), Swing("tail4", PITCH, 2.0, 0.6, 0.280), Swing("tail4", ROLL, 1.0, -0.25, 0.3),
+    Swing("tail5", YAW, 1.0, 3.3, 0.775), Swing("tail5", PITCH, 2.0, 0.7, 0.325),
+    Swing("tail6", YAW, 1.0, 3.6, 0.830), Swing("tail6", PITCH, 2.0, 0.8, 0.370),
+    Swing("tail7", YAW, 1.0, 3.8, 0.885), Swing("tail7", PITCH, 2.0, 0.9, 0.415),
+    Swing("tail8", YAW, 1.0, 3.8, 0.940), Swing("tail8", PITCH, 2.0, 0.9, 0.460),
     // The right arm: half a cycle later.
-    Swing("arm_R", Pitch, 1.0, 5.0, 0.05), Swing("arm_R", Pitch, 0.0, 4.0, 0.0),
-    Swing("elbow_R", Pitch, 1.0, 4.0, 0.12), Swing("wrist_R", Pitch, 1.0, 5.0, 0.20),
+    Swing("arm_R", PITCH, 1.0, 5.0, 0.05), Swing("arm_R", PITCH, 0.0, 4.0, 0.0),
+    Swing("elbow_R", PITCH, 1.0, 4.0, 0.12), Swing("wrist_R", PITCH, 1.0, 5.0, 0.20),
     // The eyes undo the head's own turns: the gaze stays ahead.
-    Swing("eye_L", Yaw, 1.0, 0.5, 0.52), Swing("eye_R", Yaw, 1.0, 0.5, 0.52),
-    Swing("eye_L", Pitch, 2.0, -0.3, 0.17), Swing("eye_R", Pitch, 2.0, -0.3, 0.17),
+    Swing("eye_L", YAW, 1.0, 0.5, 0.52), Swing("eye_R", YAW, 1.0, 0.5, 0.52),
+    Swing("eye_L", PITCH, 2.0, -0.3, 0.17), Swing("eye_R", PITCH, 2.0, -0.3, 0.17),
 ];
 
-/// Local turns of the joints that are neither pelvis nor legs: name and turn, a joint possibly several times.
-pub fn body_turns(t: f64) -> impl Iterator<Item = (&'static str, Turn)> {
-    SWINGS.iter().map(move |&Swing(joint, channel, harmonic, amplitude, phase)| {
-        let value = (amplitude * (TAU * harmonic * (t - phase)).cos()).to_radians();
-        let mut turn = Turn::default();
-        match channel {
-            Roll => turn.roll = value,
-            Pitch => turn.pitch = value,
-            Yaw => turn.yaw = value,
-        }
-        (joint, turn)
-    })
+/// Local turns of all joints but the pelvis and those of the legs, which stay at rest.
+pub fn body_turns(t: f64) -> [Turn; JOINT_COUNT] {
+    let mut turns = [Turn::default(); JOINT_COUNT];
+    for &Swing(joint, channel, harmonic, amplitude, phase) in &SWINGS {
+        let turn = &mut turns[joint_index(joint)];
+        *channel(turn) += (amplitude * (TAU * harmonic * (t - phase)).cos()).to_radians();
+    }
+    turns
 }
 
 #[cfg(test)]

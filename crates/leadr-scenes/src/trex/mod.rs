@@ -1,27 +1,29 @@
 //! The walking Tyrannosaurus: its shape as a distance field, its skin as a function of the rest position, baked into
 //! a mesh of patches with one displacement tile each.
 
-pub mod atlas;
-pub mod attach;
-pub mod baked;
+mod atlas;
+mod attach;
+mod baked;
 #[cfg(test)]
 mod baked_tests;
-pub mod cage;
-pub mod dual;
-pub mod gait;
-pub mod noise;
-pub mod parts;
-pub mod primitive;
-pub mod props;
-pub mod relax;
-pub mod sdf;
-pub mod skeleton;
-pub mod skin;
+mod cage;
+mod dual;
+mod gait;
+mod noise;
+mod parts;
+mod primitive;
+mod props;
+mod relax;
+mod sdf;
+mod skeleton;
+mod skin;
 pub mod stage;
-pub mod topology;
 pub mod walk;
-pub mod weights;
+mod weights;
 
+use crate::error::SceneError;
+use crate::registry::Progress;
+use crate::sphere::lay_tiles;
 use baked::Baked;
 use leadr_maps::cache::MapCache;
 use leadr_maps::checksum::checksum;
@@ -42,8 +44,8 @@ const SOURCES: [&str; 15] = [
     include_str!("relax.rs"),
     include_str!("sdf.rs"),
     include_str!("skin.rs"),
-    include_str!("topology.rs"),
     include_str!("weights.rs"),
+    include_str!("../sphere.rs"),
     leadr_maps::noise::SOURCE,
     leadr_render::surfaces::patch::SOURCE,
 ];
@@ -64,17 +66,6 @@ pub struct Trex {
     pub coarse_props: PatchMesh,
 }
 
-/// Why there is no animal.
-#[derive(Debug, thiserror::Error)]
-pub enum TrexError {
-    /// Tiles must be powers of two from 8 to 128 texels.
-    #[error("tiles of {0} texels cannot be baked; choose 8, 16, 32, 64 or 128")]
-    Tile(u32),
-    /// The control mesh could not be made.
-    #[error(transparent)]
-    Cage(#[from] cage::CageError),
-}
-
 /// Identifies what the generator would make: its source and the tile size.
 fn key(tile: u32) -> u64 {
     let sums: Vec<u64> = SOURCES.iter().map(|s| checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
@@ -86,19 +77,18 @@ fn kind(tile: u32) -> String {
     format!("trex-{tile}")
 }
 
-fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
+fn generate(tile: u32, progress: Progress<'_>) -> Baked {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
-    let mut body = cage::build(&sdf)?;
-    let layout = TileLayout::new(body.patches.len() as u32, tile);
-    body.texcoords = (0..body.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
+    let mut body = cage::build(&sdf);
+    let layout = lay_tiles(&mut body, tile);
     // Mean skin colour per vertex, for whoever draws without the atlas.
     body.colors = body
         .positions
         .iter()
         .map(|&p| skin.shade(p, &skin::SkinPoint { height: 0.001, top: 0.7, fold: 0.0 }, 0.0))
         .collect();
-    let atlas = atlas::bake(&sdf, &skin, &body, &layout, progress);
-    Ok(Baked { body, layout, atlas })
+    let (heights, colors) = atlas::bake(&sdf, &skin, &body, &layout, progress);
+    Baked { body, layout, heights, colors }
 }
 
 impl Trex {
@@ -108,8 +98,8 @@ impl Trex {
     /// A cache that is damaged, unreadable or unwritable only costs a warning.
     ///
     /// # Errors
-    /// [`TrexError`] if the tile size is not one of those possible or the cage cannot be closed.
-    pub fn load(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+    /// [`SceneError::Tile`] if the tile size is not one of those possible.
+    pub fn load(tile: u32, progress: Progress<'_>) -> Result<Self, SceneError> {
         Self::load_from(MapCache::of_user().as_ref(), tile, progress)
     }
 
@@ -119,26 +109,26 @@ impl Trex {
     }
 
     /// As [`Self::load`], with this cache or none.
-    pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+    pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: Progress<'_>) -> Result<Self, SceneError> {
         if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
-            return Err(TrexError::Tile(tile));
+            return Err(SceneError::Tile(tile));
         }
-        let Some(cache) = cache else { return Ok(Self::assemble(generate(tile, progress)?)) };
+        let Some(cache) = cache else { return Ok(Self::assemble(generate(tile, progress))) };
         let read = |content: &[u8]| Baked::from_bytes(content, tile).inspect(|_| progress(1.0));
         let make = || {
-            let baked = generate(tile, progress)?;
+            let baked = generate(tile, progress);
             let content = baked.to_bytes();
             Ok((baked, content))
         };
         cache.remember(&kind(tile), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
     }
 
-    fn assemble(Baked { body, layout, atlas }: Baked) -> Self {
+    fn assemble(Baked { body, layout, heights, colors }: Baked) -> Self {
         let [props, coarse_props] = [props::Detail::Fine, props::Detail::Coarse].map(|detail| {
             let mut props = props::build(&Skin::new(), detail);
             attach::attach(&mut props, &body);
             props
         });
-        Self { body, layout, heights: atlas.heights, colors: atlas.colors, props, coarse_props }
+        Self { body, layout, heights, colors, props, coarse_props }
     }
 }

@@ -4,7 +4,7 @@
 
 use glam::{Mat3, Vec3};
 
-use super::parts::{PartSpec, Shape, Side};
+use super::parts::{Frame, PartSpec, Shape};
 
 /// Samples per span between two given stations of a loft.
 const SUBDIVISIONS: usize = 6;
@@ -117,22 +117,8 @@ impl Primitive {
                 let bounds = Bounds { low: center - extent, high: center + extent };
                 (Self::Ellipsoid { rotation: rotation.transpose(), center, radii }, bounds)
             }
-            Shape::Loft { side, caps, stations } => {
-                let side = frame.rotation
-                    * match side {
-                        Side::Y => Vec3::Y,
-                        Side::Z => Vec3::Z,
-                    };
-                let rows: Vec<[f64; 8]> = densify(stations)
-                    .into_iter()
-                    .map(|mut row| {
-                        let c = frame.point(Vec3::new(row[0] as f32, row[1] as f32, row[2] as f32));
-                        row[..3].copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
-                        row[3..6].iter_mut().for_each(|r| *r *= f64::from(s));
-                        row
-                    })
-                    .collect();
-                let loft = Loft::new(&rows, side, caps.map(|c| c * s));
+            Shape::Loft(side, caps, stations) => {
+                let loft = Loft::new(&frame, *side, *caps, stations);
                 let bounds = loft.bounds();
                 (Self::Loft(loft), bounds)
             }
@@ -210,28 +196,19 @@ impl Station {
 }
 
 impl Loft {
-    fn new(rows: &[[f64; 8]], side: Vec3, caps: [f32; 2]) -> Self {
-        let center = |i: usize| Vec3::new(rows[i][0] as f32, rows[i][1] as f32, rows[i][2] as f32);
+    fn new(frame: &Frame, side: Vec3, caps: [f32; 2], stations: &[[f32; 8]]) -> Self {
+        let rows = densify(stations);
+        let centers: Vec<Vec3> =
+            rows.iter().map(|row| frame.point(Vec3::new(row[0] as f32, row[1] as f32, row[2] as f32))).collect();
         let last = rows.len() - 1;
-        let stations = (0..=last)
-            .map(|i| {
-                let tangent = (center((i + 1).min(last)) - center(i.saturating_sub(1))).normalize();
-                let v = tangent.cross(side).normalize();
-                let row = rows[i].map(|x| x as f32);
-                Station {
-                    center: center(i),
-                    tangent,
-                    u: v.cross(tangent),
-                    v,
-                    half_width: row[3],
-                    up: row[4],
-                    down: row[5],
-                    exponent: row[6],
-                    chain: row[7],
-                }
-            })
-            .collect();
-        Self { stations, caps }
+        let station = |(i, row): (usize, &[f64; 8])| {
+            let tangent = (centers[(i + 1).min(last)] - centers[i.saturating_sub(1)]).normalize();
+            let v = tangent.cross(frame.rotation * side).normalize();
+            let [half_width, up, down] = [row[3], row[4], row[5]].map(|r| (r * f64::from(frame.scale)) as f32);
+            let (exponent, chain) = (row[6] as f32, row[7] as f32);
+            Station { center: centers[i], tangent, u: v.cross(tangent), v, half_width, up, down, exponent, chain }
+        };
+        Self { stations: rows.iter().enumerate().map(station).collect(), caps: caps.map(|c| c * frame.scale) }
     }
 
     fn bounds(&self) -> Bounds {
@@ -335,7 +312,7 @@ fn densify(stations: &[[f32; 8]]) -> Vec<[f64; 8]> {
 }
 
 /// Cubic Hermite at `t` in `[0, 1]` between two values with slopes `da`, `db` over an interval of length `h`.
-fn hermite(a: f64, b: f64, da: f64, db: f64, h: f64, t: f64) -> f64 {
+pub fn hermite(a: f64, b: f64, da: f64, db: f64, h: f64, t: f64) -> f64 {
     let (t2, t3) = (t * t, t * t * t);
     a * (2.0 * t3 - 3.0 * t2 + 1.0) + b * (3.0 * t2 - 2.0 * t3) + h * (da * (t3 - 2.0 * t2 + t) + db * (t3 - t2))
 }
@@ -401,12 +378,12 @@ fn pchip_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trex::parts::groups;
+    use crate::trex::parts::GROUPS;
 
     #[test]
     fn radii_stay_between_their_stations() {
-        for part in groups().iter().flat_map(|g| &g.parts) {
-            let Shape::Loft { stations, .. } = &part.shape else { continue };
+        for part in GROUPS.iter().flat_map(|g| g.parts) {
+            let Shape::Loft(_, _, stations) = &part.shape else { continue };
             for (k, row) in densify(stations).iter().enumerate() {
                 let i = (k / SUBDIVISIONS).min(stations.len() - 2);
                 for c in 3..8 {
@@ -419,7 +396,7 @@ mod tests {
 
     #[test]
     fn distances_have_unit_slope_at_the_surface() {
-        for part in groups().iter().flat_map(|g| &g.parts) {
+        for part in GROUPS.iter().flat_map(|g| g.parts) {
             let (primitive, bounds) = Primitive::new(part);
             // Walk from a point inside to one outside and look at the slope where the sign changes.
             let center = (bounds.low + bounds.high) * 0.5;

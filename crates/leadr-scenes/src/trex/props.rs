@@ -1,7 +1,10 @@
 //! Teeth, claws, eyes, tongue, fingers and dew claws: closed, smooth, rigid quad meshes with vertex colours.
 
+use std::f32::consts::TAU;
+
 use glam::{Vec2, Vec3};
 
+use super::dual::QuadSurface;
 use super::noise::{hash, unit};
 use super::parts::{Frame, Space};
 use super::skin::Skin;
@@ -58,44 +61,29 @@ const ENAMEL: [f32; 4] = [0.74, 0.68, 0.52, 0.10];
 const KERATIN: [f32; 4] = [0.09, 0.08, 0.07, 0.13];
 const TONGUE: [f32; 4] = [0.40, 0.13, 0.12, 0.07];
 
-/// Rings of points joined into a tube, closed at both ends by a fan of quads.
-struct Tube {
-    rings: Vec<Vec<Vec3>>,
-    ends: [Vec3; 2],
-}
-
-struct Solid {
-    positions: Vec<Vec3>,
-    quads: Vec<[u32; 4]>,
-}
-
-impl Tube {
-    /// Needs an even number of points per ring.
-    fn close(&self) -> Solid {
-        let n = self.rings[0].len();
-        let mut positions: Vec<Vec3> = self.rings.iter().flatten().copied().collect();
-        let mut quads = Vec::new();
-        let at = |ring: usize, k: usize| (ring * n + k % n) as u32;
-        for ring in 0..self.rings.len() - 1 {
-            for k in 0..n {
-                quads.push([at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)]);
-            }
+/// Rings of points joined into a tube, closed at both ends by a fan of quads. Needs an even number of points per ring.
+fn tube(rings: &[Vec<Vec3>], ends: [Vec3; 2]) -> QuadSurface {
+    let n = rings[0].len();
+    let mut positions = rings.concat();
+    let mut quads = Vec::new();
+    let at = |ring: usize, k: usize| (ring * n + k % n) as u32;
+    let last = rings.len() - 1;
+    for ring in 0..last {
+        for k in 0..n {
+            quads.push([at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)]);
         }
-        let last = self.rings.len() - 1;
-        let ends = [positions.len() as u32, positions.len() as u32 + 1];
-        positions.extend(self.ends);
-        for k in (0..n).step_by(2) {
-            quads.push([ends[0], at(0, k + 2), at(0, k + 1), at(0, k)]);
-            quads.push([ends[1], at(last, k), at(last, k + 1), at(last, k + 2)]);
-        }
-        let mut solid = Solid { positions, quads };
-        if solid.volume() < 0.0 {
-            for q in &mut solid.quads {
-                q.reverse();
-            }
-        }
-        solid
     }
+    let tip = positions.len() as u32;
+    positions.extend(ends);
+    for k in (0..n).step_by(2) {
+        quads.push([tip, at(0, k + 2), at(0, k + 1), at(0, k)]);
+        quads.push([tip + 1, at(last, k), at(last, k + 1), at(last, k + 2)]);
+    }
+    let volume = |q: &[u32; 4]| wedge(q.map(|v| positions[v as usize]), positions[0]);
+    if quads.iter().map(volume).sum::<f32>() < 0.0 {
+        quads.iter_mut().for_each(|q| q.reverse());
+    }
+    QuadSurface { positions, quads }
 }
 
 /// Six times the signed volume under a quad, seen from `o` (its two triangles).
@@ -104,92 +92,74 @@ fn wedge(p: [Vec3; 4], o: Vec3) -> f32 {
     a.dot(b.cross(c)) + a.dot(c.cross(d))
 }
 
-impl Solid {
-    fn volume(&self) -> f32 {
-        let o = self.positions[0];
-        self.quads.iter().map(|q| wedge(q.map(|v| self.positions[v as usize]), o)).sum::<f32>() / 6.0
-    }
-
-    fn normals(&self) -> Vec<Vec3> {
-        let mut normals = vec![Vec3::ZERO; self.positions.len()];
-        for q in &self.quads {
-            let p = q.map(|v| self.positions[v as usize]);
-            // Each corner's own normal, weighted by its angle's sine and edges; robust to collapsed tips.
-            for k in 0..4 {
-                let (next, before) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
-                normals[q[k] as usize] += next.cross(before).normalize_or_zero();
-            }
-        }
-        normals.into_iter().map(|n| n.normalize_or(Vec3::Z)).collect()
-    }
-}
-
 fn append(
     mesh: &mut PatchMesh,
-    solid: &Solid,
+    solid: &QuadSurface,
     joint: u16,
-    color: &dyn Fn(Vec3, Vec3) -> [f32; 4],
+    color: &dyn Fn(Vec3) -> [f32; 4],
     open: &dyn Fn(Vec3) -> f32,
 ) {
     let base = mesh.positions.len() as u32;
-    let normals = solid.normals();
-    for (&p, &n) in solid.positions.iter().zip(&normals) {
-        mesh.colors.push(color(p, n));
-        mesh.accessibility.push(open(p));
-    }
-    mesh.positions.extend(&solid.positions);
-    mesh.normals.extend(normals);
-    let skin = SkinWeights { joints: [joint, 0, 0, 0], weights: [1.0, 0.0, 0.0, 0.0] };
-    mesh.skin.extend(std::iter::repeat_n(skin, solid.positions.len()));
+    let mut normals = vec![Vec3::ZERO; solid.positions.len()];
     for q in &solid.quads {
+        let p = q.map(|v| solid.positions[v as usize]);
+        // Each corner's own normal, weighted by its angle's sine and edges; robust to collapsed tips.
+        for k in 0..4 {
+            let (next, before) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
+            normals[q[k] as usize] += next.cross(before).normalize_or_zero();
+        }
         mesh.patches.push(q.map(|v| v + base));
         mesh.texcoords.push([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
     }
+    mesh.normals.extend(normals.into_iter().map(|n| n.normalize_or(Vec3::Z)));
+    mesh.colors.extend(solid.positions.iter().map(|&p| color(p)));
+    mesh.accessibility.extend(solid.positions.iter().map(|&p| open(p)));
+    mesh.positions.extend(&solid.positions);
+    let skin = SkinWeights { joints: [joint, 0, 0, 0], weights: [1.0, 0.0, 0.0, 0.0] };
+    mesh.skin.extend(std::iter::repeat_n(skin, solid.positions.len()));
 }
 
 /// A tapered swept horn along a quadratic Bézier path.
-fn horn(path: [Vec3; 3], radius: f32, taper: f32, detail: Detail) -> Solid {
+fn horn(path: [Vec3; 3], radius: f32, taper: f32, detail: Detail) -> QuadSurface {
     let rings = [0.0, 0.18, 0.38, 0.58, 0.76, 0.89, 0.97];
     let at = |s: f32| path[0] * ((1.0 - s) * (1.0 - s)) + path[1] * (2.0 * s * (1.0 - s)) + path[2] * (s * s);
-    let ring = |&s: &f32| {
+    let ring = |s: f32| {
         let tangent = ((path[1] - path[0]) * (1.0 - s) + (path[2] - path[1]) * s).normalize();
         let a = tangent.cross(Vec3::new(0.13, 0.97, 0.2)).normalize();
         let b = tangent.cross(a);
         let r = radius * (1.0 - s).powf(taper).max(0.03);
-        let turn = std::f32::consts::TAU / SIDES as f32;
+        let turn = TAU / SIDES as f32;
         (0..SIDES).map(|k| at(s) + (a * (k as f32 * turn).cos() + b * (0.75 * (k as f32 * turn).sin())) * r).collect()
     };
-    let rings = detail.thin(rings.iter().map(ring).collect(), 2);
-    Tube { rings, ends: [at(0.0) - (at(0.05) - at(0.0)) * 0.5, at(1.0)] }.close()
+    tube(&detail.thin(rings.map(ring).into(), 2), [at(0.0) - (at(0.05) - at(0.0)) * 0.5, at(1.0)])
 }
 
 /// A round cone with hemispherical ends: rings of `SIDES` points.
-fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) -> Solid {
+fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) -> QuadSurface {
     let axis = (b - a).normalize();
     let u = axis.any_orthonormal_vector();
     let v = axis.cross(u);
     let ring = |c: Vec3, r: f32| {
-        let turn = std::f32::consts::TAU / SIDES as f32;
+        let turn = TAU / SIDES as f32;
         (0..SIDES).map(|k| c + (u * (k as f32 * turn).cos() + v * (k as f32 * turn).sin()) * r).collect()
     };
-    let mut rings: Vec<Vec<Vec3>> = Vec::new();
-    for angle in [60.0_f32, 30.0] {
-        let (s, c) = angle.to_radians().sin_cos();
-        rings.push(ring(a - axis * (radius_a * s), radius_a * c));
-    }
+    // A ring of the hemisphere at an end, so many degrees from its rim.
+    let cap = |end: Vec3, outward: Vec3, radius: f32, degrees: f32| {
+        let (s, c) = degrees.to_radians().sin_cos();
+        ring(end + outward * (radius * s), radius * c)
+    };
+    let mut rings: Vec<Vec<Vec3>> = [60.0, 30.0].map(|degrees| cap(a, -axis, radius_a, degrees)).into();
     // Shallow transverse ripples stand in for scutes.
     for i in 0..=12 {
         let t = i as f32 / 12.0;
         let ripple = if i % 2 == 1 { 1.05 } else { 0.99 };
         rings.push(ring(a.lerp(b, t), (radius_a + (radius_b - radius_a) * t) * ripple));
     }
-    for angle in [30.0_f32, 60.0] {
-        let (s, c) = angle.to_radians().sin_cos();
-        rings.push(ring(b + axis * (radius_b * s), radius_b * c));
-    }
-    Tube { rings: detail.thin(rings, 2), ends: [a - axis * radius_a, b + axis * radius_b] }.close()
+    rings.extend([30.0, 60.0].map(|degrees| cap(b, axis, radius_b, degrees)));
+    tube(&detail.thin(rings, 2), [a - axis * radius_a, b + axis * radius_b])
 }
 
+/// A point or its twin on the right side, whose `side` is −1.
 fn mirror(p: Vec3, side: f32) -> Vec3 {
     Vec3::new(p.x, p.y * side, p.z)
 }
@@ -245,7 +215,7 @@ fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool, detail: Detail) {
         for side in [1.0, -1.0] {
             let path = [root, bend, tip].map(|p| frame.point(mirror(p, side)));
             let reach = path[0].distance(path[2]);
-            let stained = |p: Vec3, _: Vec3| {
+            let stained = |p: Vec3| {
                 // Browner towards the gum.
                 let s = ss(0.25, 0.7, path[0].distance(p) / reach);
                 let tint = [0.55 + 0.45 * s, 0.46 + 0.54 * s, 0.36 + 0.64 * s, 1.0];
@@ -279,7 +249,7 @@ fn claws(mesh: &mut PatchMesh, detail: Detail) {
     for (path, radius, taper, joint) in paths {
         for (side, joint) in [(1.0, joint), (-1.0, joint + RIGHT)] {
             let path = path.map(|p| mirror(p, side));
-            let worn = |p: Vec3, _: Vec3| {
+            let worn = |p: Vec3| {
                 let s = ss(0.5, 1.0, path[0].distance(p) / path[0].distance(path[2]));
                 [KERATIN[0] + 0.07 * s, KERATIN[1] + 0.06 * s, KERATIN[2] + 0.05 * s, KERATIN[3]]
             };
@@ -297,7 +267,7 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin, detail: Detail) {
     ];
     for (a, b, ra, rb, joint) in cones {
         for (side, joint) in [(1.0, joint), (-1.0, joint + RIGHT)] {
-            let color = |p: Vec3, _: Vec3| {
+            let color = |p: Vec3| {
                 let relief = super::skin::SkinPoint { height: 0.002, top: 0.75, fold: 0.0 };
                 skin.shade(p, &relief, 0.0)
             };
@@ -323,7 +293,7 @@ const TONGUE_STATIONS: [[f32; 5]; 9] = [
 fn tongue(mesh: &mut PatchMesh, jaw: &Frame, detail: Detail) {
     let sides = 12;
     let ring = |s: &[f32; 5]| {
-        let turn = std::f32::consts::TAU / sides as f32;
+        let turn = TAU / sides as f32;
         (0..sides)
             .map(|k| {
                 let (sin, cos) = (k as f32 * turn).sin_cos();
@@ -336,44 +306,41 @@ fn tongue(mesh: &mut PatchMesh, jaw: &Frame, detail: Detail) {
     };
     let (first, last) = (TONGUE_STATIONS[0], TONGUE_STATIONS[8]);
     let ends = [(first, -0.03), (last, 0.008)].map(|(s, d)| jaw.point(Vec3::new(s[0] + d, 0.0, s[1])));
-    let solid = Tube { rings: detail.thin(TONGUE_STATIONS.iter().map(ring).collect(), 2), ends }.close();
-    let blotched = |p: Vec3, _: Vec3| {
+    let solid = tube(&detail.thin(TONGUE_STATIONS.iter().map(ring).collect(), 2), ends);
+    let blotched = |p: Vec3| {
         let n = super::noise::value(p * 30.0, 71);
         [TONGUE[0] * (0.8 + 0.4 * n), TONGUE[1] * (0.7 + 0.6 * n), TONGUE[2] * (0.7 + 0.6 * n), TONGUE[3]]
     };
     append(mesh, &solid, JAW, &blotched, &|_| 0.55);
 }
 
-/// Rings of the eye about the line of sight: half angles across and along the slit (radians), what they show.
+/// Rings of the eye about the line of sight: half angles across and along the slit (radians), and their colour.
 /// Neighbouring rings bracket each boundary, so vertex colours give sharp edges.
-const EYE_RINGS: [(f32, f32, EyePart); 16] = [
-    (0.040, 0.200, EyePart::Pupil),
-    (0.105, 0.420, EyePart::Pupil),
-    (0.125, 0.450, EyePart::InnerIris),
-    (0.230, 0.510, EyePart::InnerIris),
-    (0.400, 0.580, EyePart::Iris),
-    (0.560, 0.660, EyePart::Iris),
-    (0.700, 0.740, EyePart::Iris),
-    (0.820, 0.830, EyePart::OuterIris),
-    (0.870, 0.875, EyePart::Limbus),
-    (0.960, 0.960, EyePart::Limbus),
-    (1.050, 1.050, EyePart::Sclera),
-    (1.300, 1.300, EyePart::Sclera),
-    (1.650, 1.650, EyePart::Sclera),
-    (2.050, 2.050, EyePart::Sclera),
-    (2.500, 2.500, EyePart::Sclera),
-    (2.850, 2.850, EyePart::Sclera),
+const EYE_RINGS: [(f32, f32, [f32; 3]); 16] = [
+    (0.040, 0.200, PUPIL),
+    (0.105, 0.420, PUPIL),
+    (0.125, 0.450, INNER_IRIS),
+    (0.230, 0.510, INNER_IRIS),
+    (0.400, 0.580, IRIS),
+    (0.560, 0.660, IRIS),
+    (0.700, 0.740, IRIS),
+    (0.820, 0.830, OUTER_IRIS),
+    (0.870, 0.875, LIMBUS),
+    (0.960, 0.960, LIMBUS),
+    (1.050, 1.050, SCLERA),
+    (1.300, 1.300, SCLERA),
+    (1.650, 1.650, SCLERA),
+    (2.050, 2.050, SCLERA),
+    (2.500, 2.500, SCLERA),
+    (2.850, 2.850, SCLERA),
 ];
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum EyePart {
-    Pupil,
-    InnerIris,
-    Iris,
-    OuterIris,
-    Limbus,
-    Sclera,
-}
+const PUPIL: [f32; 3] = [0.006; 3];
+const INNER_IRIS: [f32; 3] = [0.68, 0.46, 0.10];
+const IRIS: [f32; 3] = [0.55, 0.30, 0.05];
+const OUTER_IRIS: [f32; 3] = [0.30, 0.13, 0.025];
+const LIMBUS: [f32; 3] = [0.025, 0.015, 0.010];
+const SCLERA: [f32; 3] = [0.10, 0.06, 0.03];
 
 fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
     const SECTORS: usize = 32;
@@ -383,7 +350,7 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
         let look = (head.rotation * Vec3::new(0.44, 0.88 * side, 0.05)).normalize();
         let up = (head.rotation * Vec3::Z - look * look.dot(head.rotation * Vec3::Z)).normalize();
         let across = up.cross(look);
-        let turn = std::f32::consts::TAU / SECTORS as f32;
+        let turn = TAU / SECTORS as f32;
         let point = |a: f32, b: f32, k: usize| {
             let (sin, cos) = (k as f32 * turn).sin_cos();
             let (x, y) = (a * cos, b * sin);
@@ -392,32 +359,22 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
             center + (look * angle.cos() + outwards * angle.sin()) * EYE_RADIUS
         };
         let rings = EYE_RINGS.iter().map(|(a, b, _)| (0..SECTORS).map(|k| point(*a, *b, k)).collect()).collect();
-        let solid = Tube {
-            rings: detail.thin(rings, EYE_STEP),
-            ends: [center + look * EYE_RADIUS, center - look * EYE_RADIUS],
-        }
-        .close();
+        let ends = [center + look * EYE_RADIUS, center - look * EYE_RADIUS];
+        let solid = tube(&detail.thin(rings, EYE_STEP), ends);
         let mut colors = Vec::new();
         let rings = EYE_RINGS.iter().enumerate().filter(|(ring, _)| detail.keeps(*ring, EYE_RINGS.len()));
-        for (ring, (.., part)) in rings {
+        for (ring, &(.., color)) in rings {
             for k in (0..SECTORS).step_by(detail.step(EYE_STEP)) {
                 // Radial streaks of the iris, alike along a sector.
                 let streak = 0.7 + 0.5 * unit(hash(k as i32, 0, 0, 5)) + 0.2 * unit(hash(k as i32, ring as i32, 0, 6));
-                let rgb = match part {
-                    EyePart::Pupil => Vec3::splat(0.006),
-                    EyePart::InnerIris => Vec3::new(0.68, 0.46, 0.10) * streak,
-                    EyePart::Iris => Vec3::new(0.55, 0.30, 0.05) * streak,
-                    EyePart::OuterIris => Vec3::new(0.30, 0.13, 0.025) * streak,
-                    EyePart::Limbus => Vec3::new(0.025, 0.015, 0.010),
-                    EyePart::Sclera => Vec3::new(0.10, 0.06, 0.03),
-                };
-                colors.push([rgb.x.min(0.9), rgb.y, rgb.z, 0.03]);
+                let is_iris = [INNER_IRIS, IRIS, OUTER_IRIS].contains(&color);
+                let [r, g, b] = color.map(|c| if is_iris { c * streak } else { c });
+                colors.push([r.min(0.9), g, b, 0.03]);
             }
         }
-        colors.push([0.006, 0.006, 0.006, 0.03]);
-        colors.push([0.10, 0.06, 0.03, 0.03]);
+        colors.extend([PUPIL, SCLERA].map(|[r, g, b]| [r, g, b, 0.03]));
         let base = mesh.positions.len();
-        append(mesh, &solid, joint, &|_, _| [0.0; 4], &|_| 0.8);
+        append(mesh, &solid, joint, &|_| [0.0; 4], &|_| 0.8);
         mesh.colors[base..].copy_from_slice(&colors);
         for (n, p) in mesh.normals[base..].iter_mut().zip(&solid.positions) {
             *n = (*p - center).normalize();

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::dual::QuadSurface;
 use super::sdf::TrexSdf;
-use super::topology::neighbors;
 use leadr_render::surfaces::patch::Patch;
 
 /// Longest Newton step, metres.
@@ -14,33 +13,51 @@ const STEP_LIMIT: f32 = 0.03;
 const SMOOTHING_ROUNDS: usize = 24;
 const SQUARING_ROUNDS: usize = 30;
 
-/// Smooths, evens and projects.
-pub fn relax(surface: &mut QuadSurface, sdf: &TrexSdf) {
-    let ring = neighbors(surface);
-    let around = quads_around(surface);
+/// Neighbours along edges of every vertex, each list ascending.
+pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
+    let mut out: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
+    for q in &surface.quads {
+        for k in 0..4 {
+            out[q[k] as usize].push(q[(k + 1) % 4]);
+            out[q[(k + 1) % 4] as usize].push(q[k]);
+        }
+    }
+    for list in &mut out {
+        list.sort_unstable();
+        list.dedup();
+    }
+    out
+}
+
+/// Smooths, evens and projects. `ring`: of [`neighbors`].
+pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
     // Taubin's pair of steps removes the staircase of the grid without shrinking.
     for pass in 0..6 {
         let step = if pass % 2 == 0 { 0.55 } else { -0.25 };
-        let pull = laplacian(&surface.positions, &ring);
+        let pull = laplacian(&surface.positions, ring);
         surface.positions.iter_mut().zip(&pull).for_each(|(p, d)| *p += *d * step);
     }
     for round in 0..SMOOTHING_ROUNDS {
-        let mut pull = laplacian(&surface.positions, &ring);
+        let mut pull = laplacian(&surface.positions, ring);
         if round % 2 == 1 {
-            let mean = mean_over(&pull, &ring);
+            let mean = mean_over(&pull, ring);
             pull.iter_mut().zip(&mean).for_each(|(d, m)| *d -= *m * 0.35);
         }
-        move_on_surface(surface, &pull, &ring, sdf);
+        move_on_surface(surface, &pull, ring, sdf);
     }
     for _ in 0..SQUARING_ROUNDS {
-        let squares: Vec<[Vec3; 4]> = surface.quads.iter().map(|q| nearest_square(surface, *q)).collect();
-        let pull: Vec<Vec3> = (0..surface.positions.len())
-            .map(|v| {
-                let target: Vec3 = around[v].iter().map(|&(q, k)| squares[q as usize][k as usize]).sum();
-                target / around[v].len() as f32 - surface.positions[v]
-            })
-            .collect();
-        move_on_surface(surface, &pull, &ring, sdf);
+        // Per vertex: where the squares of its quads would have it, and how many they are.
+        let mut sums = vec![(Vec3::ZERO, 0.0f32); surface.positions.len()];
+        for q in &surface.quads {
+            for (&v, corner) in q.iter().zip(nearest_square(surface, *q)) {
+                let (target, count) = &mut sums[v as usize];
+                *target += corner;
+                *count += 1.0;
+            }
+        }
+        let means = sums.iter().map(|(target, count)| *target / *count);
+        let pull: Vec<Vec3> = means.zip(&surface.positions).map(|(mean, p)| mean - *p).collect();
+        move_on_surface(surface, &pull, ring, sdf);
     }
 }
 
@@ -91,11 +108,11 @@ pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
 fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], sdf: &TrexSdf) {
     let steps = difference_steps(&surface.positions, ring);
     surface.positions.par_iter_mut().zip(pull).zip(&steps).with_min_len(64).for_each(|((p, d), &e)| {
-        let mut n = sdf.coarse_gradient(*p, e).normalize_or_zero();
+        let mut n = sdf.coarse.gradient(*p, e).normalize_or_zero();
         *p += (*d - n * d.dot(n)) * 0.5;
-        *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
-        n = sdf.coarse_gradient(*p, e).normalize_or_zero();
-        *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
+        *p -= n * (0.9 * sdf.coarse.distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
+        n = sdf.coarse.gradient(*p, e).normalize_or_zero();
+        *p -= n * (0.9 * sdf.coarse.distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
     });
 }
 
@@ -117,17 +134,6 @@ fn laplacian(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
     let mut mean = mean_over(positions, ring);
     mean.iter_mut().zip(positions).for_each(|(m, p)| *m -= *p);
     mean
-}
-
-/// For every vertex: its quads, and its corner in each.
-fn quads_around(surface: &QuadSurface) -> Vec<Vec<(u32, u8)>> {
-    let mut around = vec![Vec::new(); surface.positions.len()];
-    for (q, quad) in surface.quads.iter().enumerate() {
-        for (k, &v) in quad.iter().enumerate() {
-            around[v as usize].push((q as u32, k as u8));
-        }
-    }
-    around
 }
 
 /// The square in a quad's mean plane that is nearest to its corners (least squares).

@@ -7,7 +7,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::parts::{Binding, Op, TOO_FINE_FOR_CAGE, groups};
+use super::parts::{Binding, GROUPS, Op, PartSpec, TOO_FINE_FOR_CAGE};
 use super::primitive::{Bounds, Hit, Primitive, smooth_min};
 
 /// Value where nothing is near, metres.
@@ -16,26 +16,22 @@ const FAR: f32 = 1e3;
 const LARGEST: f32 = 1.0;
 /// Edge of a grid cell, metres.
 const CELL: f32 = 0.125;
-/// Box covered by the grid (`y` folded); outside it every part is evaluated.
-const GRID: Bounds = Bounds { low: Vec3::new(-7.25, 0.0, -0.5), high: Vec3::new(5.5, 1.5, 4.875) };
+/// Low corner of the grid (`y` folded) and its cells along each axis; outside of it every part is evaluated.
+const LOW: Vec3 = Vec3::new(-7.25, 0.0, -0.5);
+const SIZE: [usize; 3] = [102, 12, 43];
 /// How far two distances may approach each other between samples half a cell apart, metres.
 const MARGIN: f32 = 0.12;
 /// Parts whose box is further away than this (plus their blend radius) are taken to be at that distance
 /// while the grid is built.
 const REACH: f32 = 0.5;
-/// Step of the central differences, metres.
-const STEP: f32 = 2e-3;
 
 /// A primitive with its place in the fold.
 #[derive(Clone, Debug)]
 struct Part {
-    name: &'static str,
+    spec: PartSpec,
     primitive: Primitive,
     bounds: Bounds,
-    op: Op,
-    blend: f32,
     group: usize,
-    binding: Binding,
 }
 
 /// Stations `first..=last` of a part; consecutive entries of one part are combined by the minimum.
@@ -48,10 +44,8 @@ struct Entry {
 
 /// One folded model with its grid.
 #[derive(Clone, Debug)]
-struct Field {
+pub struct Field {
     parts: Vec<Part>,
-    group_blend: Vec<f32>,
-    size: [usize; 3],
     /// Entries of cell `i` are `entries[offsets[i]..offsets[i + 1]]`.
     offsets: Vec<u32>,
     entries: Vec<Entry>,
@@ -70,21 +64,28 @@ impl Fold {
     }
 
     #[inline]
-    fn add(&mut self, part: &Part, distance: f32, group_blend: &[f32]) {
+    fn add(&mut self, part: &Part, distance: f32) {
         if part.group != self.group {
-            self.close(group_blend);
+            self.close();
             self.group = part.group;
         }
-        self.inner = match part.op {
-            Op::Add => smooth_min(self.inner, distance, part.blend),
-            Op::Carve => -smooth_min(-self.inner, distance, part.blend),
+        self.inner = match part.spec.op {
+            Op::Add => smooth_min(self.inner, distance, part.spec.blend),
+            Op::Carve => -smooth_min(-self.inner, distance, part.spec.blend),
         };
     }
 
     #[inline]
-    fn close(&mut self, group_blend: &[f32]) {
-        self.total = smooth_min(self.total, self.inner, group_blend[self.group]);
+    fn close(&mut self) {
+        self.total = smooth_min(self.total, self.inner, GROUPS[self.group].blend);
         self.inner = FAR;
+    }
+
+    /// The distance once all parts are folded.
+    #[inline]
+    fn distance(mut self) -> f32 {
+        self.close();
+        self.total.min(LARGEST)
     }
 }
 
@@ -95,18 +96,13 @@ fn fold_sides(p: Vec3) -> Vec3 {
 impl Field {
     /// The parts without a grid.
     fn new(leave_out: &[&str]) -> Self {
-        let groups = groups();
-        let mut parts = Vec::new();
-        for (group, g) in groups.iter().enumerate() {
-            for spec in g.parts.iter().filter(|p| !leave_out.contains(&p.name)) {
-                let (primitive, bounds) = Primitive::new(spec);
-                let (op, blend, binding) = (spec.op, spec.blend, spec.binding);
-                parts.push(Part { name: spec.name, primitive, bounds, op, blend, group, binding });
-            }
-        }
-        let group_blend = groups.iter().map(|g| g.blend).collect();
-        let size = ((GRID.high - GRID.low) / CELL).to_array().map(|c| c.round() as usize);
-        Self { parts, group_blend, size, offsets: vec![0], entries: Vec::new() }
+        let specs = GROUPS.iter().enumerate().flat_map(|(group, g)| g.parts.iter().map(move |spec| (group, spec)));
+        let kept = specs.filter(|(_, spec)| !leave_out.contains(&spec.name));
+        let part = |(group, spec): (usize, &PartSpec)| {
+            let (primitive, bounds) = Primitive::new(spec);
+            Part { spec: spec.clone(), primitive, bounds, group }
+        };
+        Self { parts: kept.map(part).collect(), offsets: vec![0], entries: Vec::new() }
     }
 
     /// Distance by folding every part.
@@ -114,21 +110,18 @@ impl Field {
         let p = fold_sides(p);
         let mut fold = Fold::new();
         for part in &self.parts {
-            fold.add(part, part.primitive.hit(p).distance, &self.group_blend);
+            fold.add(part, part.primitive.hit(p).distance);
         }
-        fold.close(&self.group_blend);
-        fold.total.min(LARGEST)
+        fold.distance()
     }
 
-    fn distance(&self, p: Vec3) -> f32 {
+    /// Signed distance, metres, first-order accurate near the surface, at most 1; negative inside.
+    pub fn distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
-        let cell = (p - GRID.low) / CELL;
-        if cell.min_element() < 0.0 {
-            return self.distance_unaccelerated(p);
-        }
+        let cell = (p - LOW) / CELL;
         let [x, y, z] = cell.to_array().map(|c| c as usize);
-        let [nx, ny, nz] = self.size;
-        if x >= nx || y >= ny || z >= nz {
+        let [nx, ny, nz] = SIZE;
+        if cell.min_element() < 0.0 || x >= nx || y >= ny || z >= nz {
             return self.distance_unaccelerated(p);
         }
         let index = (x * ny + y) * nz + z;
@@ -144,13 +137,13 @@ impl Field {
                 distance = distance.min(part.primitive.hit_in(p, entries[i].first, entries[i].last).distance);
                 i += 1;
             }
-            fold.add(part, distance, &self.group_blend);
+            fold.add(part, distance);
         }
-        fold.close(&self.group_blend);
-        fold.total.min(LARGEST)
+        fold.distance()
     }
 
-    fn gradient(&self, p: Vec3, step: f32) -> Vec3 {
+    /// Gradient of [`Self::distance`] by central differences over `±step` metres; length near one at the surface.
+    pub fn gradient(&self, p: Vec3, step: f32) -> Vec3 {
         let d = |axis: Vec3| self.distance(p + axis * step) - self.distance(p - axis * step);
         Vec3::new(d(Vec3::X), d(Vec3::Y), d(Vec3::Z)) / (2.0 * step)
     }
@@ -160,7 +153,7 @@ impl Field {
         out.clear();
         out.extend(self.parts.iter().map(|part| {
             let away = part.bounds.distance(p);
-            if away > REACH + part.blend { away } else { part.primitive.hit(p).distance }
+            if away > REACH + part.spec.blend { away } else { part.primitive.hit(p).distance }
         }));
     }
 
@@ -169,14 +162,12 @@ impl Field {
     /// A part does not matter if the fold before it is smaller by its blend radius, or if a later union
     /// overrides everything before itself; the same holds for whole groups.
     fn relevant(&self, distances: &[f32]) -> u128 {
-        let mut mask = 0_u128;
-        let mut totals: Vec<(u128, f32, f32)> = Vec::new();
-        let mut total = FAR;
-        for group in 0..self.group_blend.len() {
+        let (mut mask, mut total) = (0_u128, FAR);
+        for (group, g) in GROUPS.iter().enumerate() {
             let (mut inner, mut kept, mut carved) = (FAR, 0_u128, 0_u128);
             for (i, part) in self.parts.iter().enumerate().filter(|(_, q)| q.group == group) {
-                let (d, k, bit) = (distances[i], part.blend, 1_u128 << i);
-                match part.op {
+                let (d, k, bit) = (distances[i], part.spec.blend, 1_u128 << i);
+                match part.spec.op {
                     Op::Add => {
                         if inner > d + k + MARGIN {
                             // Carvings stay: leaving one out would lower the value that is overridden here.
@@ -196,24 +187,21 @@ impl Field {
                     }
                 }
             }
-            let k = self.group_blend[group];
+            let k = g.blend;
             if total > inner + k + MARGIN {
-                totals.clear();
+                mask = 0;
             }
             if inner <= total + k + MARGIN {
-                totals.push((kept, inner, k));
+                mask |= kept;
             }
             total = smooth_min(total, inner, k);
-        }
-        for (kept, ..) in totals {
-            mask |= kept;
         }
         mask
     }
 
     /// Fills the grid from masks at twice its resolution.
     fn build_grid(&mut self, masks: &[u128]) {
-        let [nx, ny, nz] = self.size;
+        let [nx, ny, nz] = SIZE;
         let (my, mz) = (2 * ny + 1, 2 * nz + 1);
         let cells: Vec<Vec<Entry>> = (0..nx * ny * nz)
             .into_par_iter()
@@ -227,8 +215,11 @@ impl Field {
                         mask |= masks[row] | masks[row + 1] | masks[row + 2];
                     }
                 }
-                let low = GRID.low + Vec3::new(x as f32, y as f32, z as f32) * CELL;
-                self.cell_entries(mask, &Bounds { low, high: low + CELL })
+                let low = LOW + Vec3::new(x as f32, y as f32, z as f32) * CELL;
+                let cell = Bounds { low, high: low + CELL };
+                let near = self.parts.iter().enumerate().filter(|(i, _)| mask >> i & 1 == 1);
+                let runs = near.flat_map(|(i, part)| part.primitive.facing(&cell).into_iter().map(move |run| (i, run)));
+                runs.map(|(i, [first, last])| Entry { part: i as u8, first, last }).collect()
             })
             .collect();
         for cell in cells {
@@ -236,26 +227,6 @@ impl Field {
             self.offsets.push(self.entries.len() as u32);
         }
     }
-
-    fn cell_entries(&self, mask: u128, bounds: &Bounds) -> Vec<Entry> {
-        let mut entries = Vec::new();
-        for (i, part) in self.parts.iter().enumerate().filter(|(i, _)| mask >> i & 1 == 1) {
-            let runs = part.primitive.facing(bounds);
-            entries.extend(runs.iter().map(|&[first, last]| Entry { part: i as u8, first, last }));
-        }
-        entries
-    }
-}
-
-/// How near a part is, for skinning.
-#[derive(Clone, Copy, Debug)]
-pub struct PartDistance {
-    /// Name of the part.
-    pub name: &'static str,
-    /// Joints that move the skin near it.
-    pub binding: Binding,
-    /// Distance and chain coordinate.
-    pub hit: Hit,
 }
 
 /// The whole animal as a signed distance field: model space, metres, symmetric in `y`.
@@ -263,14 +234,10 @@ pub struct PartDistance {
 /// Immutable, so it may be shared between threads.
 #[derive(Clone, Debug)]
 pub struct TrexSdf {
-    full: Field,
-    coarse: Field,
-}
-
-impl Default for TrexSdf {
-    fn default() -> Self {
-        Self::new()
-    }
+    /// The full model: mouth cavity, tongue, lids and fingers included.
+    pub full: Field,
+    /// Without the parts of [`TOO_FINE_FOR_CAGE`]: what the cage follows.
+    pub coarse: Field,
 }
 
 impl TrexSdf {
@@ -278,9 +245,9 @@ impl TrexSdf {
     pub fn new() -> Self {
         let (mut full, mut coarse) = (Field::new(&[]), Field::new(&TOO_FINE_FOR_CAGE));
         let kept: Vec<usize> =
-            (0..full.parts.len()).filter(|&i| !TOO_FINE_FOR_CAGE.contains(&full.parts[i].name)).collect();
+            (0..full.parts.len()).filter(|&i| !TOO_FINE_FOR_CAGE.contains(&full.parts[i].spec.name)).collect();
         // Samples at half the cell spacing, shared by neighbouring cells; both fields have the same primitives.
-        let [mx, my, mz] = full.size.map(|n| 2 * n + 1);
+        let [mx, my, mz] = SIZE.map(|n| 2 * n + 1);
         let masks: Vec<[u128; 2]> = (0..mx * my * mz)
             .into_par_iter()
             .with_min_len(1024)
@@ -288,7 +255,7 @@ impl TrexSdf {
                 || (Vec::new(), Vec::new()),
                 |(all, some), i| {
                     let node = Vec3::new((i / (my * mz)) as f32, (i / mz % my) as f32, (i % mz) as f32);
-                    full.near_distances(GRID.low + node * (0.5 * CELL), all);
+                    full.near_distances(LOW + node * (0.5 * CELL), all);
                     some.clear();
                     some.extend(kept.iter().map(|&k| all[k]));
                     [full.relevant(all), coarse.relevant(some)]
@@ -301,32 +268,11 @@ impl TrexSdf {
         Self { full, coarse }
     }
 
-    /// Signed distance to the full model (mouth cavity, tongue, lids and fingers included), metres, first-order
-    /// accurate near the surface, at most 1; negative inside.
-    pub fn distance(&self, p: Vec3) -> f32 {
-        self.full.distance(p)
-    }
-
-    /// Signed distance without the parts of [`TOO_FINE_FOR_CAGE`]: what the cage follows.
-    pub fn coarse_distance(&self, p: Vec3) -> f32 {
-        self.coarse.distance(p)
-    }
-
-    /// Gradient of [`Self::distance`] by central differences over ±2 mm; length near one at the surface.
-    pub fn gradient(&self, p: Vec3) -> Vec3 {
-        self.full.gradient(p, STEP)
-    }
-
-    /// Gradient of [`Self::coarse_distance`] by central differences over `±step` metres.
-    pub fn coarse_gradient(&self, p: Vec3, step: f32) -> Vec3 {
-        self.coarse.gradient(p, step)
-    }
-
     /// Distance to the nearest of palate, mouth floor and tongue, metres: near zero or negative on the lining of the
     /// mouth.
     pub fn mouth_distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
-        let mouth = self.full.parts.iter().filter(|q| matches!(q.name, "palate" | "mouth_floor" | "tongue"));
+        let mouth = self.full.parts.iter().filter(|q| matches!(q.spec.name, "palate" | "mouth_floor" | "tongue"));
         mouth
             .map(|q| {
                 let away = q.bounds.distance(p);
@@ -335,11 +281,11 @@ impl TrexSdf {
             .fold(FAR, f32::min)
     }
 
-    /// Distances to all additive parts of the full model whose boxes are within `reach` of `p`.
-    pub fn part_distances(&self, p: Vec3, reach: f32) -> Vec<PartDistance> {
+    /// Which joints move the skin near each additive part of the full model whose box is within `reach` of `p`, and how near it is.
+    pub fn near_parts(&self, p: Vec3, reach: f32) -> Vec<(Binding, Hit)> {
         let p = fold_sides(p);
-        let near = self.full.parts.iter().filter(|q| q.op == Op::Add && q.bounds.distance(p) <= reach);
-        near.map(|q| PartDistance { name: q.name, binding: q.binding, hit: q.primitive.hit(p) }).collect()
+        let near = self.full.parts.iter().filter(|q| q.spec.op == Op::Add && q.bounds.distance(p) <= reach);
+        near.map(|q| (q.spec.binding, q.primitive.hit(p))).collect()
     }
 }
 
@@ -388,7 +334,7 @@ mod tests {
             let (mut inside, mut outside) = (from, to);
             for _ in 0..40 {
                 let mid = (inside + outside) * 0.5;
-                if sdf.distance(mid) < 0.0 { inside = mid } else { outside = mid }
+                if sdf.full.distance(mid) < 0.0 { inside = mid } else { outside = mid }
             }
             inside
         };
@@ -397,7 +343,7 @@ mod tests {
         assert!((tail + 6.74).abs() < 0.03, "{tail}");
         assert!((back - 3.61).abs() < 0.02, "{back}");
         let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
-        for p in spread(2_000_000).filter(|p| sdf.distance(*p) < 0.0) {
+        for p in spread(2_000_000).filter(|p| sdf.full.distance(*p) < 0.0) {
             (low, high) = (low.min(p), high.max(p));
         }
         println!("inside points span {low} .. {high}");
@@ -412,9 +358,9 @@ mod tests {
         let start = Instant::now();
         let sdf = TrexSdf::new();
         println!("build {:?}, entries {} + {}", start.elapsed(), sdf.full.entries.len(), sdf.coarse.entries.len());
-        let near: Vec<Vec3> = spread(4_000_000).filter(|p| sdf.distance(*p).abs() < 0.05).collect();
+        let near: Vec<Vec3> = spread(4_000_000).filter(|p| sdf.full.distance(*p).abs() < 0.05).collect();
         let start = Instant::now();
-        let sum: f32 = near.iter().map(|p| sdf.distance(*p)).sum();
+        let sum: f32 = near.iter().map(|p| sdf.full.distance(*p)).sum();
         println!("{} near points, {:?} each ({sum})", near.len(), start.elapsed() / near.len() as u32);
     }
 }

@@ -3,7 +3,7 @@
 //! `y` is folded, so both sides are alike. The zones and layers follow the animal design: three sizes of pebble
 //! scales, scattered feature scales, folds by zone, slack skin, scutes on the feet, labial scales along the lips.
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
 use super::noise::{value, worley};
 use super::parts::{Frame, Space};
@@ -70,32 +70,10 @@ fn ridge(phase: f32) -> f32 {
     (std::f32::consts::PI * phase).sin().abs().powf(0.7) - 0.65
 }
 
-struct Local {
-    inverse: Mat3,
-    origin: Vec3,
-    scale: f32,
-}
-
-impl Local {
-    fn new(frame: &Frame) -> Self {
-        Self { inverse: frame.rotation.transpose(), origin: frame.origin, scale: frame.scale }
-    }
-
-    fn of(&self, p: Vec3) -> Vec3 {
-        self.inverse * (p - self.origin) / self.scale
-    }
-}
-
 /// Evaluates the skin; holds the head and jaw frames.
 pub struct Skin {
-    head: Local,
-    jaw: Local,
-}
-
-impl Default for Skin {
-    fn default() -> Self {
-        Self::new()
-    }
+    head: Frame,
+    jaw: Frame,
 }
 
 /// What the shading of a point needs besides its position.
@@ -122,7 +100,7 @@ struct Face {
 impl Skin {
     /// A skin for the animal in its bind pose.
     pub fn new() -> Self {
-        Self { head: Local::new(&Space::Head.frame()), jaw: Local::new(&Space::Jaw.frame()) }
+        Self { head: Space::Head.frame(), jaw: Space::Jaw.frame() }
     }
 
     fn face(&self, p: Vec3) -> Face {
@@ -131,7 +109,7 @@ impl Skin {
         if p.x < 3.4 {
             return face;
         }
-        let (h, j) = (self.head.of(p), self.jaw.of(p));
+        let (h, j) = (self.head.local(p), self.jaw.local(p));
         face.eye = h.distance(EYE);
         let n = (h - NOSTRIL) / Vec3::new(1.3, 1.0, 0.8);
         face.nostril = n.length();

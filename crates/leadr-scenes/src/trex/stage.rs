@@ -2,13 +2,14 @@
 
 use glam::{Affine3A, Vec3};
 
-use super::{Trex, TrexError, walk};
+use super::{Trex, walk};
+use crate::error::SceneError;
 use crate::ground::{STEP, ground};
+use crate::registry::Progress;
+use crate::sphere::tiled_object;
 use crate::stage::{Stage, Views};
-use leadr_maps::HeightMap;
 use leadr_render::camera::Camera;
-use leadr_render::scene::{MaterialMap, Object, Pose};
-use leadr_render::surfaces::displacement::{Border, HeightField};
+use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
 const BODY: &str = "trex body";
@@ -17,18 +18,11 @@ const BODY_PATCHES: u32 = 5920;
 
 /// Body and props of the animal, both skinned by [`walk::pose`].
 pub fn animal(trex: Trex) -> [Object; 2] {
-    let (width, height) = trex.layout.size();
     let mut body = trex.body;
     // Colours come from the atlas; vertex colours must not tint them.
     body.colors = vec![[1.0; 4]; body.positions.len()];
-    let body = Object::new(BODY, body)
-        .with_heights(
-            HeightField { map: HeightMap { width, height, texels: trex.heights }, border: Border::Tiles(trex.layout) },
-            1.0,
-        )
-        .with_material(MaterialMap::new(width, height, trex.colors))
-        // Keratin, slightly above the usual 0.04.
-        .with_specular_f0(0.045);
+    // Keratin, slightly above the usual 0.04.
+    let body = tiled_object(BODY, body, trex.layout, trex.heights, trex.colors).with_specular_f0(0.045);
     let props = Object::new("trex teeth, claws and eyes", trex.props)
         .with_coarse_mesh(trex.coarse_props)
         .with_specular_f0(0.05);
@@ -38,14 +32,11 @@ pub fn animal(trex: Trex) -> [Object; 2] {
 /// The body before it is baked: its maps have sizes and nothing else.
 pub fn unbaked_body(tile: u32) -> Object {
     let layout = TileLayout::new(BODY_PATCHES, tile);
-    let (width, height) = layout.size();
-    let heights = HeightField { map: HeightMap { width, height, texels: Vec::new() }, border: Border::Tiles(layout) };
-    let material = MaterialMap::new(width, height, Vec::new());
-    Object::new(BODY, PatchMesh::default()).with_heights(heights, 1.0).with_material(material)
+    tiled_object(BODY, PatchMesh::default(), layout, Vec::new(), Vec::new())
 }
 
 /// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
-pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+pub fn trex_stage(tile: u32, progress: Progress<'_>) -> Result<Stage, SceneError> {
     let (trex, ground) = rayon::join(|| Trex::load(tile, progress), ground);
     trex.map(|trex| walking_on(trex, ground))
 }
@@ -64,7 +55,7 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
         far: Camera::looking_at(middle + Vec3::new(0.52, -0.82, 0.16).normalize() * 110.0, middle, 36.0),
     };
     let motion = |time: f64| {
-        let joints = walk::pose(time).skinning_matrices();
+        let joints = walk::pose(time);
         // The mesh of the ground follows the animal, so that its small patches are near it.
         let steps = (walked(time) / STEP).round();
         let below = Affine3A::from_translation(Vec3::X * steps * STEP);

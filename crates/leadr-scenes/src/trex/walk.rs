@@ -1,6 +1,6 @@
 //! The walk: joint matrices at a time. Legs are solved exactly for the foot's place, so feet do not slide.
 
-use glam::{DMat3, DMat4, DVec2, DVec3, Mat4, Vec3};
+use glam::{DMat3, DMat4, DVec2, DVec3, Mat4};
 
 use super::gait::{Foot, PERIOD, STRIDE, Turn, body_turns, foot, pelvis};
 use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
@@ -8,33 +8,17 @@ use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
 /// Speed over the ground, metres per second.
 pub const SPEED: f64 = STRIDE / PERIOD;
 
-/// All joints of the animal at one time.
-#[derive(Clone, Debug)]
-pub struct Pose {
-    /// Where the root is, metres: the distance walked plus sway and bob.
-    pub root_translation: Vec3,
-    /// World-from-joint, in the order of [`JOINTS`].
-    pub world_from_joint: [Mat4; JOINT_COUNT],
-}
-
-impl Pose {
-    /// World-from-rest matrix of every joint, for linear blend skinning of rest positions.
-    pub fn skinning_matrices(&self) -> Vec<Mat4> {
-        let joints = self.world_from_joint.iter().zip(&JOINTS);
-        joints.map(|(m, joint)| *m * Mat4::from_translation(-joint.position)).collect()
-    }
-}
-
-/// Pose at a time: walks along +x at [`SPEED`], repeating every [`PERIOD`] seconds [`STRIDE`] metres further on.
-/// At time zero the left foot touches down and the rest pelvis is over the origin.
-pub fn pose(time_seconds: f64) -> Pose {
+/// World-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at
+/// [`SPEED`], repeating every [`PERIOD`] seconds [`STRIDE`] metres further on. At time zero the left foot touches down and the rest
+/// pelvis is over the origin.
+pub fn pose(time_seconds: f64) -> Vec<Mat4> {
     let cycles = time_seconds / PERIOD;
-    pose_at(cycles.rem_euclid(1.0), cycles * STRIDE)
+    skinning(&world_from_joint(cycles.rem_euclid(1.0), cycles * STRIDE))
 }
 
-/// The pose without travelling, as on a treadmill.
-pub fn pose_in_place(time_seconds: f64) -> Pose {
-    pose_at((time_seconds / PERIOD).rem_euclid(1.0), 0.0)
+fn skinning(world_from_joint: &[Mat4; JOINT_COUNT]) -> Vec<Mat4> {
+    let joints = world_from_joint.iter().zip(&JOINTS);
+    joints.map(|(m, joint)| *m * Mat4::from_translation(-joint.position)).collect()
 }
 
 fn rotation(turn: Turn) -> DMat3 {
@@ -45,14 +29,9 @@ fn rest(name: &str) -> DVec3 {
     JOINTS[joint_index(name)].position.as_dvec3()
 }
 
-fn pose_at(t: f64, travelled: f64) -> Pose {
-    let mut local = [DMat3::IDENTITY; JOINT_COUNT];
-    let mut turns = [Turn::default(); JOINT_COUNT];
-    for (name, turn) in body_turns(t) {
-        let sum = &mut turns[joint_index(name)];
-        *sum = Turn { roll: sum.roll + turn.roll, pitch: sum.pitch + turn.pitch, yaw: sum.yaw + turn.yaw };
-    }
-    local.iter_mut().zip(turns).for_each(|(r, turn)| *r = rotation(turn));
+/// World-from-joint at a phase of the walk, in the order of [`JOINTS`], after so many metres.
+fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
+    let mut local = body_turns(t).map(rotation);
     let (offset, pelvis_turn) = pelvis(t);
     local[joint_index("pelvis")] = rotation(pelvis_turn);
     for (side, sign) in [("L", 1.0), ("R", -1.0)] {
@@ -71,7 +50,7 @@ fn pose_at(t: f64, travelled: f64) -> Pose {
             }
         };
     }
-    Pose { root_translation: root.as_vec3(), world_from_joint: world.map(|m| m.as_mat4()) }
+    world.map(|m| m.as_mat4())
 }
 
 /// Angle of a vector in the sagittal plane, growing with positive pitch.
@@ -126,19 +105,26 @@ mod tests {
     use super::*;
     use crate::trex::gait::{DUTY, HEEL_OFF};
     use crate::trex::sdf::TrexSdf;
+    use glam::Vec3;
     use leadr_render::surfaces::patch_mesh::PatchMesh;
+
+    /// Joints at a time, travelling or as on a treadmill.
+    fn joints(time: f64, travels: bool) -> [Mat4; JOINT_COUNT] {
+        let cycles = time / PERIOD;
+        world_from_joint(cycles.rem_euclid(1.0), if travels { cycles * STRIDE } else { 0.0 })
+    }
 
     #[test]
     fn the_walk_repeats_a_stride_further() {
         for k in 0..50 {
             let time = 0.0321 * f64::from(k);
-            let (a, b) = (pose(time), pose(time + PERIOD));
-            for (m, n) in a.world_from_joint.iter().zip(&b.world_from_joint) {
+            let [a, b] = [time, time + PERIOD].map(|time| joints(time, true));
+            for (m, n) in a.iter().zip(&b) {
                 let moved = Mat4::from_translation(Vec3::X * STRIDE as f32) * *m;
                 assert!(moved.abs_diff_eq(*n, 2e-6), "{time}: {moved} {n}");
             }
-            let (c, d) = (pose_in_place(time), pose_in_place(time + PERIOD));
-            assert!(c.world_from_joint.iter().zip(&d.world_from_joint).all(|(m, n)| m.abs_diff_eq(*n, 2e-6)));
+            let [c, d] = [time, time + PERIOD].map(|time| joints(time, false));
+            assert!(c.iter().zip(&d).all(|(m, n)| m.abs_diff_eq(*n, 2e-6)));
         }
     }
 
@@ -147,9 +133,9 @@ mod tests {
         let mut range = [[f64::MAX, f64::MIN]; 3];
         for k in 0..200 {
             let time = PERIOD * f64::from(k) / 200.0;
-            let p = pose(time);
+            let p = joints(time, true);
             for (side, sign, shift) in [("L", 1.0, 0.0), ("R", -1.0, 0.5)] {
-                let at = |n: &str| p.world_from_joint[joint_index(&format!("{n}_{side}"))].w_axis.truncate().as_dvec3();
+                let at = |n: &str| p[joint_index(&format!("{n}_{side}"))].w_axis.truncate().as_dvec3();
                 let f = foot(time / PERIOD + shift);
                 let target = DVec3::new(f.joint.x - 0.05 + SPEED * time, sign * f.joint.y, f.joint.z);
                 assert!(at("toes").distance(target) < 1e-5, "{side} {time}");
@@ -173,13 +159,13 @@ mod tests {
     }
 
     /// Skinned rest positions of the whole cage.
-    fn skinned(mesh: &PatchMesh, pose: &Pose) -> Vec<Vec3> {
-        leadr_render::surfaces::skinning::skin(mesh, &pose.skinning_matrices()).positions
+    fn skinned(mesh: &PatchMesh, pose: &[Mat4]) -> Vec<Vec3> {
+        leadr_render::surfaces::skinning::skin(mesh, pose).positions
     }
 
     #[test]
     fn planted_feet_do_not_slide_and_nothing_sinks() {
-        let mesh = super::super::cage::build(&TrexSdf::new()).unwrap();
+        let mesh = super::super::cage::build(&TrexSdf::new());
         let weight = |v: usize, name: &str| {
             let skin = &mesh.skin[v];
             (0..4).filter(|&k| usize::from(skin.joints[k]) == joint_index(name)).map(|k| skin.weights[k]).sum::<f32>()
@@ -209,7 +195,7 @@ mod tests {
         }
         for k in 0..32 {
             let time = PERIOD * f64::from(k) / 32.0;
-            let now = skinned(&mesh, &pose_in_place(time));
+            let now = skinned(&mesh, &skinning(&joints(time, false)));
             let (v, low) = now.iter().enumerate().min_by(|a, b| a.1.z.total_cmp(&b.1.z)).unwrap();
             println!("{k} lowest {:.1} mm at {:.2}", low.z * 1e3, mesh.positions[v]);
             assert!((-0.015..=0.005).contains(&low.z), "{k}: {} at {}", low.z, mesh.positions[v]);

@@ -62,13 +62,13 @@ fn above_foot(p: Vec3) -> f32 {
 }
 
 fn raw_weights(sdf: &TrexSdf, p: Vec3) -> Row {
-    let parts = sdf.part_distances(p, 0.6);
-    let nearest = parts.iter().map(|q| q.hit.distance.max(DEPTH)).fold(f32::MAX, f32::min);
+    let parts = sdf.near_parts(p, 0.6);
+    let nearest = parts.iter().map(|(_, hit)| hit.distance.max(DEPTH)).fold(f32::MAX, f32::min);
     let falloff = FOOT_FALLOFF + (FALLOFF - FOOT_FALLOFF) * above_foot(p);
     let side = if p.y < 0.0 { "_R" } else { "_L" };
     let mut row = [0.0; JOINT_COUNT];
-    for part in &parts {
-        let influence = (-(part.hit.distance.max(DEPTH) - nearest) / falloff).exp();
+    for (binding, hit) in &parts {
+        let influence = (-(hit.distance.max(DEPTH) - nearest) / falloff).exp();
         if influence < LEAST {
             continue;
         }
@@ -77,21 +77,17 @@ fn raw_weights(sdf: &TrexSdf, p: Vec3) -> Row {
             let paired = ["hip", "knee", "ankle", "toe", "arm", "elbow", "wrist"];
             if paired.iter().any(|s| name.starts_with(s)) { format!("{name}{side}") } else { name.to_owned() }
         };
-        match part.binding {
+        match *binding {
             Binding::Axis => {
-                let c = part.hit.chain.clamp(0.0, 15.0);
+                let c = hit.chain.clamp(0.0, 15.0);
                 let i = (c as usize).min(14);
                 give(AXIAL_CHAIN[i], 1.0 - (c - i as f32));
                 give(AXIAL_CHAIN[i + 1], c - i as f32);
             }
             Binding::Blend(from, to) => {
-                let c = part.hit.chain.clamp(0.0, 1.0);
+                let c = hit.chain.clamp(0.0, 1.0);
                 give(&limb(from), 1.0 - c);
                 give(&limb(to), c);
-            }
-            Binding::HeadToJaw => {
-                give("head", 1.0 - part.hit.chain);
-                give("jaw", part.hit.chain);
             }
             Binding::Rigid(name) => give(&limb(name), 1.0),
         }
