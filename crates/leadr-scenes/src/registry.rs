@@ -6,6 +6,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
+use Choice::{AtlasTile, Bare, Objects, Relief, Roughness, Stretch};
+
 use super::deform::{self, Deformation};
 use super::error::SceneError;
 use super::model::{self, ModelChoice};
@@ -116,11 +118,6 @@ impl SceneOptions {
     fn room_for_trex(&self) -> Result<(), SceneError> {
         self.room_for(unbaked_body(self.atlas_tile), TREX_BAKING, "a smaller --atlas-tile")
     }
-
-    /// Refuses a material on the plane that is too large, before it is spread over its finest texels.
-    fn room_for_plane(&self, material: &Material) -> Result<(), SceneError> {
-        self.room_for(dressed::undressed_plane(material), dressed::DRESSING, "smaller maps")
-    }
 }
 
 impl Default for SceneOptions {
@@ -160,59 +157,47 @@ pub struct NamedScene {
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
 }
 
+const fn scene(
+    name: &'static str,
+    help: &'static str,
+    choices: &'static [Choice],
+    make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
+) -> NamedScene {
+    NamedScene { name, help, choices, sea: None, making: None, make }
+}
+
 /// Every scene, in the order of the help; the first is the default.
 pub static SCENES: [NamedScene; 11] = [
     NamedScene {
-        name: "trex",
-        help: "A displaced T-rex walks over dry ground",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
         making: MAKING_THE_TREX,
-        make: |options, progress| {
+        ..scene("trex", "A displaced T-rex walks over dry ground", &IN_TILES, |options, progress| {
             options.room_for_trex()?;
             trex_stage(options.atlas_tile, progress)
-        },
+        })
     },
-    NamedScene {
-        name: "plane",
-        help: "A square plane with a height map, in a kerb",
-        choices: &[
-            Choice::HeightMap,
-            Choice::Relief,
-            Choice::Objects,
-            Choice::Stretch,
-            Choice::Roughness,
-            Choice::Tiling,
-            Choice::Bare,
-        ],
-        sea: None,
-        making: None,
-        make: |options, _| {
+    scene(
+        "plane",
+        "A square plane with a height map, in a kerb",
+        &[Choice::HeightMap, Relief, Objects, Stretch, Roughness, Choice::Tiling, Bare],
+        |options, _| {
             let (bare, tiling) = (options.bare, options.tiling);
-            options.material.as_ref().map_or(Ok(()), |material| options.room_for_plane(material))?;
             let mut stage = match &options.material {
-                Some(material) => dressed::plane_stage(material, options.repeat),
+                Some(material) => {
+                    // Before it is spread over its finest texels.
+                    options.room_for(dressed::undressed_plane(material), dressed::DRESSING, "smaller maps")?;
+                    dressed::plane_stage(material, options.repeat)
+                }
                 None => plane_stage(relief(options)),
             };
             stage.objects.iter_mut().for_each(|plane| plane.tiling = tiling);
             Ok(if bare { stage } else { setting::around_plane(stage) })
         },
-    },
-    NamedScene {
-        name: "sphere",
-        help: "A sphere with a height map, on a plinth",
-        choices: &[
-            Choice::HeightMap,
-            Choice::AtlasTile,
-            Choice::Relief,
-            Choice::Objects,
-            Choice::Stretch,
-            Choice::Roughness,
-            Choice::Bare,
-        ],
-        sea: None,
-        making: None,
-        make: |options, _| {
+    ),
+    scene(
+        "sphere",
+        "A sphere with a height map, on a plinth",
+        &[Choice::HeightMap, AtlasTile, Relief, Objects, Stretch, Roughness, Bare],
+        |options, _| {
             let bare = options.bare;
             let stage = match &options.material {
                 Some(material) => dressed::sphere_stage(material, options.repeat, options.atlas_tile),
@@ -220,89 +205,55 @@ pub static SCENES: [NamedScene; 11] = [
             };
             Ok(if bare { stage } else { setting::around_sphere(stage) })
         },
-    },
+    ),
+    scene("spheres", "Sixteen spheres of known roughness", &SHAPES, |_, _| Ok(spheres::grid::stage())),
+    scene("stretch", "A quad, a sphere and a cylinder that are stretched and squeezed", &SHAPES, |_, _| {
+        Ok(deform::stage(Deformation::Stretch))
+    }),
+    scene("shear", "A quad, a sphere and a cylinder that are sheared", &SHAPES, |_, _| {
+        Ok(deform::stage(Deformation::Shear))
+    }),
+    scene("height-scale", "A quad, a sphere and a cylinder whose bumps sink until they are smooth", &SHAPES, |_, _| {
+        Ok(deform::stage(Deformation::HeightScale))
+    }),
+    scene("pillow", "A quilted cushion", &IN_TILES, |options, _| Ok(pillow::stage(options.atlas_tile))),
+    scene("snake", "A coiled snake among four lamps", &IN_TILES, |options, _| Ok(snake::stage(options.atlas_tile))),
     NamedScene {
-        name: "spheres",
-        help: "Sixteen spheres of known roughness",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
-        making: None,
-        make: |_, _| Ok(spheres::grid::stage()),
-    },
-    NamedScene {
-        name: "stretch",
-        help: "A quad, a sphere and a cylinder that are stretched and squeezed",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
-        making: None,
-        make: |_, _| Ok(deform::stage(Deformation::Stretch)),
-    },
-    NamedScene {
-        name: "shear",
-        help: "A quad, a sphere and a cylinder that are sheared",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
-        making: None,
-        make: |_, _| Ok(deform::stage(Deformation::Shear)),
-    },
-    NamedScene {
-        name: "height-scale",
-        help: "A quad, a sphere and a cylinder whose bumps sink until they are smooth",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
-        making: None,
-        make: |_, _| Ok(deform::stage(Deformation::HeightScale)),
-    },
-    NamedScene {
-        name: "pillow",
-        help: "A quilted cushion",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
-        making: None,
-        make: |options, _| Ok(pillow::stage(options.atlas_tile)),
-    },
-    NamedScene {
-        name: "snake",
-        help: "A coiled snake among four lamps",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
-        sea: None,
-        making: None,
-        make: |options, _| Ok(snake::stage(options.atlas_tile)),
-    },
-    NamedScene {
-        name: "ocean",
-        help: "The open sea under a wind of 8 m/s",
-        choices: &[Choice::Waves],
         sea: Some(Waves::default),
-        making: None,
-        make: |options, _| Ok(sea::stage(options.waves.unwrap_or_default().ocean())),
+        ..scene("ocean", "The open sea under a wind of 8 m/s", &[Choice::Waves], |options, _| {
+            Ok(sea::stage(options.waves.unwrap_or_default().ocean()))
+        })
     },
     NamedScene {
-        name: "shore",
-        help: "The T-rex on a beach with the sea behind it",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness, Choice::Waves],
         sea: Some(shore::waves),
         making: MAKING_THE_TREX,
-        make: |options, progress| {
-            options.room_for_trex()?;
-            let waves = options.waves.unwrap_or_else(shore::waves);
-            shore_stage(options.atlas_tile, &waves, progress)
-        },
+        ..scene(
+            "shore",
+            "The T-rex on a beach with the sea behind it",
+            &[AtlasTile, Relief, Objects, Roughness, Choice::Waves],
+            |options, progress| {
+                options.room_for_trex()?;
+                let waves = options.waves.unwrap_or_else(shore::waves);
+                shore_stage(options.atlas_tile, &waves, progress)
+            },
+        )
     },
 ];
 
+/// What can be chosen about surfaces with relief, and about those of them whose relief lies in tiles.
+const SHAPES: [Choice; 4] = [Relief, Objects, Stretch, Roughness];
+const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
+
 /// The scene that a glTF file makes; it is named by the file instead of here.
-pub static MODEL: NamedScene = NamedScene {
-    name: "model",
-    help: "A glTF model on open ground",
-    choices: &[Choice::Model, Choice::Relief, Choice::Objects, Choice::Stretch],
-    sea: None,
-    making: None,
-    make: |options, _| match options.model {
+pub static MODEL: NamedScene = scene(
+    "model",
+    "A glTF model on open ground",
+    &[Choice::Model, Relief, Objects, Stretch],
+    |options, _| match options.model {
         Some(choice) => model::stage(choice),
         None => Err(SceneError::Model("no model is named; give --scene FILE.glb".into())),
     },
-};
+);
 
 const FIRST_TILE: u32 = 8;
 
@@ -349,7 +300,7 @@ impl NamedScene {
     /// from where bumps are small it looks the same. None for scenes without an atlas, and while the finer one would have to be made.
     pub fn first_tile(&self, tile: u32) -> Option<u32> {
         let at_hand = self.making.is_none() || Trex::is_kept(tile);
-        (self.offers(Choice::AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
+        (self.offers(AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
     }
 
     /// Makes its stage.
@@ -417,11 +368,11 @@ mod tests {
             let options = SceneOptions { atlas_tile: 8, waves, ..Default::default() };
             let mut stage = scene.stage(options, &|_| ()).unwrap();
             let displaced = stage.objects.iter().any(|object| object.heights.is_some());
-            for choice in [Choice::Roughness, Choice::Relief] {
+            for choice in [Roughness, Relief] {
                 assert_eq!(scene.offers(choice), displaced, "{scene:?} {choice:?}");
             }
-            assert_eq!(scene.offers(Choice::Objects), !stage.objects.is_empty(), "{scene:?}");
-            assert_eq!(scene.offers(Choice::Stretch), stage.ocean.is_none(), "{scene:?}");
+            assert_eq!(scene.offers(Objects), !stage.objects.is_empty(), "{scene:?}");
+            assert_eq!(scene.offers(Stretch), stage.ocean.is_none(), "{scene:?}");
             assert_eq!(scene.sea.is_some(), stage.ocean.is_some(), "{scene:?}");
             assert_eq!(scene.offers(Choice::Waves), stage.ocean.is_some(), "{scene:?}");
             stage.set_roughness(0.5);
