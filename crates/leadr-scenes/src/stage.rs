@@ -90,11 +90,8 @@ impl Lights {
     }
 }
 
-type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
-type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
-type Scale = Box<dyn Fn(f64) -> f32 + Send>;
-type Lamps = Box<dyn Fn(f64) -> Vec<PointLight> + Send>;
-type OwnCamera = Box<dyn Fn(f64) -> Camera + Send>;
+/// A function of the time in seconds.
+type Timed<T> = Box<dyn Fn(f64) -> T + Send>;
 
 /// Objects and their motion.
 pub struct Stage {
@@ -108,12 +105,12 @@ pub struct Stage {
     pub ocean: Option<Ocean>,
     /// Linear albedo of what lies below the horizon of a sky around it.
     pub below_horizon: [f32; 3],
-    motion: Motion,
-    anchor: Anchor,
-    relief: Scale,
-    lamps: Lamps,
-    /// A camera that belongs to the scene, by the time in seconds; it follows nothing but itself.
-    pub own_camera: Option<OwnCamera>,
+    motion: Timed<Vec<Pose>>,
+    anchor: Timed<Vec3>,
+    relief: Timed<f32>,
+    lamps: Timed<Vec<PointLight>>,
+    /// A camera that belongs to the scene; it follows nothing but itself.
+    pub own_camera: Option<Timed<Camera>>,
 }
 
 impl Stage {
@@ -125,20 +122,17 @@ impl Stage {
         motion: impl Fn(f64) -> Vec<Pose> + Send + 'static,
         anchor: impl Fn(f64) -> Vec3 + Send + 'static,
     ) -> Self {
-        let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
-        let (lamps, own_camera) = (Box::new(|_| Vec::new()), None);
-        let below_horizon = Sky::default().ground_albedo;
         Self {
             objects,
             views,
             points: Vec::new(),
             ocean: None,
-            below_horizon,
-            motion,
-            anchor,
-            relief,
-            lamps,
-            own_camera,
+            below_horizon: Sky::default().ground_albedo,
+            motion: Box::new(motion),
+            anchor: Box::new(anchor),
+            relief: Box::new(|_| 1.0),
+            lamps: Box::new(|_| Vec::new()),
+            own_camera: None,
         }
     }
 
@@ -206,6 +200,7 @@ impl Stage {
         let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
         let lamps = (self.lamps)(time).into_iter();
         let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
+        let points = self.points.iter().chain(&lights.points).copied().chain(lamps);
         FrameState {
             time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
@@ -213,14 +208,7 @@ impl Stage {
             anchor,
             sky: lights.sky,
             sun: lights.sun.or(lights.sky.as_ref().map(Sun::of)),
-            point_lights: self
-                .points
-                .iter()
-                .chain(&lights.points)
-                .copied()
-                .chain(lamps)
-                .take(MAX_POINT_LIGHTS)
-                .collect(),
+            point_lights: points.take(MAX_POINT_LIGHTS).collect(),
             height_scale: (self.relief)(time),
             emission_scale: white,
             metered: lights.metered,
