@@ -119,7 +119,10 @@ impl DetailFiles {
             }
             (material, false)
         };
-        let mask = self.detail_mask.as_ref().map(load_mask).transpose()?;
+        let mask = match &self.detail_mask {
+            Some(file) => Some(Texture::new(load_raster(file)?, file.display().to_string(), Encoding::Linear)),
+            None => None,
+        };
         Ok(Some(MaterialDetail {
             material,
             colored,
@@ -165,15 +168,14 @@ impl MaterialFiles {
             material = folder.load()?;
             material.relief = relief.or(material.relief);
         }
-        let green = self.normal_y.map(GreenAxis::from);
         if let Some(file) = &self.color_map {
             material.set_colors(file)?;
         }
         if let Some(file) = &self.normal_map {
             material.set_normals(file, None)?;
         }
-        match (&mut material.normal_map, green) {
-            (Some(map), Some(green)) => map.green = green,
+        match (&mut material.normal_map, self.normal_y) {
+            (Some(map), Some(way)) => map.green = way.into(),
             (None, Some(_)) => {
                 let fault = MapFault::Unsupported {
                     what: "it has no normal map whose green --normal-y could turn".into(),
@@ -241,10 +243,6 @@ fn say_whether_slopes_agree(material: &Material) {
         ),
         None => tracing::warn!("heights or normals are flat: nothing tells how high the relief is"),
     }
-}
-
-fn load_mask(file: &PathBuf) -> Result<Texture, MapError> {
-    Ok(Texture::new(load_raster(file)?, file.display().to_string(), Encoding::Linear))
 }
 
 /// Samples of the geometry in each pixel of pictures of one sample, unless something else makes outlines smooth.

@@ -86,16 +86,14 @@ fn axes(lobe: &Lobe) -> (f64, f64, f64) {
 
 /// What the lobes have along one direction beyond their lesser half-axis, in the form of `KHR_materials_anisotropy`.
 fn brushed(lobes: &[Lobe], alpha: f64) -> Option<Anisotropy> {
-    let weight = |lobe: &Lobe| lobe.share;
-    let all: f64 = lobes.iter().map(weight).sum();
-    let mean =
-        |of: &dyn Fn(&Lobe) -> f64| lobes.iter().map(|lobe| weight(lobe) * of(lobe)).sum::<f64>() / all.max(1e-9);
-    let beyond = mean(&|lobe| {
+    let all: f64 = lobes.iter().map(|lobe| lobe.share).sum();
+    let beyond = |lobe: &Lobe| {
         let (large, small, _) = axes(lobe);
-        large.min(1.0).powi(2) - small.min(1.0).powi(2)
-    });
+        lobe.share * (large.min(1.0).powi(2) - small.min(1.0).powi(2))
+    };
+    let beyond = lobes.iter().map(beyond).sum::<f64>() / all.max(1e-9);
     // The direction of the mean covariance.
-    let covariance: DVec3 = lobes.iter().map(|lobe| weight(lobe) * lobe.covariance).sum();
+    let covariance: DVec3 = lobes.iter().map(|lobe| lobe.share * lobe.covariance).sum();
     let (.., angle) = axes(&Lobe { share: 1.0, covariance });
     let along = (alpha * alpha + beyond).sqrt().min(1.0);
     let square = (along - alpha) / (1.0 - alpha).max(1e-3);

@@ -44,11 +44,6 @@ impl CommandLine {
         self.flags.retain(|(known, _)| known != flag);
     }
 
-    /// Says a flag before all others.
-    pub fn begin_with(&mut self, flag: &str, value: impl Into<OsString>) {
-        self.flags.insert(0, (flag.to_owned(), Some(value.into())));
-    }
-
     /// The value of a flag, if it is said; empty if it has none.
     pub fn value(&self, flag: &str) -> Option<&OsStr> {
         let found = self.flags.iter().rev().find(|(known, _)| known == flag);
@@ -63,7 +58,7 @@ impl CommandLine {
     /// Says another scene.
     pub fn enter(&mut self, scene: impl Into<OsString>) {
         SceneOption::all().iter().filter(|option| option.is_of_one_scene()).for_each(|o| self.remove(&o.spec.flag()));
-        self.begin_with("--scene", scene);
+        self.flags.insert(0, ("--scene".to_owned(), Some(scene.into())));
     }
 
     /// Without what its scene, its light and its technique would refuse: choices of the window outlive them.
