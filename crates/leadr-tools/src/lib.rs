@@ -8,4 +8,3 @@ pub mod fit;
 pub mod html;
 pub mod metrics;
 pub mod program;
-pub mod progress;

@@ -16,7 +16,6 @@ use leadr_maps::new_file::NewFile;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
-use leadr_tools::progress::Progress;
 
 /// Texels from which a bar is shown: smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
@@ -128,7 +127,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         let long = u64::from(plan.size[0]) * u64::from(plan.size[1]) >= LONG;
         let what = format!("baking {}", plan.kind.name());
         let progress = output.share(long.then_some(&what));
-        let written = write(&inputs, &plan, &mut job, &*progress);
+        let written = write(&inputs, &plan, &mut job, &progress);
         drop(progress);
         let target = job.file.target().to_path_buf();
         let baked = written.map_err(|fault: MapFault| fault.in_file(&target))?;
@@ -154,13 +153,13 @@ fn derive(inputs: &mut Inputs, kinds: &[Kind], sources: &Sources, output: &Outpu
     if kinds.iter().any(|kind| matches!(kind, Kind::Height | Kind::Occlusion | Kind::Cones)) && inputs.heights.is_none()
     {
         let progress = output.share(long.then_some("finding heights"));
-        let found = inputs.find_heights(&*progress).map_err(in_main)?;
+        let found = inputs.find_heights(&progress).map_err(in_main)?;
         drop(progress);
         output.say(&format!("heights of normals: {found}"));
     }
     if kinds.iter().any(|kind| matches!(kind, Kind::Occlusion | Kind::Cones)) {
         let progress = output.share(long.then_some("looking around"));
-        inputs.look_around(&*progress).map_err(in_main)?;
+        inputs.look_around(&progress).map_err(in_main)?;
     }
     Ok(())
 }

@@ -12,7 +12,6 @@ use leadr_maps::{load_height_map, load_raster};
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
-use leadr_tools::progress::Progress;
 
 /// The files that are baked.
 #[derive(Clone, Debug, Default, Serialize)]

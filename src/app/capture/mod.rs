@@ -30,7 +30,6 @@ use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 use leadr_tools::command::output::Output;
-use leadr_tools::progress::Progress;
 
 /// What a capture made.
 #[derive(Debug, Serialize)]
@@ -160,13 +159,13 @@ pub fn capture<'a>(
             frame.passes
         };
         if own_files {
-            output.file(&file, bar.as_ref())?;
+            output.file(&file, &bar)?;
         }
         frames.push(FrameReport { moment, file, kept, outdated, passes });
     }
     sink.finish()?;
     if !own_files && !config.output.is_stdout() {
-        output.file(&config.output.path(0), bar.as_ref())?;
+        output.file(&config.output.path(0), &bar)?;
     }
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();

@@ -15,7 +15,6 @@ use leadr_scenes::set::{Animation, Inputs, Set, SetUp, set};
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
-use leadr_tools::progress::Progress;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
 pub struct RendererSource {
@@ -54,7 +53,7 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
         let inputs = Inputs::load(scene)?;
         watch(SetUp::Begins("opening the device"));
         let gpu = config.device.open()?;
-        Ok(set(scene, inputs, &gpu, Some(&scene.render_settings()), &*watch)?)
+        Ok(set(scene, inputs, &gpu, Some(&scene.render_settings()), &watch)?)
     });
     let Set { renderer, animation, .. } = made?;
     let mut source = RendererSource::new(config, renderer, animation, files);

@@ -22,7 +22,6 @@ use leadr_scenes::set::Inputs;
 use leadr_tools::command::device::{DeviceArgs, DeviceInfo};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
-use leadr_tools::progress::Progress;
 
 /// What to show.
 #[derive(Debug, Serialize)]

@@ -29,7 +29,6 @@ use leadr_tools::command::output::Output;
 use leadr_tools::fit::lobe_plot::lobe_plot;
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
 use leadr_tools::html::{Cell, Figure, Html, PageSection, Table, page};
-use leadr_tools::progress::Progress;
 
 /// Pixels across a sphere, and how many are shown.
 const SPHERE: u32 = 128;

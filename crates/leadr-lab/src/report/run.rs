@@ -18,10 +18,10 @@ use super::sections::{SECTIONS, SectionEntry};
 use super::studio::{PICTURES, Studio};
 use leadr_gpu::Gpu;
 use leadr_maps::new_file::{NewFile, remove_abandoned, write_atomic};
+use leadr_tools::command::output::Output;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{PageSection, page};
 use leadr_tools::program::Stamped;
-use leadr_tools::progress::Progress;
 
 /// What to report.
 #[derive(Clone, Debug)]
@@ -75,7 +75,7 @@ impl fmt::Display for ReportSummary {
 pub fn report(
     config: &ReportConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
-    progress: &dyn Progress,
+    progress: &Output,
 ) -> Result<ReportSummary, LabError> {
     let folder = &config.folder;
     // A folder that cannot be made or refuses a file is reported now, not after half an hour.

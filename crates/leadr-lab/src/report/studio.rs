@@ -15,9 +15,10 @@ use leadr_render::frame::Renderer;
 use leadr_render::sampling::seed_apart;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
+use leadr_tools::command::bars::Bar;
+use leadr_tools::command::output::Output;
 use leadr_tools::error::LabError;
 use leadr_tools::html::Figure;
-use leadr_tools::progress::{Bar, Progress};
 
 /// Folder of the pictures beside the page.
 pub const PICTURES: &str = "pictures";
@@ -29,19 +30,19 @@ pub struct Studio<'a> {
     /// Small pictures and few samples.
     pub quick: bool,
     /// Receives progress.
-    pub progress: &'a dyn Progress,
+    pub progress: &'a Output,
     /// The pictures compared with the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
     /// Of the section that is being made, once it draws or tells its steps.
-    bar: OnceCell<Box<dyn Bar>>,
+    bar: OnceCell<Bar>,
     /// Pictures rendered for it.
     rendered: Cell<u32>,
 }
 
 impl<'a> Studio<'a> {
     /// An empty studio.
-    pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a dyn Progress) -> Self {
+    pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a Output) -> Self {
         Self {
             gpu,
             quick,
@@ -53,8 +54,8 @@ impl<'a> Studio<'a> {
         }
     }
 
-    fn bar(&self) -> &dyn Bar {
-        self.bar.get_or_init(|| self.progress.bar(0)).as_ref()
+    fn bar(&self) -> &Bar {
+        self.bar.get_or_init(|| self.progress.bar(0))
     }
 
     /// Begins a section's work of this many steps. Without, its progress is told in pictures.

@@ -6,7 +6,7 @@ use super::rows::Row;
 use super::scene;
 use crate::error::LabError;
 use crate::fit::specimen::{Lacquer, as_beckmann, dressed};
-use crate::progress::Progress;
+use crate::command::output::Output;
 use leadr_gpu::Gpu;
 use leadr_maps::procedural;
 use leadr_render::frame::Renderer;
@@ -29,7 +29,7 @@ pub fn bases(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
     only: Option<Technique>,
-    progress: &dyn Progress,
+    output: &Output,
 ) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
     let fit = Lacquer::fit().ok_or_else(|| LabError("the lacquer has no fit".to_owned()))?;
     let measured = dressed(&fit, "lacquer", procedural::rock(SIDE, SIDE, 1), DEPTH);
@@ -42,7 +42,7 @@ pub fn bases(
     let mut subjects = Vec::new();
     for (material, rows) in [as_beckmann(&measured, &fit), measured].into_iter().zip(rows_of) {
         let inputs = Inputs { material: Some(material), ..Inputs::load(config)? };
-        let set = set(config, inputs, gpu, None, &progress.set_up())?;
+        let set = set(config, inputs, gpu, None, &output.set_up())?;
         let state = (set.animation)(0.0);
         let rows = rows.into_iter().map(|(name, technique)| {
             let names = [format!("{} by base", config.scene.name), name, ONE_LOBE.to_owned()];

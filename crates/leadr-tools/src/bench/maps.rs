@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::rows::Row;
 use super::scene;
 use crate::error::LabError;
-use crate::progress::Progress;
+use crate::command::output::Output;
 use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::procedural;
 use leadr_render::frame::Renderer;
@@ -31,7 +31,7 @@ pub fn maps(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
     only: Option<Technique>,
-    progress: &dyn Progress,
+    output: &Output,
 ) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
     let mut sets = Vec::new();
     let tiled = config.scene.offers(Choice::AtlasTile);
@@ -44,10 +44,10 @@ pub fn maps(
             inputs.height_map = Some(procedural::rock(size, size, 1));
             SceneConfig { height: config.height.or(Some(GENERATED_HEIGHT * USUAL_RELIEF)), ..config.clone() }
         };
-        match set(&config, inputs, gpu, None, &progress.set_up()) {
+        match set(&config, inputs, gpu, None, &output.set_up()) {
             Ok(set) => sets.extend(set.map_size.map(|texels| (texels, config, set))),
             Err(SceneError::Gpu(error @ (GpuError::TooLarge { .. } | GpuError::InOnePiece { .. }))) => {
-                progress.say(&format!("{size} is left out: {error}"))
+                output.say(&format!("{size} is left out: {error}"))
             }
             Err(error) => return Err(error.into()),
         }

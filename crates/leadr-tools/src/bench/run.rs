@@ -13,7 +13,7 @@ use super::scene::Table;
 use super::{bases, maps, quad, scene};
 use crate::bench::full_screen::full_screen_stage;
 use crate::error::LabError;
-use crate::progress::Progress;
+use crate::command::output::Output;
 use leadr_gpu::Gpu;
 use leadr_render::frame::{KeptTargets, Renderer};
 use leadr_render::light::environment::Environment;
@@ -61,7 +61,7 @@ pub struct Quad {
 pub fn bench(
     config: &BenchConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
-    progress: &dyn Progress,
+    output: &Output,
 ) -> Result<BenchReport, LabError> {
     let start = Instant::now();
     // Files first: their errors are found at once, without a device.
@@ -75,26 +75,26 @@ pub fn bench(
         if quad.goals_only {
             rows.retain(quad::in_a_goal);
         }
-        measure(vec![(renderer, rows)], rounds, progress, &mut measured)?;
+        measure(vec![(renderer, rows)], rounds, output, &mut measured)?;
     }
     if let Some(size) = config.forward {
-        measure_against_forward(size, &gpu, rounds, progress, &mut measured)?;
+        measure_against_forward(size, &gpu, rounds, output, &mut measured)?;
     }
     for (scene, inputs) in config.scenes.iter().zip(inputs) {
         let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Bases | Table::Waves);
         if config.tables.iter().any(one_set) {
-            let subject = one_scene(config, scene, inputs, &gpu, progress)?;
-            measure(vec![subject], rounds, progress, &mut measured)?;
+            let subject = one_scene(config, scene, inputs, &gpu, output)?;
+            measure(vec![subject], rounds, output, &mut measured)?;
         }
         let wants = |table: Table| config.tables.contains(&table) && table.is_of(scene.scene);
         if wants(Table::Maps) {
-            measure(maps::maps(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+            measure(maps::maps(scene, &gpu, config.technique, output)?, rounds, output, &mut measured)?;
         }
         if wants(Table::Bases) {
-            measure(bases::bases(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+            measure(bases::bases(scene, &gpu, config.technique, output)?, rounds, output, &mut measured)?;
         }
         if wants(Table::Waves) {
-            measure(seas(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+            measure(seas(scene, &gpu, config.technique, output)?, rounds, output, &mut measured)?;
         }
     }
     if let Some(message) = gpu.validation_messages().first() {
@@ -109,9 +109,9 @@ fn one_scene(
     scene: &SceneConfig,
     inputs: Inputs,
     gpu: &Arc<Gpu>,
-    progress: &dyn Progress,
+    output: &Output,
 ) -> Result<(Renderer, Vec<Row>), LabError> {
-    let set = set(scene, inputs, gpu, None, &progress.set_up())?;
+    let set = set(scene, inputs, gpu, None, &output.set_up())?;
     let (state, only) = ((set.animation)(0.0), config.technique);
     let rows = config.tables.iter().flat_map(|table| match table {
         Table::Views => scene::views(scene, &config.view_sizes, |view, size| set.state_from(0.0, view, size), only),
@@ -170,7 +170,7 @@ fn measure_against_forward(
     size: Size,
     gpu: &Arc<Gpu>,
     rounds: usize,
-    progress: &dyn Progress,
+    output: &Output,
     measured: &mut Vec<Measured>,
 ) -> Result<(), LabError> {
     let mut quad = FullScreen::new(size, gpu)?;
@@ -178,7 +178,7 @@ fn measure_against_forward(
     let Some(first) = rows.first() else { return Ok(()) };
     let forward = quad.forward(size, &first.settings)?;
     let bench = Bench { forward: Some(forward), ..Bench::new(vec![(quad.renderer, rows)])? };
-    measure_bench(bench, rounds, progress, measured)
+    measure_bench(bench, rounds, output, measured)
 }
 
 /// Renderers of the sea's own tables, each with its row: maps and targets of every size stay alive.
@@ -186,10 +186,10 @@ fn seas(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
     technique: Option<Technique>,
-    progress: &dyn Progress,
+    output: &Output,
 ) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
     let sea = |variant: Variant| -> Result<_, LabError> {
-        let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, None, &progress.set_up())?;
+        let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, None, &output.set_up())?;
         let row = scene::variant(variant, (set.animation)(0.0), technique);
         Ok((set.renderer, vec![row]))
     };
@@ -255,20 +255,20 @@ impl Subject for Bench {
 fn measure(
     subjects: Vec<(Renderer, Vec<Row>)>,
     rounds: usize,
-    progress: &dyn Progress,
+    output: &Output,
     measured: &mut Vec<Measured>,
 ) -> Result<(), LabError> {
-    measure_bench(Bench::new(subjects)?, rounds, progress, measured)
+    measure_bench(Bench::new(subjects)?, rounds, output, measured)
 }
 
 fn measure_bench(
     mut bench: Bench,
     rounds: usize,
-    progress: &dyn Progress,
+    output: &Output,
     measured: &mut Vec<Measured>,
 ) -> Result<(), LabError> {
     let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
-    let bar = progress.bar(names.len());
+    let bar = output.bar(names.len());
     let mut tick = |tick: Tick| match tick {
         Tick::Warm(row) => {
             bar.message(&format!("warming up, {}", names[row]));

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::error::LabError;
 use crate::program::commit;
-use crate::progress::Progress;
+use crate::command::output::Output;
 use leadr_gpu::Gpu;
 use leadr_render::camera::Camera;
 use leadr_render::settings::{RenderSettings, Technique};
@@ -84,16 +84,16 @@ pub fn soak(
     gpu: &Arc<Gpu>,
     frames: u32,
     only: Option<Technique>,
-    progress: &dyn Progress,
+    output: &Output,
 ) -> Result<SoakReport, LabError> {
     let start = Instant::now();
     let inputs = Inputs::load(config)?;
-    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &progress.set_up())?;
+    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &output.set_up())?;
     let settings = config.render_settings();
     // After whole rounds of the techniques, which differ in what they hold.
     let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
     let interval = (frames / SAMPLES / round).max(1) * round;
-    let bar = progress.bar(frames as usize);
+    let bar = output.bar(frames as usize);
     let mut samples = Vec::new();
     for frame in 0..frames {
         let mut state = animation(f64::from(frame) * STEP);

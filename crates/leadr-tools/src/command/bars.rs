@@ -2,159 +2,102 @@
 
 use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-use crate::progress::Bar;
 
 /// How often work is told of where no bar can be drawn.
 pub const EVERY: Duration = Duration::from_secs(5);
 
-/// A bar that nobody sees.
-pub struct HiddenBar;
-
-impl Bar for HiddenBar {
-    fn message(&self, _: &str) {}
-    fn step(&self) {}
-    fn at(&self, _: usize) {}
-    fn aside(&self, work: &mut dyn FnMut()) {
-        work();
-    }
-    fn restart(&self, _: usize) {}
+/// A progress bar, which disappears when it is dropped.
+pub struct Bar {
+    bar: ProgressBar,
+    /// Of a bar that is told in lines: the sender, dropped to end the thread that tells, and that thread.
+    teller: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-/// A bar on a terminal.
-pub struct TerminalBar(ProgressBar);
+impl Bar {
+    /// A bar that nobody sees.
+    pub fn hidden() -> Self {
+        Self { bar: ProgressBar::hidden(), teller: None }
+    }
 
-impl TerminalBar {
     /// A bar with this many steps on stderr; if that is none, since nobody knows how many, only the message and the time.
-    pub fn new(steps: usize) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr())
-            .with_style(Self::style(steps));
+    pub fn on_terminal(steps: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
+        bar.set_style(style(steps));
         // The seconds go on where the work takes long over a step.
         bar.enable_steady_tick(Duration::from_secs(1));
-        Self(bar)
+        Self { bar, teller: None }
     }
 
-    fn style(steps: usize) -> ProgressStyle {
-        let template =
-            if steps == 0 { "{elapsed} {wide_msg}" } else { "{bar:32} {percent:>3} % {elapsed} {wide_msg} {eta} left" };
-        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-    }
-}
-
-impl Bar for TerminalBar {
-    fn message(&self, text: &str) {
-        self.0.set_message(text.to_owned());
-    }
-
-    fn step(&self) {
-        self.0.inc(1);
-    }
-
-    fn at(&self, step: usize) {
-        self.0.set_position(step as u64);
-    }
-
-    fn aside(&self, work: &mut dyn FnMut()) {
-        self.0.suspend(work);
-    }
-
-    fn restart(&self, steps: usize) {
-        self.0.set_style(Self::style(steps));
-        self.0.set_length(steps as u64);
-        self.0.set_position(0);
-        self.0.reset_elapsed();
-    }
-}
-
-impl Drop for TerminalBar {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
-    }
-}
-
-/// Where the work is.
-struct Place {
-    message: String,
-    done: usize,
-    steps: usize,
-    begun: Instant,
-}
-
-impl Place {
-    fn line(&self) -> String {
-        let Self { message, done, steps, begun } = self;
-        let seconds = begun.elapsed().as_secs();
-        match 100 * done / (*steps).max(1) {
-            0 => format!("leadr: {message} ({seconds} s)"),
-            percent => format!("leadr: {message} ({percent} %, {seconds} s)"),
-        }
-    }
-}
-
-/// A bar that is told in lines.
-pub struct LineBar {
-    place: Arc<Mutex<Place>>,
-    /// Dropped to end the thread that tells.
-    alive: Option<Sender<()>>,
-    teller: Option<JoinHandle<()>>,
-}
-
-impl LineBar {
     /// A bar with this many steps, told to `target` every so often, for the first time after that long.
-    pub fn new(steps: usize, every: Duration, mut target: impl Write + Send + 'static) -> Self {
-        let begun = Instant::now();
-        let place = Arc::new(Mutex::new(Place { message: "working".to_owned(), done: 0, steps, begun }));
+    pub fn in_lines(steps: usize, every: Duration, mut target: impl Write + Send + 'static) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
+        bar.set_message("working");
         let (alive, ended) = channel();
-        let told = place.clone();
+        let told = bar.clone();
         let tell = move || {
             while ended.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
-                let line = told.lock().unwrap_or_else(PoisonError::into_inner).line();
                 // A closed stderr is no failure.
-                let _ = writeln!(target, "{line}");
+                let _ = writeln!(target, "{}", line(&told));
             }
         };
-        Self { place, alive: Some(alive), teller: Some(std::thread::spawn(tell)) }
+        Self { bar, teller: Some((alive, std::thread::spawn(tell))) }
     }
 
-    fn change(&self, change: impl FnOnce(&mut Place)) {
-        change(&mut self.place.lock().unwrap_or_else(PoisonError::into_inner));
+    /// What is said beside it.
+    pub fn message(&self, text: &str) {
+        self.bar.set_message(text.to_owned());
+    }
+
+    /// One more step is done.
+    pub fn step(&self) {
+        self.bar.inc(1);
+    }
+
+    /// This many steps are done.
+    pub fn at(&self, step: usize) {
+        self.bar.set_position(step as u64);
+    }
+
+    /// Does `work`, which prints on the same terminal, while the bar is out of its way.
+    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.bar.suspend(work)
+    }
+
+    /// Starts again with this many steps.
+    pub fn restart(&self, steps: usize) {
+        self.bar.set_style(style(steps));
+        self.bar.set_length(steps as u64);
+        self.bar.set_position(0);
+        self.bar.reset_elapsed();
     }
 }
 
-impl Bar for LineBar {
-    fn message(&self, text: &str) {
-        self.change(|place| text.clone_into(&mut place.message));
-    }
-
-    fn step(&self) {
-        self.change(|place| place.done += 1);
-    }
-
-    fn at(&self, step: usize) {
-        self.change(|place| place.done = step);
-    }
-
-    fn aside(&self, work: &mut dyn FnMut()) {
-        work();
-    }
-
-    fn restart(&self, steps: usize) {
-        self.change(|place| (place.done, place.steps, place.begun) = (0, steps, Instant::now()));
-    }
-}
-
-impl Drop for LineBar {
+impl Drop for Bar {
     fn drop(&mut self) {
-        drop(self.alive.take());
-        if let Some(teller) = self.teller.take() {
+        if let Some((alive, teller)) = self.teller.take() {
+            drop(alive);
             // It cannot panic, and if it did there would be nothing to do.
             let _ = teller.join();
         }
+        self.bar.finish_and_clear();
+    }
+}
+
+fn style(steps: usize) -> ProgressStyle {
+    let template =
+        if steps == 0 { "{elapsed} {wide_msg}" } else { "{bar:32} {percent:>3} % {elapsed} {wide_msg} {eta} left" };
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+fn line(bar: &ProgressBar) -> String {
+    let (message, seconds) = (bar.message(), bar.elapsed().as_secs());
+    match 100 * bar.position() / bar.length().unwrap_or(0).max(1) {
+        0 => format!("leadr: {message} ({seconds} s)"),
+        percent => format!("leadr: {message} ({percent} %, {seconds} s)"),
     }
 }
 
@@ -162,6 +105,8 @@ impl Drop for LineBar {
 mod tests {
     use super::*;
     use std::io;
+    use std::sync::{Arc, Mutex};
+    use std::time::Instant;
 
     #[derive(Clone, Default)]
     struct Log(Arc<Mutex<Vec<u8>>>);
@@ -193,7 +138,7 @@ mod tests {
     #[test]
     fn long_work_is_told_in_lines_until_it_ends() {
         let log = Log::default();
-        let bar = LineBar::new(8, Duration::from_millis(10), log.clone());
+        let bar = Bar::in_lines(8, Duration::from_millis(10), log.clone());
         bar.message("baking");
         log.wait_for("leadr: baking (0 s)\n");
         bar.at(2);
@@ -211,7 +156,7 @@ mod tests {
     #[test]
     fn short_work_is_not_told() {
         let log = Log::default();
-        drop(LineBar::new(8, EVERY, log.clone()));
+        drop(Bar::in_lines(8, EVERY, log.clone()));
         assert_eq!(log.text(), "");
     }
 }

@@ -3,16 +3,17 @@
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
+use std::time::Instant;
 
 use serde::Serialize;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-use super::bars::{EVERY, HiddenBar, LineBar, TerminalBar};
+use super::bars::{Bar, EVERY};
 use super::error::AppError;
 use crate::program::Stamped;
-use crate::progress::{Bar, Progress};
+use leadr_scenes::set::SetUp;
 
 /// Where a command prints.
 #[derive(Clone, Copy, Debug)]
@@ -66,14 +67,59 @@ impl Output {
     ///
     /// # Errors
     /// If stdout cannot be written to. A reader that closed the pipe early is no error.
-    pub fn file(&self, path: &Path, bar: &dyn Bar) -> Result<(), AppError> {
+    pub fn file(&self, path: &Path, bar: &Bar) -> Result<(), AppError> {
         if self.json || self.quiet {
             return Ok(());
         }
-        let mut printed = Ok(());
-        bar.aside(&mut || printed = print_line(&path.display().to_string()));
-        printed
+        bar.aside(|| print_line(&path.display().to_string()))
     }
+
+    /// Prints a line on stderr, unless quiet.
+    pub fn say(&self, line: &str) {
+        if !self.quiet {
+            // A closed stderr is no failure.
+            let _ = writeln!(io::stderr(), "{line}");
+        }
+    }
+
+    /// A bar with this many steps (0: nobody knows how many): drawn on a terminal, told in lines elsewhere; quiet commands show none.
+    pub fn bar(&self, steps: usize) -> Bar {
+        if self.quiet {
+            Bar::hidden()
+        } else if io::stderr().is_terminal() {
+            Bar::on_terminal(steps)
+        } else {
+            Bar::in_lines(steps, EVERY, io::stderr())
+        }
+    }
+
+    /// A bar for work that reports the share it has done, 0 to 1, with `what` beside it; without `what` there is no bar.
+    pub fn share(&self, what: Option<&str>) -> impl Fn(f32) + Sync + use<> {
+        let bar = what.map_or_else(Bar::hidden, |_| self.bar(SHARES));
+        bar.message(what.unwrap_or_default());
+        move |share| bar.at(shares(share))
+    }
+
+    /// A bar for setting up a scene.
+    pub fn set_up(&self) -> impl Fn(SetUp) + Sync + use<> {
+        let bar = self.bar(SHARES);
+        let begun = Instant::now();
+        move |step| match step {
+            SetUp::Begins(what) => {
+                tracing::debug!("{what}, {:.3} s after the start", begun.elapsed().as_secs_f64());
+                bar.restart(SHARES);
+                bar.message(what);
+            }
+            SetUp::Share(share) => bar.at(shares(share)),
+        }
+    }
+}
+
+/// Steps of a bar that shows a share.
+const SHARES: usize = 1000;
+
+fn shares(share: f32) -> usize {
+    (share * SHARES as f32) as usize
 }
 
 fn print_line(text: &str) -> Result<(), AppError> {
@@ -82,27 +128,6 @@ fn print_line(text: &str) -> Result<(), AppError> {
             Err(AppError::Failed(format!("cannot write to standard output: {e}")))
         }
         _ => Ok(()),
-    }
-}
-
-impl Progress for Output {
-    /// On stderr, unless quiet.
-    fn say(&self, line: &str) {
-        if !self.quiet {
-            // A closed stderr is no failure.
-            let _ = writeln!(io::stderr(), "{line}");
-        }
-    }
-
-    /// Drawn on a terminal, told in lines elsewhere; quiet commands show none.
-    fn bar(&self, steps: usize) -> Box<dyn Bar> {
-        if self.quiet {
-            Box::new(HiddenBar)
-        } else if io::stderr().is_terminal() {
-            Box::new(TerminalBar::new(steps))
-        } else {
-            Box::new(LineBar::new(steps, EVERY, io::stderr()))
-        }
     }
 }
 
