@@ -30,7 +30,7 @@ pub struct Comparison {
 /// which give back the file's codes. The norms compare the linear values. Fails when the sizes differ, or when either
 /// holds NaN or infinity (a NaN would pass every threshold).
 pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
-    check_sizes(reference, test)?;
+    same_size("the reference is", size_of(reference), "the test", size_of(test))?;
     reference.check_finite()?;
     test.check_finite()?;
     let flip_image = |image: &RgbImage| {
@@ -85,12 +85,8 @@ fn for_each_channel(
     mask: &Mask,
     mut visit: impl FnMut(f64, f64),
 ) -> Result<(), MapFault> {
-    check_sizes(reference, test)?;
-    if (mask.width, mask.height) != (reference.width, reference.height) {
-        let what =
-            format!("the pictures are {} x {} and the mask {} x {}", test.width, test.height, mask.width, mask.height);
-        return Err(MapFault::SizeMismatch { what });
-    }
+    same_size("the reference is", size_of(reference), "the test", size_of(test))?;
+    same_size("the pictures are", size_of(test), "the mask", (mask.width, mask.height))?;
     let pixels = reference.texels.iter().zip(&test.texels).zip(&mask.inside);
     for ((r, t), _) in pixels.filter(|&(_, &inside)| inside) {
         for c in 0..3 {
@@ -119,15 +115,16 @@ impl Comparison {
     }
 }
 
-fn check_sizes(reference: &RgbImage, test: &RgbImage) -> Result<(), MapFault> {
-    if (reference.width, reference.height) == (test.width, test.height) {
+/// Refuses two things of different sizes; what each is stands before its size.
+pub(super) fn same_size(a: &str, of_a: (u32, u32), b: &str, of_b: (u32, u32)) -> Result<(), MapFault> {
+    if of_a == of_b {
         return Ok(());
     }
-    let what = format!(
-        "the reference is {} x {} and the test {} x {}",
-        reference.width, reference.height, test.width, test.height
-    );
-    Err(MapFault::SizeMismatch { what })
+    Err(MapFault::SizeMismatch { what: format!("{a} {} x {} and {b} {} x {}", of_a.0, of_a.1, of_b.0, of_b.1) })
+}
+
+pub(super) fn size_of(image: &RgbImage) -> (u32, u32) {
+    (image.width, image.height)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! aliasing do not.
 
 use super::Mask;
+use super::compare::{same_size, size_of};
 use leadr_maps::{MapFault, RgbImage};
 
 /// Mean and largest magnitude of a change, in units of linear radiance.
@@ -79,21 +80,14 @@ pub fn change(before: &RgbImage, after: &RgbImage, ratio: f64) -> Result<RgbImag
 
 /// `a − b` of every pixel. Fails when the sizes differ.
 pub fn difference(a: &RgbImage, b: &RgbImage) -> Result<RgbImage, MapFault> {
-    if (a.width, a.height) != (b.width, b.height) {
-        let what = format!("one picture is {} x {} and the other {} x {}", a.width, a.height, b.width, b.height);
-        return Err(MapFault::SizeMismatch { what });
-    }
+    same_size("one picture is", size_of(a), "the other", size_of(b))?;
     let texels = a.texels.iter().zip(&b.texels).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
     RgbImage::new(a.width, a.height, texels)
 }
 
 /// How large a change is over the pixels of `mask`; all zero when the mask is empty. Fails when the sizes differ.
 pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
-    if (change.width, change.height) != (mask.width, mask.height) {
-        let what =
-            format!("the change is {} x {} and its mask {} x {}", change.width, change.height, mask.width, mask.height);
-        return Err(MapFault::SizeMismatch { what });
-    }
+    same_size("the change is", size_of(change), "its mask", (mask.width, mask.height))?;
     let (mut sum, mut max, mut squares, mut count) = (0.0, 0.0f64, 0.0, 0usize);
     for (texel, _) in change.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside) {
         let pixel = texel.iter().map(|&v| f64::from(v).abs()).sum::<f64>() / 3.0;

@@ -54,15 +54,17 @@ impl Mask {
 
     /// The pixels of both. Panics unless the sizes agree.
     pub fn and(&self, other: &Self) -> Self {
-        assert_eq!((self.width, self.height), (other.width, other.height), "masks of two sizes");
-        let inside = self.inside.iter().zip(&other.inside).map(|(&a, &b)| a && b).collect();
-        Self { width: self.width, height: self.height, inside }
+        self.where_both(other, |own, others| own && others)
     }
 
     /// The pixels of this one that are not in the other. Panics unless the sizes agree.
     pub fn without(&self, other: &Self) -> Self {
+        self.where_both(other, |own, others| own && !others)
+    }
+
+    fn where_both(&self, other: &Self, counts: fn(bool, bool) -> bool) -> Self {
         assert_eq!((self.width, self.height), (other.width, other.height), "masks of two sizes");
-        let inside = self.inside.iter().zip(&other.inside).map(|(&a, &b)| a && !b).collect();
+        let inside = self.inside.iter().zip(&other.inside).map(|(&own, &others)| counts(own, others)).collect();
         Self { width: self.width, height: self.height, inside }
     }
 
