@@ -16,6 +16,18 @@ pub enum AppError {
     /// The work failed (input, device, disk) or a result is over its threshold; exit code 1.
     #[error("{0}")]
     Failed(String),
+    /// The same, told by a file's reader or writer.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The same, told by the device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The same, told by a scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The same, told by a measurement.
+    #[error(transparent)]
+    Lab(#[from] LabError),
 }
 
 impl AppError {
@@ -23,36 +35,12 @@ impl AppError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
-            Self::Failed(_) => 1,
+            _ => 1,
         }
     }
 
     /// A failure to read or write `path`: `cannot {verb} 'path': reason`.
     pub fn io(verb: &str, path: &std::path::Path, reason: impl std::fmt::Display) -> Self {
         Self::Failed(format!("cannot {verb} '{}': {reason}", path.display()))
-    }
-}
-
-impl From<MapError> for AppError {
-    fn from(error: MapError) -> Self {
-        Self::Failed(error.to_string())
-    }
-}
-
-impl From<GpuError> for AppError {
-    fn from(error: GpuError) -> Self {
-        Self::Failed(error.to_string())
-    }
-}
-
-impl From<SceneError> for AppError {
-    fn from(error: SceneError) -> Self {
-        Self::Failed(error.to_string())
-    }
-}
-
-impl From<LabError> for AppError {
-    fn from(error: LabError) -> Self {
-        Self::Failed(error.to_string())
     }
 }
