@@ -56,3 +56,11 @@ pub fn build() -> String {
     };
     format!("{VERSION} {commit}, {}", stamp().unwrap_or_default())
 }
+
+/// Memory of this process, bytes, in a line of `/proc/self/status`: `VmRSS:`, which is resident, or `VmHWM:`, the most that ever was. Only
+/// Linux reports it.
+pub fn memory_of_process(line: &str) -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let value = status.lines().find_map(|text| text.strip_prefix(line))?;
+    value.split_whitespace().next()?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
+}

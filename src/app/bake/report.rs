@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::sources::Sources;
 use leadr_maps::bake::{Layout, Plan, Report};
 use leadr_maps::material::Agreement;
+use leadr_tools::program::memory_of_process;
 
 /// A baked map.
 #[derive(Debug, Serialize)]
@@ -86,7 +87,7 @@ impl BakeReport {
             variance_error: baked.errors.iter().map(|e| e.variance).collect(),
             bytes,
             seconds: time.as_secs_f64(),
-            peak_bytes: peak_bytes(),
+            peak_bytes: memory_of_process("VmHWM:"),
         }
     }
 }
@@ -140,12 +141,4 @@ impl fmt::Display for BakedSet {
         self.files.iter().try_for_each(|file| writeln!(f, "{file}"))?;
         write!(f, "{} files, {} bytes, {:.1} s", self.files.len(), self.bytes, self.seconds)
     }
-}
-
-/// The greatest memory of this process, as Linux tells it.
-fn peak_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }

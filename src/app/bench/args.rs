@@ -3,8 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
-use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 
 use crate::app::flags::scene::{SceneArgs, choice, value_of};
 use leadr_render::settings::Technique;
@@ -43,7 +42,7 @@ pub struct BenchArgs {
     #[arg(long, help_heading = MEASURED, value_name = "NAME", value_parser = choice(Technique::Leadr))]
     pub technique: Option<Technique>,
     /// Measure these tables of scenes, separated by commas [default: views, and waves of the open sea; without --scene techniques, distance]
-    #[arg(long, help_heading = MEASURED, value_name = "NAMES", value_delimiter = ',', value_parser = tables())]
+    #[arg(long, help_heading = MEASURED, value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub tables: Vec<Table>,
     /// Set the size of the pictures in pixels [default: 1024x1024 for the paper's tables; for views 128x128, 480x270 and 1024x1024; else
     /// 512x512]
@@ -116,16 +115,6 @@ const SCENE_SIZE: Size = Size { width: 512, height: 512 };
 /// The scenes that are measured when none is named.
 const SCENES: [&str; 2] = ["sphere", "trex"];
 
-/// The tables of scenes by name.
-fn tables() -> impl TypedValueParser<Value = Table> {
-    let find = |name: String| Table::ALL.into_iter().find(|table| table.name_and_help().0 == name);
-    let value = |table: Table| {
-        let (name, help) = table.name_and_help();
-        PossibleValue::new(name).help(help)
-    };
-    PossibleValuesParser::new(Table::ALL.map(value)).try_map(move |name| find(name).ok_or("no such table"))
-}
-
 impl BenchArgs {
     /// What is measured.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
@@ -141,14 +130,12 @@ impl BenchArgs {
         };
         let scenes: Vec<SceneConfig> = scenes.iter().map(|scene| self.scene_config(scene)).collect::<Result<_, _>>()?;
         let tables = self.tables_of_scenes();
-        for (scene, table) in
-            scenes.iter().map(|config| config.scene).flat_map(|scene| tables.iter().map(move |table| (scene, table)))
-        {
-            if !table.is_of(scene) && self.tables.contains(table) {
+        for scene in scenes.iter().map(|config| config.scene) {
+            if let Some(table) = tables.iter().find(|table| !table.is_of(scene) && self.tables.contains(table)) {
                 let mut with: Vec<&str> =
                     registry::SCENES.iter().filter(|scene| table.is_of(scene)).map(|scene| scene.name).collect();
                 with.sort_unstable();
-                let (table, with) = (table.name_and_help().0, with.join(", "));
+                let (table, with) = (table.name(), with.join(", "));
                 return Err(AppError::Usage(format!("--tables {table} is for the scenes {with}, not {}", scene.name)));
             }
         }
@@ -178,7 +165,7 @@ impl BenchArgs {
             ([], None) => &[Table::Techniques, Table::Distance],
             (named, _) => named,
         };
-        Table::ALL.into_iter().filter(|table| wanted.contains(table)).collect()
+        Table::value_variants().iter().copied().filter(|table| wanted.contains(table)).collect()
     }
 
     /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.
@@ -191,15 +178,10 @@ impl BenchArgs {
         if self.edge_samples == "1" {
             given.set("--msaa", Some(&self.msaa));
         }
-        let rest = [
-            ("--height-map", &self.height_map),
-            ("--fft", &self.fft),
-            ("--atlas-tile", &self.atlas_tile),
-            ("--map-precision", &self.map_precision),
-        ];
-        for (name, value) in rest {
-            given.set(name, value.as_ref());
-        }
+        given.set("--height-map", self.height_map.as_ref());
+        given.set("--fft", self.fft.as_ref());
+        given.set("--atlas-tile", self.atlas_tile.as_ref());
+        given.set("--map-precision", self.map_precision.as_ref());
         let mut config = SceneArgs { given }.resolve()?;
         // What surrounds a surface would be timed with it.
         config.bare = config.scene.offers(Choice::Bare);

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::rounds::TOTAL;
 use super::stats::in_order;
+use crate::command::device::DeviceInfo;
 use crate::error::LabError;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_file;
@@ -107,9 +108,9 @@ impl Time {
 
 impl Times {
     /// Those of a run that was just measured.
-    pub(super) fn new(device: &str, driver: &str, commit: &str, rows: Vec<Time>) -> Self {
-        let [device, driver, commit] = [device, driver, commit].map(str::to_owned);
-        Self { file: PathBuf::new(), device, driver, commit, rows }
+    pub(super) fn new(on: &DeviceInfo, commit: &str, rows: Vec<Time>) -> Self {
+        let DeviceInfo { device, driver } = on.clone();
+        Self { file: PathBuf::new(), device, driver, commit: commit.to_owned(), rows }
     }
 
     /// Reads what `leadr bench --json` wrote.
@@ -321,7 +322,8 @@ mod tests {
     }
 
     fn times(rows: Vec<Time>) -> Times {
-        Times::new("a device", "a driver", "abc", rows)
+        let on = DeviceInfo { device: "a device".to_owned(), driver: "a driver".to_owned() };
+        Times::new(&on, "abc", rows)
     }
 
     #[test]

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::rows::Row;
 use super::scene;
+use crate::command::output::Output;
 use crate::error::LabError;
 use crate::fit::specimen::{Lacquer, as_beckmann, dressed};
-use crate::command::output::Output;
 use leadr_gpu::Gpu;
 use leadr_maps::procedural;
 use leadr_render::frame::Renderer;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::rows::Row;
 use super::scene;
-use crate::error::LabError;
 use crate::command::output::Output;
+use crate::error::LabError;
 use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::procedural;
 use leadr_render::frame::Renderer;

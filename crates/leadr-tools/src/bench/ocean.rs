@@ -1,53 +1,52 @@
 //! The sea's own tables: the time of its passes by the size of the transforms and of the picture.
 
+use std::sync::Arc;
+
 use super::rounds::TOTAL;
+use super::rows::Row;
+use super::scene;
+use crate::command::output::Output;
+use crate::error::LabError;
+use leadr_gpu::Gpu;
+use leadr_render::frame::Renderer;
+use leadr_render::settings::Technique;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::ocean::waves::Waves;
+use leadr_scenes::set::{Inputs, set};
 use leadr_scenes::view::Size;
 
 /// The passes that make the waves' maps; they do not depend on the picture.
 pub const WAVES: &str = "wave rows+wave columns+wave mips";
 
-/// A row of one of the sea's tables.
-#[derive(Clone, Debug)]
-pub struct Variant {
-    /// The table.
-    pub table: &'static str,
-    /// Its name there.
-    pub name: String,
-    /// The row it is compared with.
-    pub base: String,
-    /// The time that is compared.
-    pub compared: &'static str,
-    /// What is drawn.
-    pub config: SceneConfig,
-}
-
 /// Sizes of transforms that are measured: samples along a tile's edge.
 const TRANSFORMS: [u32; 4] = [64, 128, 256, 512];
 
-/// The sea of `config` with every size of transform, then in pictures with half, once and twice its sides.
-pub fn variants(config: &SceneConfig) -> Vec<Variant> {
-    let name = |fft: u32| format!("fft {fft}");
-    let mut variants: Vec<Variant> = TRANSFORMS
-        .into_iter()
-        .map(|fft| Variant {
-            table: "ocean, transforms",
-            name: name(fft),
-            base: name(256),
-            compared: WAVES,
-            config: SceneConfig { waves: Waves { fft, ..config.waves }, ..config.clone() },
-        })
-        .collect();
+/// Renderers of the sea with every size of transform, then in pictures with half, once and twice its sides, each with its row. Maps and
+/// targets of every size stay alive.
+///
+/// # Errors
+/// Files, memory or a device that fail.
+pub fn seas(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    only: Option<Technique>,
+    output: &Output,
+) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
+    let sea = |config: SceneConfig, compared, [table, name, base]: [&str; 3]| -> Result<_, LabError> {
+        let set = set(&config, Inputs::load(&config)?, gpu, None, &output.set_up())?;
+        let names = [table, name, base].map(str::to_owned);
+        let row = scene::row(&config, only.unwrap_or(Technique::Leadr), (set.animation)(0.0), names);
+        Ok((set.renderer, vec![Row { compared, ..row }]))
+    };
+    let transforms = TRANSFORMS.into_iter().map(|fft| {
+        let config = SceneConfig { waves: Waves { fft, ..config.waves }, ..config.clone() };
+        sea(config, WAVES, ["ocean, transforms", &format!("fft {fft}"), "fft 256"])
+    });
     let Size { width, height } = config.size;
-    let halves = |n: u32| Size { width: (width * n / 2).max(1), height: (height * n / 2).max(1) };
-    let name = |size: Size| format!("{}x{}", size.width, size.height);
-    variants.extend([1, 2, 4].into_iter().map(halves).map(|size| Variant {
-        table: "ocean, pictures",
-        name: name(size),
-        base: name(config.size),
-        compared: TOTAL,
-        config: SceneConfig { size, ..config.clone() },
-    }));
-    variants
+    let pictures = [1, 2, 4].into_iter().map(|n| {
+        let size = Size { width: (width * n / 2).max(1), height: (height * n / 2).max(1) };
+        let names = ["ocean, pictures", &size.to_string(), &config.size.to_string()];
+        sea(SceneConfig { size, ..config.clone() }, TOTAL, names)
+    });
+    transforms.chain(pictures).collect()
 }

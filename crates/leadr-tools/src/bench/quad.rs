@@ -145,11 +145,9 @@ fn row(state: &FrameState, size: Size, table: &str, name: String, base: Option<&
     Row {
         table: table.to_owned(),
         name,
-        distance: None,
         base: base.map(str::to_owned),
         beside: None,
         compared: PIXELS,
-        paper_ms: None,
         state: state.clone(),
         settings: RenderSettings {
             size: (size.width, size.height),
@@ -260,15 +258,12 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
             rows.push(row(table, shadowing.name().to_owned(), "masking", shading));
         }
     }
-    for row in &mut rows {
-        row.paper_ms = paper_ms(&row.table, &row.name);
-    }
     rows
 }
 
 /// The paper's time of a row, milliseconds on an NVIDIA GTX 480 (LEADR section 7).
-fn paper_ms(table: &str, row: &str) -> Option<f64> {
-    Some(match (table, row) {
+pub fn paper_ms(row: &Row) -> Option<f64> {
+    Some(match (row.table.as_str(), row.name.as_str()) {
         (LIGHT, "constant") => 0.055,
         (LIGHT, "blinn-phong") => 0.146,
         (LIGHT, "lean") => 0.266,
@@ -346,7 +341,7 @@ mod tests {
     #[test]
     fn the_papers_rows_are_there() {
         let rows = all_rows();
-        assert_eq!(rows.iter().filter(|r| r.paper_ms.is_some()).count(), 12);
+        assert_eq!(rows.iter().filter(|r| paper_ms(r).is_some()).count(), 12);
         let samples =
             |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::samples).collect() };
         for table in FIGURE_11 {

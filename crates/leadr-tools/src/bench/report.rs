@@ -8,10 +8,11 @@ use super::against::{Comparison, Time, Times};
 use super::forward::FORWARD;
 use super::goals::{Bound, Verdict};
 use super::ocean::WAVES;
-use super::quad::{FIGURE_11, GOALS};
+use super::quad::{FIGURE_11, GOALS, paper_ms};
 use super::rounds::{CPU, FRAME, PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Measured;
-use super::stats::{Ratio, in_order, least_squares, median};
+use super::stats::{Line, Ratio, in_order, least_squares, median};
+use crate::command::device::DeviceInfo;
 use crate::error::LabError;
 use crate::program::commit;
 use leadr_gpu::Gpu;
@@ -20,8 +21,8 @@ use leadr_gpu::Gpu;
 #[derive(Debug, Serialize)]
 pub struct BenchReport {
     command: &'static str,
-    device: String,
-    driver: String,
+    #[serde(flatten)]
+    device: DeviceInfo,
     /// How the program was compiled; the times of the device do not depend on it.
     profile: &'static str,
     /// Number of rounds.
@@ -88,16 +89,8 @@ pub struct RatioReport {
     of: String,
     to: String,
     pass: &'static str,
-    /// Median of the ratios within rounds.
-    median: f64,
-    /// Their lower quartile.
-    low: f64,
-    /// Their upper quartile.
-    high: f64,
-    /// Ratio of the fastest frames.
-    fastest: f64,
-    /// Rounds in which both were measured.
-    pairs: usize,
+    #[serde(flatten)]
+    ratio: Ratio,
     /// The same ratio of the paper's times.
     paper: Option<f64>,
 }
@@ -106,13 +99,8 @@ pub struct RatioReport {
 #[derive(Clone, Debug, Serialize)]
 pub struct LineReport {
     table: String,
-    /// Milliseconds without any sample.
-    intercept_ms: f64,
-    /// Milliseconds per sample.
-    per_sample_ms: f64,
-    r_squared: f64,
-    /// Largest relative distance of a point from the line.
-    worst: f64,
+    #[serde(flatten)]
+    line: Line,
 }
 
 impl BenchReport {
@@ -121,8 +109,7 @@ impl BenchReport {
         let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
         Self {
             command: "bench",
-            device: gpu.device_name().to_owned(),
-            driver: gpu.driver_info().to_owned(),
+            device: DeviceInfo::of(gpu),
             profile: if cfg!(debug_assertions) { "dev" } else { "release" },
             frames,
             rows: measured.iter().flat_map(rows).collect(),
@@ -157,7 +144,7 @@ impl BenchReport {
             median_ms: row.median_ms,
             min_ms: row.min_ms,
         };
-        let this = Times::new(&self.device, &self.driver, commit(), self.rows.iter().map(time).collect());
+        let this = Times::new(&self.device, commit(), self.rows.iter().map(time).collect());
         Ok(self.against.insert(earlier.compare(&this)?))
     }
 }
@@ -183,7 +170,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             rule: row.rule(),
             samples: row.samples(),
             visibility: row.shadowing(),
-            distance: row.distance,
+            distance: row.distance(),
             size: [row.settings.size.0, row.settings.size.1],
             triangles: counts.map(|(triangles, _)| triangles),
             patches: counts.map(|(_, patches)| patches),
@@ -193,7 +180,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             min_ms: series.fastest(pass),
             repeats: if is_once(pass) { 1 } else { series.repeats },
             measurements: series.measurements(),
-            paper_ms: row.paper_ms.filter(|_| *pass == TOTAL),
+            paper_ms: paper_ms(row).filter(|_| *pass == TOTAL),
         }
     };
     passes.iter().map(report).collect()
@@ -201,10 +188,10 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
 
 fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<RatioReport> {
     let of_base = if base.row.forward.is_some() { TOTAL } else { pass };
-    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, of_base)?;
-    let paper = measured.row.paper_ms.zip(base.row.paper_ms).map(|(of, to)| of / to);
+    let ratio = measured.series.ratio(pass, &base.series, of_base)?;
+    let paper = paper_ms(&measured.row).zip(paper_ms(&base.row)).map(|(of, to)| of / to);
     let (table, of, to) = (measured.row.table.clone(), measured.row.name.clone(), base.row.name.clone());
-    Some(RatioReport { table, of, to, pass, median, low, high, fastest, pairs, paper })
+    Some(RatioReport { table, of, to, pass, ratio, paper })
 }
 
 fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
@@ -215,14 +202,7 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
             (f64::from(m.row.samples()), median(&times))
         })
         .collect();
-    let line = least_squares(&points)?;
-    Some(LineReport {
-        table: table.to_owned(),
-        intercept_ms: line.intercept,
-        per_sample_ms: line.slope,
-        r_squared: line.r_squared,
-        worst: line.worst,
-    })
+    Some(LineReport { table: table.to_owned(), line: least_squares(&points)? })
 }
 
 /// Whether a pass runs once however often others are repeated.
@@ -242,21 +222,14 @@ fn title(pass: &str) -> &str {
 
 /// Milliseconds with about four digits.
 fn ms(value: f64) -> String {
-    let digits = if value >= 1000.0 {
-        0
-    } else if value >= 100.0 {
-        1
-    } else if value >= 10.0 {
-        2
-    } else {
-        3
-    };
+    let digits = [1000.0, 100.0, 10.0].into_iter().filter(|power| value < *power).count();
     format!("{value:.digits$}")
 }
 
 impl fmt::Display for BenchReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{} ({}), commit {}", self.device, self.driver, commit())?;
+        let DeviceInfo { device, driver } = &self.device;
+        writeln!(f, "{device} ({driver}), commit {}", commit())?;
         writeln!(
             f,
             "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then of the fastest frames",
@@ -333,15 +306,14 @@ impl BenchReport {
             let p95 =
                 cells.iter().find(|c| c.pass == compared || c.pass == FORWARD).map_or(String::new(), |c| ms(c.p95_ms));
             write!(f, " {p95:>9}")?;
-            if let Some(r) = ratio(compared) {
-                write!(f, "  {:7.3} [{:.3}, {:.3}], fastest {:.3}", r.median, r.low, r.high, r.fastest)?;
-                if let Some(shade) = ratio(SHADE) {
-                    write!(f, "; shade alone {:.3}, fastest {:.3}", shade.median, shade.fastest)?;
+            if let Some(RatioReport { ratio: Ratio { median, low, high, fastest, .. }, paper, .. }) = ratio(compared) {
+                write!(f, "  {median:7.3} [{low:.3}, {high:.3}], fastest {fastest:.3}")?;
+                for (pass, what) in [(SHADE, "shade alone"), (WITH_GEOMETRY, "with geometry")] {
+                    if let Some(RatioReport { ratio: Ratio { median, fastest, .. }, .. }) = ratio(pass) {
+                        write!(f, "; {what} {median:.3}, fastest {fastest:.3}")?;
+                    }
                 }
-                if let Some(whole) = ratio(WITH_GEOMETRY) {
-                    write!(f, "; with geometry {:.3}, fastest {:.3}", whole.median, whole.fastest)?;
-                }
-                if let Some(paper) = r.paper {
+                if let Some(paper) = paper {
                     write!(f, "; paper {paper:.3}")?;
                 }
             }
@@ -349,14 +321,14 @@ impl BenchReport {
                 write!(f, "{} paper {paper:.3} ms", if ratio(compared).is_some() { "," } else { " " })?;
             }
             if let Some(r) = against(&cells[0].beside, PIXELS) {
-                write!(f, "; {PIXELS} against {} {:.3}, fastest {:.3}", r.to, r.median, r.fastest)?;
+                write!(f, "; {PIXELS} against {} {:.3}, fastest {:.3}", r.to, r.ratio.median, r.ratio.fastest)?;
             }
             writeln!(f)?;
         }
         Self::frames(f, &rows, &names)?;
         for line in self.lines.iter().filter(|l| l.table == table) {
-            let LineReport { intercept_ms, per_sample_ms, r_squared, worst, .. } = line;
-            let (a, b) = (ms(*intercept_ms), ms(*per_sample_ms));
+            let Line { intercept, slope, r_squared, worst } = line.line;
+            let (a, b) = (ms(intercept), ms(slope));
             writeln!(f, "  {a} ms + {b} ms a sample; R² {r_squared:.5}, farthest point {:.1} % off", 100.0 * worst)?;
         }
         Ok(())

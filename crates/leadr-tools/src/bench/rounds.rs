@@ -6,15 +6,6 @@ use super::stats::{Ratio, median, paired_ratio, quantile};
 use crate::error::LabError;
 use leadr_render::frame::{CpuTime, PassTime};
 
-/// Draws frames of rows.
-pub trait Subject {
-    /// Draws one frame of row `row` with every pass repeated, and returns the time of each pass once.
-    ///
-    /// # Errors
-    /// If the device fails.
-    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError>;
-}
-
 /// What was measured of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
@@ -128,22 +119,23 @@ impl Series {
     }
 }
 
-/// Measures `rounds` rounds after a warm-up of two frames per row: the first compiles pipelines, the second tells how long a frame
+/// Measures `rounds` rounds of frames that `draw` draws: by the number of a row, that of the round, and how often every pass is repeated, with
+/// the time of each pass once. They come after a warm-up of two frames per row: the first compiles pipelines, the second tells how long a frame
 /// takes. Rounds go through the rows forwards and backwards alternately, so that a steady drift favours none. `tick` hears of every
 /// row that is warm, of the number of frames to come, and of every measured frame.
 ///
 /// # Errors
 /// The first failed frame's.
 pub fn measure(
-    subject: &mut dyn Subject,
+    draw: &mut dyn FnMut(usize, usize, u32) -> Result<Frame, LabError>,
     rows: usize,
     rounds: usize,
     tick: &mut dyn FnMut(Tick),
 ) -> Result<Vec<Series>, LabError> {
     let mut warm = Vec::with_capacity(rows);
     for row in 0..rows {
-        subject.frame(row, 0, 1)?;
-        let times = subject.frame(row, 0, 1)?.passes;
+        draw(row, 0, 1)?;
+        let times = draw(row, 0, 1)?.passes;
         let total: f64 = times.iter().map(|t| t.milliseconds).sum();
         warm.push((total, repeats(&times)));
         tick(Tick::Warm(row));
@@ -162,7 +154,7 @@ pub fn measure(
         for place in 0..rows {
             let row = if round % 2 == 0 { place } else { rows - 1 - place };
             if takes_part(round, turns[row], rounds) {
-                let frame = subject.frame(row, round, series[row].repeats)?;
+                let frame = draw(row, round, series[row].repeats)?;
                 series[row].rounds[round] = Some(frame);
                 tick(Tick::Frame(row));
             }
@@ -216,7 +208,7 @@ mod tests {
         calls: Vec<(usize, usize, u32)>,
     }
 
-    impl Subject for Machine {
+    impl Machine {
         fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
             let compiling = if self.calls.iter().any(|c| c.0 == row) { 0.0 } else { 500.0 };
             let cost = self.costs[row] * (self.load)(self.calls.len()) + compiling;
@@ -229,7 +221,8 @@ mod tests {
 
     fn run(costs: &[f64], rounds: usize, load: fn(usize) -> f64) -> (Machine, Vec<Series>) {
         let mut machine = Machine { costs: costs.to_vec(), load, calls: Vec::new() };
-        let series = measure(&mut machine, costs.len(), rounds, &mut |_| ()).unwrap();
+        let mut draw = |row, round, repeats| machine.frame(row, round, repeats);
+        let series = measure(&mut draw, costs.len(), rounds, &mut |_| ()).unwrap();
         (machine, series)
     }
 

@@ -13,16 +13,12 @@ pub struct Row {
     pub table: String,
     /// Its name there.
     pub name: String,
-    /// Metres to the camera's target, where that differs between rows.
-    pub distance: Option<f32>,
     /// The row of the table that this one is compared with.
     pub base: Option<String>,
     /// Another row of the table that its passes per pixel are compared with.
     pub beside: Option<String>,
     /// The time that is compared: that of the passes per pixel, or of all passes.
     pub compared: &'static str,
-    /// The paper's time on its GPU, milliseconds.
-    pub paper_ms: Option<f64>,
     /// The scene.
     pub state: FrameState,
     /// How it is drawn.
@@ -61,6 +57,12 @@ impl Row {
     pub fn shadowing(&self) -> &'static str {
         let shading = self.settings.shading;
         if shading.technique().integrates() { shading.options().shadowing } else { Shadowing::None }.name()
+    }
+
+    /// Metres to the camera's target, where that differs between rows.
+    pub fn distance(&self) -> Option<f32> {
+        let camera = &self.state.camera;
+        self.is_of_a_frame().then(|| camera.position.distance(camera.target))
     }
 
     /// Whether the whole frame is of interest, with its triangles and the processor's time, and not its pixels alone.

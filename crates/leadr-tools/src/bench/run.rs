@@ -5,15 +5,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::forward::{ForwardPass, Surroundings};
-use super::ocean::{self, Variant};
 use super::report::BenchReport;
-use super::rounds::{self, Frame, Subject, Tick};
+use super::rounds::{self, Frame, Tick};
 use super::rows::{Measured, Row};
 use super::scene::Table;
-use super::{bases, maps, quad, scene};
+use super::{bases, maps, ocean, quad, scene};
 use crate::bench::full_screen::full_screen_stage;
-use crate::error::LabError;
 use crate::command::output::Output;
+use crate::error::LabError;
 use leadr_gpu::Gpu;
 use leadr_render::frame::{KeptTargets, Renderer};
 use leadr_render::light::environment::Environment;
@@ -67,34 +66,39 @@ pub fn bench(
     // Files first: their errors are found at once, without a device.
     let inputs = config.scenes.iter().map(Inputs::load).collect::<Result<Vec<_>, _>>()?;
     let gpu = open()?;
-    let rounds = config.rounds as usize;
     let mut measured = Vec::new();
+    let mut measure = |subjects, forward| -> Result<(), LabError> {
+        measured.extend(measure(subjects, forward, config.rounds as usize, output)?);
+        Ok(())
+    };
     if let Some(quad) = &config.quad {
         let FullScreen { renderer, state, .. } = FullScreen::new(quad.size, &gpu)?;
         let mut rows = quad::rows(&state, quad.size);
         if quad.goals_only {
             rows.retain(quad::in_a_goal);
         }
-        measure(vec![(renderer, rows)], rounds, output, &mut measured)?;
+        measure(vec![(renderer, rows)], None)?;
     }
     if let Some(size) = config.forward {
-        measure_against_forward(size, &gpu, rounds, output, &mut measured)?;
+        let mut quad = FullScreen::new(size, &gpu)?;
+        let rows = quad::against_forward(&quad.state, size);
+        let forward = quad.forward(size, &rows[0].settings)?;
+        measure(vec![(quad.renderer, rows)], Some(forward))?;
     }
     for (scene, inputs) in config.scenes.iter().zip(inputs) {
         let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Bases | Table::Waves);
         if config.tables.iter().any(one_set) {
-            let subject = one_scene(config, scene, inputs, &gpu, output)?;
-            measure(vec![subject], rounds, output, &mut measured)?;
+            measure(vec![one_scene(config, scene, inputs, &gpu, output)?], None)?;
         }
         let wants = |table: Table| config.tables.contains(&table) && table.is_of(scene.scene);
         if wants(Table::Maps) {
-            measure(maps::maps(scene, &gpu, config.technique, output)?, rounds, output, &mut measured)?;
+            measure(maps::maps(scene, &gpu, config.technique, output)?, None)?;
         }
         if wants(Table::Bases) {
-            measure(bases::bases(scene, &gpu, config.technique, output)?, rounds, output, &mut measured)?;
+            measure(bases::bases(scene, &gpu, config.technique, output)?, None)?;
         }
         if wants(Table::Waves) {
-            measure(seas(scene, &gpu, config.technique, output)?, rounds, output, &mut measured)?;
+            measure(ocean::seas(scene, &gpu, config.technique, output)?, None)?;
         }
     }
     if let Some(message) = gpu.validation_messages().first() {
@@ -165,37 +169,6 @@ impl FullScreen {
     }
 }
 
-/// Measures the renderer and a plain forward pass in turn.
-fn measure_against_forward(
-    size: Size,
-    gpu: &Arc<Gpu>,
-    rounds: usize,
-    output: &Output,
-    measured: &mut Vec<Measured>,
-) -> Result<(), LabError> {
-    let mut quad = FullScreen::new(size, gpu)?;
-    let rows = quad::against_forward(&quad.state, size);
-    let Some(first) = rows.first() else { return Ok(()) };
-    let forward = quad.forward(size, &first.settings)?;
-    let bench = Bench { forward: Some(forward), ..Bench::new(vec![(quad.renderer, rows)])? };
-    measure_bench(bench, rounds, output, measured)
-}
-
-/// Renderers of the sea's own tables, each with its row: maps and targets of every size stay alive.
-fn seas(
-    config: &SceneConfig,
-    gpu: &Arc<Gpu>,
-    technique: Option<Technique>,
-    output: &Output,
-) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
-    let sea = |variant: Variant| -> Result<_, LabError> {
-        let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, None, &output.set_up())?;
-        let row = scene::variant(variant, (set.animation)(0.0), technique);
-        Ok((set.renderer, vec![row]))
-    };
-    ocean::variants(config).into_iter().map(sea).collect()
-}
-
 /// Renderers and the rows they draw, each with the index of its renderer.
 struct Bench {
     renderers: Vec<Renderer>,
@@ -207,18 +180,6 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(subjects: Vec<(Renderer, Vec<Row>)>) -> Result<Self, LabError> {
-        let mut bench = Self { renderers: Vec::new(), rows: Vec::new(), targets: HashMap::new(), forward: None };
-        for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
-            renderer.gpu().wait_idle()?;
-            bench.renderers.push(renderer);
-            bench.rows.extend(rows.into_iter().map(|row| (index, row)));
-        }
-        Ok(bench)
-    }
-}
-
-impl Subject for Bench {
     fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
         let (index_of_renderer, row) = &self.rows[row];
         let renderer = &mut self.renderers[*index_of_renderer];
@@ -251,22 +212,19 @@ impl Subject for Bench {
     }
 }
 
-/// Measures all rows of some renderers, alternating between them, and appends them to `measured`.
+/// Measures all rows of some renderers, and of a plain forward pass, alternating between them.
 fn measure(
     subjects: Vec<(Renderer, Vec<Row>)>,
+    forward: Option<ForwardPass>,
     rounds: usize,
     output: &Output,
-    measured: &mut Vec<Measured>,
-) -> Result<(), LabError> {
-    measure_bench(Bench::new(subjects)?, rounds, output, measured)
-}
-
-fn measure_bench(
-    mut bench: Bench,
-    rounds: usize,
-    output: &Output,
-    measured: &mut Vec<Measured>,
-) -> Result<(), LabError> {
+) -> Result<Vec<Measured>, LabError> {
+    let mut bench = Bench { renderers: Vec::new(), rows: Vec::new(), targets: HashMap::new(), forward };
+    for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
+        renderer.gpu().wait_idle()?;
+        bench.renderers.push(renderer);
+        bench.rows.extend(rows.into_iter().map(|row| (index, row)));
+    }
     let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
     let bar = output.bar(names.len());
     let mut tick = |tick: Tick| match tick {
@@ -280,8 +238,7 @@ fn measure_bench(
             bar.step();
         }
     };
-    let count = bench.rows.len();
-    let series = rounds::measure(&mut bench, count, rounds, &mut tick)?;
-    measured.extend(bench.rows.into_iter().zip(series).map(|((_, row), series)| Measured { row, series }));
-    Ok(())
+    let mut draw = |row, round, repeats| bench.frame(row, round, repeats);
+    let series = rounds::measure(&mut draw, names.len(), rounds, &mut tick)?;
+    Ok(bench.rows.into_iter().zip(series).map(|((_, row), series)| Measured { row, series }).collect())
 }

@@ -1,6 +1,7 @@
 //! The tables of a scene: its views, its techniques, and what its time depends on.
 
-use super::ocean::Variant;
+use clap::ValueEnum;
+
 use super::quad;
 use super::rounds::TOTAL;
 use super::rows::Row;
@@ -10,69 +11,42 @@ use leadr_scenes::config::{Picture, SceneConfig};
 use leadr_scenes::registry::{Choice, NamedScene};
 use leadr_scenes::view::{Size, ViewChoice};
 
-/// A table of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A table of a scene; its lines of help are the command line's. In the order in which they are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Table {
-    /// Its three views in pictures of several sizes.
+    /// Near, mid and far in pictures of several sizes
     Views,
-    /// Every technique, and a moving sun.
+    /// Every technique, and a sun that moves
     Techniques,
-    /// From half to sixteen times the middle view's distance.
+    /// From half to sixteen times the middle view's distance
     Distance,
-    /// Pictures of a quarter to twice the size, along each side.
+    /// Pictures of a quarter to twice the size along each side
     Resolution,
-    /// Triangles of 1 to 16 pixels.
+    /// Triangles of 1, 2, 4, 8 and 16 pixels
     Triangles,
-    /// Maps of more and more texels, LEADR beside LEAN.
+    /// Maps of more and more texels, LEADR beside LEAN in sunlight
     Maps,
-    /// Base materials of several kinds.
+    /// One Beckmann lobe, a GGX base, and the lobes of a measured material
     Bases,
-    /// The sea by size of transform and of picture.
+    /// The open sea by size of transform and of picture
     Waves,
 }
 
 impl Table {
-    /// Every table, in the order in which they are measured.
-    pub const ALL: [Self; 8] = [
-        Self::Views,
-        Self::Techniques,
-        Self::Distance,
-        Self::Resolution,
-        Self::Triangles,
-        Self::Maps,
-        Self::Bases,
-        Self::Waves,
-    ];
-
-    /// Its name on the command line, and a line of help.
-    pub fn name_and_help(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Views => ("views", "Near, mid and far in pictures of several sizes"),
-            Self::Techniques => ("techniques", "Every technique, and a sun that moves"),
-            Self::Distance => ("distance", "From half to sixteen times the middle view's distance"),
-            Self::Resolution => ("resolution", "Pictures of a quarter to twice the size along each side"),
-            Self::Triangles => ("triangles", "Triangles of 1, 2, 4, 8 and 16 pixels"),
-            Self::Maps => ("maps", "Maps of more and more texels, LEADR beside LEAN in sunlight"),
-            Self::Bases => ("bases", "One Beckmann lobe, a GGX base, and the lobes of a measured material"),
-            Self::Waves => ("waves", "The open sea by size of transform and of picture"),
-        }
-    }
-
-    /// The choice that a scene has to offer for this table.
-    pub fn needs(self) -> &'static [Choice] {
-        match self {
-            Self::Maps => &[Choice::AtlasTile, Choice::HeightMap],
-            Self::Bases => &[Choice::HeightMap],
-            Self::Waves => &[Choice::Waves],
-            _ => &[],
-        }
+    /// Its name on the command line.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
     /// Whether a scene has this table.
     pub fn is_of(self, scene: &NamedScene) -> bool {
-        // Beside the objects of a beach, the sea is a small part of a frame.
-        let fits = self != Self::Waves || !scene.offers(Choice::Objects);
-        fits && (self.needs().is_empty() || self.needs().iter().any(|choice| scene.offers(*choice)))
+        match self {
+            Self::Maps => scene.offers(Choice::AtlasTile) || scene.offers(Choice::HeightMap),
+            Self::Bases => scene.offers(Choice::HeightMap),
+            // Beside the objects of a beach, the sea is a small part of a frame.
+            Self::Waves => scene.offers(Choice::Waves) && !scene.offers(Choice::Objects),
+            _ => true,
+        }
     }
 }
 
@@ -93,11 +67,9 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
     Row {
         table,
         name,
-        distance: Some(state.camera.position.distance(state.camera.target)),
         base: Some(base),
         beside: None,
         compared: TOTAL,
-        paper_ms: None,
         state,
         settings: SceneConfig { picture: Picture { technique, samples, ..config.picture }, ..config.clone() }
             .render_settings(),
@@ -204,12 +176,6 @@ pub fn maps(
     }
     let lean = sunlit(Technique::Lean);
     vec![Row { beside: Some(lean.name.clone()), ..own }, lean]
-}
-
-/// The row of one of the sea's own tables.
-pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> Row {
-    let Variant { table, name, base, compared, config } = variant;
-    Row { compared, ..row(&config, only.unwrap_or(Technique::Leadr), state, [table.to_owned(), name, base]) }
 }
 
 #[cfg(test)]

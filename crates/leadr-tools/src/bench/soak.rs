@@ -7,9 +7,10 @@ use std::time::Instant;
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
-use crate::error::LabError;
-use crate::program::commit;
+use crate::command::device::DeviceInfo;
 use crate::command::output::Output;
+use crate::error::LabError;
+use crate::program::{commit, memory_of_process};
 use leadr_gpu::Gpu;
 use leadr_render::camera::Camera;
 use leadr_render::settings::{RenderSettings, Technique};
@@ -38,7 +39,7 @@ impl MemorySample {
         let memory = gpu.memory_use();
         Self {
             frame,
-            resident: resident(),
+            resident: memory_of_process("VmRSS:"),
             allocated: memory.allocated,
             reserved: memory.reserved,
             allocations: memory.allocations,
@@ -50,8 +51,8 @@ impl MemorySample {
 #[derive(Clone, Debug, Serialize)]
 pub struct SoakReport {
     command: &'static str,
-    device: String,
-    driver: String,
+    #[serde(flatten)]
+    device: DeviceInfo,
     /// Frames drawn and read back.
     frames: u32,
     size: [u32; 2],
@@ -123,8 +124,7 @@ pub fn soak(
     }
     Ok(SoakReport {
         command: "bench",
-        device: gpu.device_name().to_owned(),
-        driver: gpu.driver_info().to_owned(),
+        device: DeviceInfo::of(gpu),
         frames,
         size: [config.size.width, config.size.height],
         scene: config.scene.name.to_owned(),
@@ -154,17 +154,11 @@ fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
     camera.turned(360.0 * share).at_distance(distance)
 }
 
-/// Resident memory of this process, bytes; only Linux reports it.
-fn resident() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| kib * 1024)
-}
-
 impl fmt::Display for SoakReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mib = |bytes: f64| format!("{:.2}", bytes / f64::from(1 << 20));
-        writeln!(f, "{} ({}), commit {}", self.device, self.driver, commit())?;
+        let DeviceInfo { device, driver } = &self.device;
+        writeln!(f, "{device} ({driver}), commit {}", commit())?;
         let [width, height] = self.size;
         writeln!(f, "{} frames of {}, {width}x{height}; MiB", self.frames, self.scene)?;
         writeln!(

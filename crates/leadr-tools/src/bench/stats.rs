@@ -1,5 +1,7 @@
 //! Medians, percentiles, ratios of pairs and straight lines, for times measured on a busy machine.
 
+use serde::Serialize;
+
 /// The `p`-quantile, `p` in `[0, 1]`, between the two nearest values in proportion; 0 for no values.
 pub fn quantile(values: &[f64], p: f64) -> f64 {
     let mut sorted = values.to_vec();
@@ -16,7 +18,7 @@ pub fn median(values: &[f64]) -> f64 {
 }
 
 /// A ratio of two rows that were measured alternately.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratio {
     /// Median of the ratios within each round.
     pub median: f64,
@@ -43,11 +45,13 @@ pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
 }
 
 /// A least-squares line through points.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Line {
     /// Value at 0.
+    #[serde(rename = "intercept_ms")]
     pub intercept: f64,
     /// Rise per unit.
+    #[serde(rename = "per_sample_ms")]
     pub slope: f64,
     /// Share of the variance that the line explains, at most 1: 1 for points on one line.
     pub r_squared: f64,
