@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::DVec3;
 
+use crate::app::flags::scene::{Names, one_of};
 use leadr_maps::Wrap;
-use leadr_maps::bake::{Kind, Layout, Texels};
+use leadr_maps::bake::{Kind, Layout, Precision, Texels};
 use leadr_maps::material::GreenAxis;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::NormalArea;
@@ -47,8 +48,8 @@ pub struct BakeArgs {
     #[arg(long, value_name = "FILE")]
     pub gloss: Option<PathBuf>,
     /// What gloss is, in --gloss and in maps of kind gloss
-    #[arg(long, value_enum, value_name = "SCALE", default_value_t = GlossScale::Perceptual)]
-    pub gloss_scale: GlossScale,
+    #[arg(long, value_name = "SCALE", value_parser = one_of(GLOSS_SCALES), default_value = "perceptual")]
+    pub gloss_scale: Gloss,
     /// Colour, filtered as linear light
     #[arg(long, value_name = "FILE")]
     pub color: Option<PathBuf>,
@@ -56,14 +57,14 @@ pub struct BakeArgs {
     #[arg(long, value_name = "X", value_parser = positive)]
     pub height_scale: Option<f32>,
     /// Which way the green of the normals goes [default: as the file's name says, or as the slopes fit together best]
-    #[arg(long, value_enum, value_name = "WAY")]
-    pub normal_y: Option<NormalY>,
+    #[arg(long, value_name = "WAY", value_parser = one_of(NORMAL_Y))]
+    pub normal_y: Option<GreenAxis>,
     /// What lies beyond the edges of the heights
-    #[arg(long, value_enum, value_name = "HOW", default_value_t = WrapChoice::Repeat)]
-    pub wrap: WrapChoice,
+    #[arg(long, value_name = "HOW", value_parser = one_of(WRAPS), default_value = "repeat")]
+    pub wrap: Wrap,
     /// What is baked; of several kinds, a file for each in the folder -o
-    #[arg(long, value_enum, value_name = "KIND,...", value_delimiter = ',', default_values_t = [KindChoice::Leadr])]
-    pub kind: Vec<KindChoice>,
+    #[arg(long, value_name = "KIND,...", value_parser = one_of(KINDS), value_delimiter = ',', default_value = "leadr")]
+    pub kind: Vec<Kind>,
     /// Kinds normal and gloss: normals that lie over the others
     #[arg(long, value_name = "FILE")]
     pub detail: Option<PathBuf>,
@@ -74,14 +75,14 @@ pub struct BakeArgs {
     #[arg(long, value_name = "N", requires = "detail", default_value_t = 1, value_parser = |text: &str| whole(text, 1_u32, 4096))]
     pub detail_repeat: u32,
     /// How the detail's normals are put over the others
-    #[arg(long, value_enum, value_name = "HOW", requires = "detail", default_value_t = BlendChoice::Rnm)]
-    pub blend: BlendChoice,
+    #[arg(long, value_name = "HOW", requires = "detail", value_parser = one_of(BLENDS), default_value = "rnm")]
+    pub blend: Blend,
     /// Kind gloss: which areas normals stand for
-    #[arg(long, value_enum, value_name = "MODEL", default_value_t = AreaChoice::Macrosurface)]
-    pub area: AreaChoice,
+    #[arg(long, value_name = "MODEL", value_parser = one_of(AREAS), default_value = "macrosurface")]
+    pub area: NormalArea,
     /// Kind gloss: what a texel of the finest level is
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = TexelsChoice::Facets)]
-    pub texels: TexelsChoice,
+    #[arg(long, value_name = "WHAT", value_parser = one_of(TEXELS), default_value = "facets")]
+    pub texels: Texels,
     /// Heights that are found of normals: 0 follows them exactly, up to 1 keeps neighbours together [default: 0.1]
     #[arg(long, value_name = "X", value_parser = share)]
     pub smoothness: Option<f32>,
@@ -89,201 +90,72 @@ pub struct BakeArgs {
     #[arg(long)]
     pub resample: bool,
     /// Numbers of the file
-    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = Format::F32)]
-    pub format: Format,
+    #[arg(long, value_name = "FORMAT", value_parser = one_of(FORMATS), default_value = "f32")]
+    pub format: Precision,
     /// Channels of the file: this program's, or those of OpenImageIO's bump slopes (.exr)
-    #[arg(long, value_enum, value_name = "LAYOUT", default_value_t = LayoutChoice::Leadr)]
-    pub layout: LayoutChoice,
+    #[arg(long, value_name = "LAYOUT", value_parser = one_of(LAYOUTS), default_value = "leadr")]
+    pub layout: Layout,
     /// The file to write
     #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|FOLDER")]
     pub output: PathBuf,
 }
 
-/// Which way green goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NormalY {
-    /// Up (OpenGL, glTF)
-    Up,
-    /// Down (DirectX)
-    Down,
-}
+const NORMAL_Y: Names<GreenAxis> =
+    &[("up", GreenAxis::Up, "Up (OpenGL, glTF)"), ("down", GreenAxis::Down, "Down (DirectX)")];
 
-impl From<NormalY> for GreenAxis {
-    fn from(way: NormalY) -> Self {
-        match way {
-            NormalY::Up => Self::Up,
-            NormalY::Down => Self::Down,
-        }
-    }
-}
+const WRAPS: Names<Wrap> = &[("repeat", Wrap::Repeat, "The map repeats"), ("clamp", Wrap::Clamp, "The edge goes on")];
 
-/// What lies beyond the edges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum WrapChoice {
-    /// The map repeats
-    Repeat,
-    /// The edge goes on
-    Clamp,
-}
+const GLOSS_SCALES: Names<Gloss> = &[
+    ("perceptual", Gloss::Perceptual, "One minus the root of α (glTF and most libraries)"),
+    ("wwii", Gloss::Wwii, "α² = 2 / (1 + 2^18g) (Call of Duty: WWII)"),
+    ("advanced-warfare", Gloss::AdvancedWarfare, "α² = 2 / (2 + 2^16g) (Call of Duty: Advanced Warfare)"),
+];
 
-impl From<WrapChoice> for Wrap {
-    fn from(choice: WrapChoice) -> Self {
-        match choice {
-            WrapChoice::Repeat => Self::Repeat,
-            WrapChoice::Clamp => Self::Clamp,
-        }
-    }
-}
+/// Makes one normal of two, the one below first.
+pub type Blend = fn(DVec3, DVec3) -> DVec3;
 
-/// What gloss is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum GlossScale {
-    /// One minus the root of α (glTF and most libraries)
-    Perceptual,
-    /// α² = 2 / (1 + 2^18g) (Call of Duty: WWII)
-    Wwii,
-    /// α² = 2 / (2 + 2^16g) (Call of Duty: Advanced Warfare)
-    AdvancedWarfare,
-}
+const BLENDS: Names<Blend> = &[
+    ("rnm", blend_reoriented, "Turned into the frame of the normal below (reoriented normal mapping)"),
+    ("slopes", blend_partial_derivatives, "Slopes are added (partial derivatives)"),
+    ("whiteout", blend_whiteout, "x and y are added, z multiplied (whiteout)"),
+    ("udn", blend_udn, "x and y are added, z is that of the normal below (UDN)"),
+    ("xy", blend_xy, "x and y are added, z follows (Call of Duty: WWII)"),
+];
 
-impl From<GlossScale> for Gloss {
-    fn from(scale: GlossScale) -> Self {
-        match scale {
-            GlossScale::Perceptual => Self::Perceptual,
-            GlossScale::Wwii => Self::Wwii,
-            GlossScale::AdvancedWarfare => Self::AdvancedWarfare,
-        }
-    }
-}
+const AREAS: Names<NormalArea> = &[
+    ("macrosurface", NormalArea::Macro, "Texels weigh alike, as where hardware filters"),
+    ("microsurface", NormalArea::Micro, "Steep texels weigh more: by the area of their facets"),
+];
 
-/// How a detail is put over normals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BlendChoice {
-    /// Turned into the frame of the normal below (reoriented normal mapping)
-    Rnm,
-    /// Slopes are added (partial derivatives)
-    Slopes,
-    /// x and y are added, z multiplied (whiteout)
-    Whiteout,
-    /// x and y are added, z is that of the normal below (UDN)
-    Udn,
-    /// x and y are added, z follows (Call of Duty: WWII)
-    Xy,
-}
+const TEXELS: Names<Texels> = &[
+    ("facets", Texels::Facets, "A plane: the finest level stays as it was painted"),
+    ("smooth", Texels::Smooth, "A sample of a smooth surface, whose turn within the texel is roughness"),
+];
 
-impl BlendChoice {
-    /// What makes one normal of two, the one below first.
-    pub const fn function(self) -> fn(DVec3, DVec3) -> DVec3 {
-        match self {
-            Self::Rnm => blend_reoriented,
-            Self::Slopes => blend_partial_derivatives,
-            Self::Whiteout => blend_whiteout,
-            Self::Udn => blend_udn,
-            Self::Xy => blend_xy,
-        }
-    }
-}
+const KINDS: Names<Kind> = &[
+    ("leadr", Kind::Leadr, "Means, second moments and mixed moment of slopes in texture space, and mean height"),
+    ("lean", Kind::Lean, "The same of normals, in the tangent frame"),
+    ("clean", Kind::Clean, "Mean slope and one second moment"),
+    ("toksvig", Kind::Toksvig, "Mean normal, shorter where normals differ"),
+    ("normal", Kind::Normal, "Normals; levels hold mean directions"),
+    (
+        "gloss",
+        Kind::Gloss,
+        "Normals and gloss, which takes up on each level what the normals differ (shortened normals)",
+    ),
+    ("height", Kind::Height, "Heights, found from the normals where there are none"),
+    ("occlusion", Kind::Occlusion, "The share of the surroundings that is seen past the relief"),
+    ("cones", Kind::Cones, "The same as a cone about the mean direction that is open"),
+];
 
-/// Which areas normals stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum AreaChoice {
-    /// Texels weigh alike, as where hardware filters
-    Macrosurface,
-    /// Steep texels weigh more: by the area of their facets
-    Microsurface,
-}
+const FORMATS: Names<Precision> = &[
+    ("f32", Precision::F32, "32-bit floats"),
+    ("f16", Precision::F16, "16-bit floats, scaled to fill their range"),
+    ("bc", Precision::Bc, BLOCKS),
+];
+const BLOCKS: &str = "Block compression (BC5, KTX2 only): a third of the size of f16; deviations and correlation in place of second moments";
 
-impl From<AreaChoice> for NormalArea {
-    fn from(choice: AreaChoice) -> Self {
-        match choice {
-            AreaChoice::Macrosurface => Self::Macro,
-            AreaChoice::Microsurface => Self::Micro,
-        }
-    }
-}
-
-/// What a texel of the finest level is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TexelsChoice {
-    /// A plane: the finest level stays as it was painted
-    Facets,
-    /// A sample of a smooth surface, whose turn within the texel is roughness
-    Smooth,
-}
-
-impl From<TexelsChoice> for Texels {
-    fn from(choice: TexelsChoice) -> Self {
-        match choice {
-            TexelsChoice::Facets => Self::Facets,
-            TexelsChoice::Smooth => Self::Smooth,
-        }
-    }
-}
-
-/// What is baked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum KindChoice {
-    /// Means, second moments and mixed moment of slopes in texture space, and mean height
-    Leadr,
-    /// The same of normals, in the tangent frame
-    Lean,
-    /// Mean slope and one second moment
-    Clean,
-    /// Mean normal, shorter where normals differ
-    Toksvig,
-    /// Normals; levels hold mean directions
-    Normal,
-    /// Normals and gloss, which takes up on each level what the normals differ (shortened normals)
-    Gloss,
-    /// Heights, found from the normals where there are none
-    Height,
-    /// The share of the surroundings that is seen past the relief
-    Occlusion,
-    /// The same as a cone about the mean direction that is open
-    Cones,
-}
-
-impl From<KindChoice> for Kind {
-    fn from(choice: KindChoice) -> Self {
-        match choice {
-            KindChoice::Leadr => Self::Leadr,
-            KindChoice::Lean => Self::Lean,
-            KindChoice::Clean => Self::Clean,
-            KindChoice::Toksvig => Self::Toksvig,
-            KindChoice::Normal => Self::Normal,
-            KindChoice::Gloss => Self::Gloss,
-            KindChoice::Height => Self::Height,
-            KindChoice::Occlusion => Self::Occlusion,
-            KindChoice::Cones => Self::Cones,
-        }
-    }
-}
-
-/// Numbers of the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// 32-bit floats
-    F32,
-    /// 16-bit floats, scaled to fill their range
-    F16,
-    /// Block compression (BC5, KTX2 only): a third of the size of f16; deviations and correlation in place of second moments
-    Bc,
-}
-
-/// Channels of the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum LayoutChoice {
-    /// Those of the kind
-    Leadr,
-    /// b0_h, b1_dhds, b2_dhdt, b3_dhds2, b4_dhdt2, b5_dh2dsdt
-    Oiio,
-}
-
-impl From<LayoutChoice> for Layout {
-    fn from(choice: LayoutChoice) -> Self {
-        match choice {
-            LayoutChoice::Leadr => Self::Leadr,
-            LayoutChoice::Oiio => Self::Oiio,
-        }
-    }
-}
+const LAYOUTS: Names<Layout> = &[
+    ("leadr", Layout::Leadr, "Those of the kind"),
+    ("oiio", Layout::Oiio, "b0_h, b1_dhds, b2_dhdt, b3_dhds2, b4_dhdt2, b5_dh2dsdt"),
+];

@@ -7,12 +7,14 @@ mod sources;
 use std::path::Path;
 use std::time::Instant;
 
-use self::args::{AreaChoice, BakeArgs, Format, GlossScale, KindChoice, TexelsChoice};
+use self::args::BakeArgs;
 use self::report::{BakeReport, BakedSet};
 use self::sources::Sources;
 use leadr_maps::MapFault;
-use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, bake};
+use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, Texels, bake};
 use leadr_maps::new_file::NewFile;
+use leadr_reflectance::facets::gloss::Gloss;
+use leadr_reflectance::facets::shortened_normals::NormalArea;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
@@ -36,14 +38,14 @@ struct Job {
 }
 
 /// The maps that are asked for, with files that can be written.
-fn jobs(arguments: &BakeArgs, precision: Precision) -> Result<Vec<Job>, AppError> {
-    let kinds: Vec<Kind> = arguments.kind.iter().map(|&kind| kind.into()).collect();
+fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
+    let precision = arguments.format;
+    let kinds = &arguments.kind;
     if let Some(twice) = kinds.iter().enumerate().find(|(i, kind)| kinds[..*i].contains(kind)) {
         return Err(AppError::Usage(format!("--kind names {} twice", twice.1.name())));
     }
     let output = &arguments.output;
-    let extension = extension(output);
-    let container = match extension.as_deref() {
+    let container = match extension(output).as_deref() {
         Some("ktx2") => Some(Container::Ktx2),
         Some("exr") => Some(Container::Exr),
         Some("png") => Some(Container::Png),
@@ -63,7 +65,7 @@ fn jobs(arguments: &BakeArgs, precision: Precision) -> Result<Vec<Job>, AppError
         // Before any work: a folder that refuses the result is found at once.
         Ok(Job { kind, container, file: begin(path)? })
     };
-    match (container, &kinds[..]) {
+    match (container, kinds.as_slice()) {
         (Some(container), &[kind]) => Ok(vec![of_one(container, kind, output)?]),
         (Some(_), _) => {
             let what = "several kinds make several files";
@@ -89,14 +91,9 @@ fn names_a_folder(path: &Path) -> bool {
 /// Bakes maps and prints what they are like.
 pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let start = Instant::now();
-    let precision = match arguments.format {
-        Format::F32 => Precision::F32,
-        Format::F16 => Precision::F16,
-        Format::Bc => Precision::Bc,
-    };
-    let layout = Layout::from(arguments.layout);
+    let (layout, precision) = (arguments.layout, arguments.format);
     check_flags(arguments)?;
-    let jobs = jobs(arguments, precision)?;
+    let jobs = jobs(arguments)?;
     if layout == Layout::Oiio {
         if jobs.iter().any(|job| job.container != Container::Exr || job.kind != Kind::Leadr) {
             return Err(AppError::Usage("--layout oiio is an .exr of --kind leadr".into()));
@@ -118,8 +115,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
     }
-    let kinds: Vec<Kind> = jobs.iter().map(|job| job.kind).collect();
-    derive(&mut inputs, &kinds, &sources, output)?;
+    derive(&mut inputs, &arguments.kind, &sources, output)?;
     let mut reports = Vec::new();
     for mut job in jobs {
         let begun = Instant::now();
@@ -136,7 +132,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         }
         let bytes = job.file.file.metadata().map_or(0, |metadata| metadata.len());
         job.file.finish()?;
-        let time = if kinds.len() == 1 { start.elapsed() } else { begun.elapsed() };
+        let time = if arguments.kind.len() == 1 { start.elapsed() } else { begun.elapsed() };
         reports.push(BakeReport::new(&target, &sources, &plan, &baked, agreement, bytes, time));
     }
     match &reports[..] {
@@ -191,28 +187,24 @@ fn write(inputs: &Inputs, plan: &Plan, job: &mut Job, progress: &dyn Fn(f32)) ->
 
 /// Refuses flags that nothing of what is baked would follow.
 fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
-    let has = |kind: KindChoice| arguments.kind.contains(&kind);
-    let unused = |flag: &str, kinds: &str| Err(AppError::Usage(format!("{flag} is for --kind {kinds}")));
-    if arguments.detail.is_some() && !has(KindChoice::Normal) && !has(KindChoice::Gloss) {
-        return unused("--detail", "normal and gloss");
-    }
-    if (arguments.area != AreaChoice::Macrosurface) && !has(KindChoice::Gloss) {
-        return unused("--area", "gloss");
-    }
-    if arguments.smoothness.is_some()
-        && ![KindChoice::Height, KindChoice::Occlusion, KindChoice::Cones].iter().any(|&kind| has(kind))
-    {
-        return unused("--smoothness", "height, occlusion and cones, where those are found of normals");
-    }
-    if arguments.texels != TexelsChoice::Facets && !has(KindChoice::Gloss) {
-        return unused("--texels", "gloss");
-    }
-    if arguments.gloss_scale != GlossScale::Perceptual
-        && !has(KindChoice::Gloss)
-        && arguments.gloss.is_none()
-        && arguments.detail_gloss.is_none()
-    {
-        return unused("--gloss-scale", "gloss, and for --gloss");
+    let a = arguments;
+    let has_gloss = a.gloss.is_some() || a.detail_gloss.is_some();
+    let heights: &[Kind] = &[Kind::Height, Kind::Occlusion, Kind::Cones];
+    for (flag, is_given, kinds, for_what) in [
+        ("--detail", a.detail.is_some(), &[Kind::Normal, Kind::Gloss][..], "normal and gloss"),
+        ("--area", a.area != NormalArea::Macro, &[Kind::Gloss], "gloss"),
+        (
+            "--smoothness",
+            a.smoothness.is_some(),
+            heights,
+            "height, occlusion and cones, where those are found of normals",
+        ),
+        ("--texels", a.texels != Texels::Facets, &[Kind::Gloss], "gloss"),
+        ("--gloss-scale", a.gloss_scale != Gloss::Perceptual && !has_gloss, &[Kind::Gloss], "gloss, and for --gloss"),
+    ] {
+        if is_given && !a.kind.iter().any(|kind| kinds.contains(kind)) {
+            return Err(AppError::Usage(format!("{flag} is for --kind {for_what}")));
+        }
     }
     Ok(())
 }

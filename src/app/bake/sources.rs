@@ -61,7 +61,7 @@ fn sentence(faults: &SlopeFaults) -> Option<String> {
 impl Sources {
     /// Settles the files. `slopes_only`: the result has no place for roughness and colour.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
-        let mut found = Self { scale: arguments.gloss_scale.into(), ..Self::default() };
+        let mut found = Self { scale: arguments.gloss_scale, ..Self::default() };
         if let Some(input) = &arguments.input {
             if input.is_dir() {
                 found.look_into(input, slopes_only)?;
@@ -74,11 +74,8 @@ impl Sources {
         }
         if let Some(file) = arguments.roughness.as_ref().or(arguments.gloss.as_ref()) {
             let gloss = arguments.gloss.is_some();
-            found.meaning = if gloss {
-                RoughnessMeaning::Gloss(arguments.gloss_scale.into())
-            } else {
-                RoughnessMeaning::Perceptual
-            };
+            found.meaning =
+                if gloss { RoughnessMeaning::Gloss(arguments.gloss_scale) } else { RoughnessMeaning::Perceptual };
             (found.roughness, found.channel) = (Some(file.clone()), 0);
         }
         if let Some(file) = &arguments.color {
@@ -89,7 +86,7 @@ impl Sources {
             if found.normal.is_none() {
                 return Err(AppError::Usage("--normal-y is for a normal map, and there is none".into()));
             }
-            found.green = Some(way.into());
+            found.green = Some(way);
         }
         if arguments.height_scale.is_some() && found.height.is_none() {
             return Err(AppError::Usage("--height-scale is for heights, and there are none".into()));
@@ -166,20 +163,20 @@ impl Sources {
                 .transpose()?,
             color: self.color.as_deref().map(load_raster).transpose()?,
             height_scale: arguments.height_scale,
-            wrap: arguments.wrap.into(),
+            wrap: arguments.wrap,
             smoothness: arguments.smoothness.map(f64::from),
-            gloss: arguments.gloss_scale.into(),
-            area: arguments.area.into(),
-            texels: arguments.texels.into(),
+            gloss: arguments.gloss_scale,
+            area: arguments.area,
+            texels: arguments.texels,
             ..Inputs::default()
         };
         if let Some(file) = &self.detail {
-            let meaning = RoughnessMeaning::Gloss(arguments.gloss_scale.into());
+            let meaning = RoughnessMeaning::Gloss(arguments.gloss_scale);
             inputs.detail = Some(DetailNormals {
                 normals: normals_of(file, green_of(role_of(file)))?,
                 roughness: self.detail_gloss.as_deref().map(|file| roughness_of(file, 0, meaning)).transpose()?,
                 repeat: arguments.detail_repeat,
-                blend: arguments.blend.function(),
+                blend: arguments.blend,
             });
         }
         if arguments.resample {

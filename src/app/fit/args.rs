@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
+use crate::app::flags::scene::{Names, one_of};
 use leadr_reflectance::extraction::power_iteration::Backscattering;
 use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
 use leadr_render::settings::numbers::whole;
@@ -27,8 +28,8 @@ pub struct FitArgs {
     #[arg(value_name = "FILE")]
     pub input: PathBuf,
     /// How facets hide each other
-    #[arg(long, value_enum, value_name = "HOW", default_value_t = MaskingChoice::Smith)]
-    pub masking: MaskingChoice,
+    #[arg(long, value_name = "HOW", value_parser = one_of(MASKINGS), default_value = "smith")]
+    pub masking: Backscattering,
     /// Angles at which the material is asked what it scatters back
     #[arg(long, value_name = "N", default_value_t = 90, value_parser = |text: &str| whole(text, 8_u32, 720))]
     pub angles: u32,
@@ -58,23 +59,8 @@ pub struct FitArgs {
     pub pbrt: Option<PathBuf>,
 }
 
-/// How facets hide each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MaskingChoice {
-    /// As Smith's
-    Smith,
-    /// As V-grooves
-    Vgroove,
-    /// Not at all, as those of a normal map
-    NormalMap,
-}
-
-impl From<MaskingChoice> for Backscattering {
-    fn from(choice: MaskingChoice) -> Self {
-        match choice {
-            MaskingChoice::Smith => Self::Smith,
-            MaskingChoice::Vgroove => Self::VGroove,
-            MaskingChoice::NormalMap => Self::NormalMap,
-        }
-    }
-}
+const MASKINGS: Names<Backscattering> = &[
+    ("smith", Backscattering::Smith, "As Smith's"),
+    ("vgroove", Backscattering::VGroove, "As V-grooves"),
+    ("normal-map", Backscattering::NormalMap, "Not at all, as those of a normal map"),
+];

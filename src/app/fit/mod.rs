@@ -44,7 +44,7 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let isotropic = measured.is_isotropic();
     let mut seconds = Seconds { reading: start.elapsed().as_secs_f64(), ..Seconds::default() };
     let options = FitOptions {
-        hiding: arguments.masking.into(),
+        hiding: arguments.masking,
         angles: arguments.angles as usize,
         azimuths: arguments.azimuths as usize,
         lobes: arguments.lobes as usize,

@@ -103,6 +103,16 @@ pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedVal
     })
 }
 
+/// Names of values, what each stands for, and its line of help.
+pub type Names<T> = &'static [(&'static str, T, &'static str)];
+
+/// A flag whose values have these names.
+pub fn one_of<T: Copy + Send + Sync + 'static>(names: Names<T>) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names.iter().map(|(name, _, help)| possible((name, help)))).try_map(move |text| {
+        names.iter().find(|(name, ..)| *name == text).map(|(_, value, _)| *value).ok_or("no such value")
+    })
+}
+
 fn scene_help(option: &SceneOption) -> String {
     let names: Vec<_> = SCENES.iter().map(|scene| format!("- {}: {}", scene.name, scene.help)).collect();
     format!("{}\n\nScenes:\n{}", option.help(), names.join("\n"))
