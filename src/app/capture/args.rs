@@ -246,11 +246,11 @@ impl CaptureArgs {
     }
 
     fn check_rate(&self, kind: MovingKind, shown: &str) -> Result<(), String> {
-        let (least, most) = (kind.least_per_second(), kind.most_per_second());
-        let rate = self.fps.unwrap_or(Rate::DEFAULT).per_second();
-        if (least..=most).contains(&rate) {
+        let (rates, rate) = (kind.rates(), self.fps.unwrap_or(Rate::DEFAULT).per_second());
+        if rates.contains(&rate) {
             return Ok(());
         }
+        let (least, most) = rates.into_inner();
         Err(format!("'{shown}' shows {least} to {most} frames per second, not {rate}; choose another --fps or format"))
     }
 }

@@ -1,5 +1,6 @@
 //! The names of the files that a capture writes, and their formats.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -65,20 +66,12 @@ pub enum MovingKind {
 }
 
 impl MovingKind {
-    /// The most frames per second that programs show: they take shorter delays for a mistake and show a tenth of a second.
-    pub fn most_per_second(self) -> f64 {
+    /// Frames per second that programs show.
+    pub fn rates(self) -> RangeInclusive<f64> {
         match self {
-            // Delays of ten thousandths are too short.
-            Self::Webp => 90.0,
-            Self::Y4m => f64::INFINITY,
-        }
-    }
-
-    /// The fewest frames per second: what a delay of 16 bits lasts, in the units of the format.
-    pub fn least_per_second(self) -> f64 {
-        match self {
-            Self::Webp => 0.02,
-            Self::Y4m => 0.0,
+            // A delay of 16 bits lasts no longer, and programs take one of ten thousandths for a mistake and show a tenth of a second.
+            Self::Webp => 0.02..=90.0,
+            Self::Y4m => 0.0..=f64::INFINITY,
         }
     }
 }

@@ -5,45 +5,25 @@ use std::time::Instant;
 use super::args::CaptureConfig;
 use super::frame_source::{Frame, FrameSource, PassTime};
 use super::frames::Moment;
-use crate::app::flags::values::{FrameRange, Split};
 use leadr_maps::reads::{FileRead, recorded};
-use leadr_render::frame::Layer;
 use leadr_render::frame::Renderer;
 use leadr_render::light::panorama::EnvironmentLight;
-use leadr_render::settings::RenderSettings;
 use leadr_scenes::set::{Animation, Inputs, Set, SetUp, set};
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
-pub struct RendererSource {
+struct RendererSource<'a> {
+    config: &'a CaptureConfig,
     renderer: Renderer,
     animation: Animation,
-    settings: RenderSettings,
-    layers: Vec<Layer>,
-    /// The right side, where there is one, where it begins, and the frames of the whole capture.
-    beside: Option<(RenderSettings, Split, FrameRange)>,
-    validation: bool,
     files: Vec<FileRead>,
     set_up_seconds: f64,
 }
 
-impl RendererSource {
-    /// `renderer` holds the objects that the states of `animation` pose, made from `files`.
-    pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation, files: Vec<FileRead>) -> Self {
-        let settings = config.scene.render_settings();
-        let (layers, validation) = (config.layers.clone(), config.device.validation);
-        let frames = config.timeline.frames();
-        let beside = config.beside.map(|(technique, split)| {
-            (settings.shaded_by(technique.with(config.scene.picture.options)), split, frames)
-        });
-        Self { renderer, animation, settings, layers, beside, validation, files, set_up_seconds: 0.0 }
-    }
-}
-
 /// Loads the inputs of `config`, opens the device and prepares the renderer.
-pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
+pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource + 'a>, AppError> {
     // Files first: their errors are found at once, without a device.
     let scene = &config.scene;
     let begun = Instant::now();
@@ -56,9 +36,8 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
         Ok(set(scene, inputs, &gpu, Some(&scene.render_settings()), &watch)?)
     });
     let Set { renderer, animation, .. } = made?;
-    let mut source = RendererSource::new(config, renderer, animation, files);
-    source.set_up_seconds = begun.elapsed().as_secs_f64();
-    Ok(Box::new(source))
+    let set_up_seconds = begun.elapsed().as_secs_f64();
+    Ok(Box::new(RendererSource { config, renderer, animation, files, set_up_seconds }))
 }
 
 /// Puts the right part of another picture beside the left part of `color`, with a white line between them.
@@ -76,7 +55,7 @@ fn put_beside(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32
     }
 }
 
-impl FrameSource for RendererSource {
+impl FrameSource for RendererSource<'_> {
     fn device(&self) -> DeviceInfo {
         DeviceInfo::of(self.renderer.gpu())
     }
@@ -101,20 +80,22 @@ impl FrameSource for RendererSource {
         if let Some(degrees) = moment.turn_degrees {
             state.camera = state.camera.turned(degrees);
         }
-        let mut output = self.renderer.render_watched(&state, &self.settings, done)?;
-        if let Some((settings, split, frames)) = self.beside {
-            let left = self.settings.samples.max(1);
+        let settings = self.config.scene.render_settings();
+        let mut output = self.renderer.render_watched(&state, &settings, done)?;
+        if let Some((technique, split)) = self.config.beside {
+            let left = settings.samples.max(1);
+            let settings = settings.shaded_by(technique.with(self.config.scene.picture.options));
             let right = self.renderer.render_watched(&state, &settings, &mut |samples| done(left + samples))?;
-            let share = split.of_frame(moment.frame, frames);
+            let share = split.of_frame(moment.frame, self.config.timeline.frames());
             put_beside(&mut output.color, &right.color, output.size.0, share, state.exposure());
         }
-        let mut layers = Vec::with_capacity(self.layers.len());
-        for &layer in &self.layers {
+        let mut layers = Vec::new();
+        for &layer in &self.config.layers {
             let texels = self.renderer.layer(layer)?;
             let plane = |i: usize| texels.iter().map(|texel| texel[i]).collect();
             layers.push((layer, (0..layer.channels().len()).map(plane).collect()));
         }
-        if self.validation
+        if self.config.device.validation
             && let Some(first) = self.renderer.gpu().take_validation_messages().first()
         {
             return Err(AppError::Failed(format!("Vulkan validation: {first}")));

@@ -10,9 +10,9 @@ use leadr_maps::limits::read_file;
 use leadr_maps::new_file::write_atomic;
 use leadr_maps::origin::Origin;
 use leadr_maps::save::{encode_exr_of, encode_png_srgb8};
-use leadr_maps::tonemap::{Tonemap, display_srgb8};
+use leadr_maps::tonemap::display_srgb8;
 use leadr_maps::{Rgb8Image, decode_color_srgb8};
-use leadr_scenes::config::SceneConfig;
+use leadr_scenes::config::Picture;
 use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::make_folder_of;
@@ -20,30 +20,14 @@ use leadr_tools::command::files::make_folder_of;
 /// No frame has more channels than this: an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;
 
-/// How radiance becomes what a screen shows.
-#[derive(Clone, Copy, Debug)]
-pub struct Tone {
-    /// Stops on top of the frame's own exposure.
-    pub exposure: f32,
-    /// The curve.
-    pub tonemap: Tonemap,
-}
-
-impl Tone {
-    /// What a configuration asks for.
-    pub fn of(config: &SceneConfig) -> Self {
-        Self { exposure: config.picture.exposure, tonemap: config.picture.tonemap }
-    }
-}
-
 /// Writes `frame` to `path`, whole or not at all, and makes the folders above it: a PNG gets tonemapped sRGB, an EXR linear radiance
-/// and layers. `tone` is that of a PNG. The file says that it comes from `origin`.
+/// and layers. A PNG is shown as `picture` says. The file says that it comes from `origin`.
 ///
 /// # Errors
 /// If the frame cannot be encoded or the file not written; `path` then stays as it was.
-pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone, origin: &Origin) -> Result<(), AppError> {
+pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, origin: &Origin) -> Result<(), AppError> {
     let encoded = match kind {
-        StillKind::Png => encode_png_srgb8(&display(frame, tone)).map(|png| origin.in_png(png)),
+        StillKind::Png => encode_png_srgb8(&display(frame, picture)).map(|png| origin.in_png(png)),
         StillKind::Exr => {
             let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());
             let mut channels: Vec<(&str, &[f32])> =
@@ -59,9 +43,9 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone, origin: &Or
 }
 
 /// A frame as it is shown: tonemapped sRGB.
-pub fn display(frame: &Frame, tone: Tone) -> Rgb8Image {
-    let factor = frame.exposure * tone.exposure.exp2();
-    let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, tone.tonemap)).collect();
+pub fn display(frame: &Frame, picture: &Picture) -> Rgb8Image {
+    let factor = frame.exposure * picture.exposure.exp2();
+    let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, picture.tonemap)).collect();
     Rgb8Image { width: frame.width, height: frame.height, texels }
 }
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::frame_sink::Sink;
+use super::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::{GUTTER, whole_size};
-use crate::app::capture::save::{Tone, display};
+use crate::app::capture::save::display;
 use crate::app::flags::values::Sheet;
 use leadr_maps::Rgb8Image;
 use leadr_maps::new_file::NewFile;
@@ -20,32 +20,31 @@ use leadr_tools::command::files::begin;
 const GUTTER_COLOR: [u8; 3] = [32; 3];
 
 /// Collects pictures until the sheet is full.
-struct ContactSheet {
-    file: NewFile,
+pub struct ContactSheet<'a> {
+    config: &'a CaptureConfig,
     sheet: Sheet,
-    cell: Size,
-    tone: Tone,
+    file: NewFile,
     whole: Rgb8Image,
     count: u32,
 }
 
-/// Begins the sheet that `config` asks for.
-pub fn open(config: &CaptureConfig, sheet: Sheet) -> Result<Box<dyn Sink>, AppError> {
-    let path = config.output.path(0);
-    let (cell, tone) = (config.scene.size, Tone::of(&config.scene));
-    let Size { width, height } = whole_size(sheet, cell).map_err(AppError::Usage)?;
-    let file = begin(&path)?;
-    let whole = Rgb8Image { width, height, texels: vec![GUTTER_COLOR; width as usize * height as usize] };
-    Ok(Box::new(ContactSheet { file, sheet, cell, tone, whole, count: 0 }))
+impl<'a> ContactSheet<'a> {
+    pub fn begin(config: &'a CaptureConfig, sheet: Sheet) -> Result<Self, AppError> {
+        let Size { width, height } = whole_size(sheet, config.scene.size).map_err(AppError::Usage)?;
+        let file = begin(&config.output.path(0))?;
+        let whole = Rgb8Image { width, height, texels: vec![GUTTER_COLOR; width as usize * height as usize] };
+        Ok(Self { config, sheet, file, whole, count: 0 })
+    }
 }
 
-impl Sink for ContactSheet {
+impl Sink for ContactSheet<'_> {
     fn put(&mut self, _file: &Path, frame: &Frame, _: &Origin) -> Result<(), AppError> {
         let (column, row) = (self.count % self.sheet.columns, self.count / self.sheet.columns);
         self.count += 1;
-        let (x, y) = ((column * (self.cell.width + GUTTER)) as usize, row * (self.cell.height + GUTTER));
-        let (width, pitch) = (self.cell.width as usize, self.whole.width as usize);
-        let picture = display(frame, self.tone);
+        let cell = self.config.scene.size;
+        let (x, y) = ((column * (cell.width + GUTTER)) as usize, row * (cell.height + GUTTER));
+        let (width, pitch) = (cell.width as usize, self.whole.width as usize);
+        let picture = display(frame, &self.config.scene.picture);
         let rows = self.whole.texels.chunks_mut(pitch).skip(y as usize);
         for (to, from) in rows.zip(picture.texels.chunks(width)) {
             to[x..x + width].copy_from_slice(from);
@@ -65,7 +64,6 @@ mod tests {
     use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
     use leadr_maps::load_color_srgb8;
-    use leadr_maps::tonemap::Tonemap;
 
     #[test]
     fn pictures_stand_in_their_cells() {
@@ -81,10 +79,7 @@ mod tests {
         let texel = |x: u32, y: u32| sheet.texels[(y * sheet.width + x) as usize];
         let mut covered = 0;
         for (index, moment) in config.moments().into_iter().enumerate() {
-            let picture = display(
-                &Double::new(&config).render(moment, &mut |_| ()).unwrap(),
-                Tone { exposure: 0.0, tonemap: Tonemap::Agx },
-            );
+            let picture = display(&Double::new(&config).render(moment, &mut |_| ()).unwrap(), &config.scene.picture);
             let (left, top) = (9 * (index as u32 % 3), 7 * (index as u32 / 3));
             for (i, &expected) in picture.texels.iter().enumerate() {
                 assert_eq!(texel(left + i as u32 % 5, top + i as u32 / 5), expected, "picture {index}");

@@ -6,18 +6,14 @@ use std::path::Path;
 
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::FrameSource;
-use crate::app::capture::save::{Tone, display};
+use crate::app::capture::save::display;
 use crate::app::capture::tests::{Double, configure, files, run, sized};
-use leadr_maps::tonemap::Tonemap;
 
 /// The pictures that a capture shows, `R, G, B`.
 fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     let mut double = Double::new(config);
-    let picture = |moment| {
-        display(&double.render(moment, &mut |_| ()).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx })
-            .texels
-            .into_flattened()
-    };
+    let picture =
+        |moment| display(&double.render(moment, &mut |_| ()).unwrap(), &config.scene.picture).texels.into_flattened();
     config.timeline.moments().into_iter().map(picture).collect()
 }
 

@@ -3,14 +3,13 @@
 //! Limited range is what programs take the format for, whether they know its extension `XCOLORRANGE` or not. The format cannot
 //! say which matrix the colours were made with; BT.709 is the one of sRGB's primaries.
 
-use std::fs::File;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use super::frame_sink::Sink;
+use super::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
-use crate::app::capture::save::{Tone, display};
+use crate::app::capture::save::display;
 use crate::app::flags::values::Rate;
 use leadr_maps::new_file::NewFile;
 use leadr_maps::origin::Origin;
@@ -19,32 +18,11 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
 /// Writes frames as they come.
-struct Y4m {
+pub struct Y4m<'a> {
+    config: &'a CaptureConfig,
     /// None for stdout.
     file: Option<NewFile>,
-    writer: Writer,
-    tone: Tone,
     planes: Vec<u8>,
-}
-
-enum Writer {
-    Standard(io::Stdout),
-    File(File),
-}
-
-/// Begins the video that `config` asks for.
-pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
-    let (file, writer) = if config.output.is_stdout() {
-        (None, Writer::Standard(io::stdout()))
-    } else {
-        let path = config.output.path(0);
-        let file = begin(&path)?;
-        let handle = file.file.try_clone().map_err(|e| AppError::io("write", &path, e))?;
-        (Some(file), Writer::File(handle))
-    };
-    let mut y4m = Y4m { file, writer, tone: Tone::of(&config.scene), planes: Vec::new() };
-    y4m.write(header(config.scene.size, config.rate).as_bytes())?;
-    Ok(Box::new(y4m))
 }
 
 fn header(size: Size, rate: Rate) -> String {
@@ -61,46 +39,46 @@ fn limited_709(rgb: [u8; 3]) -> [u8; 3] {
     [16.0 + 219.0 * y, 128.0 + 224.0 * cb, 128.0 + 224.0 * cr].map(|code| code.round() as u8)
 }
 
-impl Y4m {
-    fn write(&mut self, bytes: &[u8]) -> Result<(), AppError> {
-        let written = match &mut self.writer {
-            Writer::Standard(stdout) => stdout.write_all(bytes).and_then(|()| stdout.flush()),
-            Writer::File(file) => file.write_all(bytes),
-        };
-        written.map_err(|fault| match &self.file {
-            Some(file) => AppError::io("write", file.target(), fault),
-            None if fault.kind() == ErrorKind::BrokenPipe => {
+impl<'a> Y4m<'a> {
+    pub fn begin(config: &'a CaptureConfig) -> Result<Self, AppError> {
+        let file = if config.output.is_stdout() { None } else { Some(begin(&config.output.path(0))?) };
+        let y4m = Self { config, file, planes: Vec::new() };
+        y4m.write(header(config.scene.size, config.rate).as_bytes())?;
+        Ok(y4m)
+    }
+
+    fn write(&self, bytes: &[u8]) -> Result<(), AppError> {
+        if let Some(new) = &self.file {
+            return (&new.file).write_all(bytes).map_err(|fault| AppError::io("write", new.target(), fault));
+        }
+        let mut stdout = io::stdout();
+        stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(|fault| match fault.kind() {
+            ErrorKind::BrokenPipe => {
                 AppError::Failed("the program that reads standard output closed it before it had all frames".to_owned())
             }
-            None => AppError::Failed(format!("cannot write to standard output: {fault}")),
+            _ => AppError::Failed(format!("cannot write to standard output: {fault}")),
         })
     }
 }
 
-impl Sink for Y4m {
+impl Sink for Y4m<'_> {
     fn put(&mut self, _file: &Path, frame: &Frame, _: &Origin) -> Result<(), AppError> {
         const FRAME: &[u8] = b"FRAME\n";
-        let picture = display(frame, self.tone);
+        let picture = display(frame, &self.config.scene.picture);
         let pixels = picture.texels.len();
-        let mut planes = std::mem::take(&mut self.planes);
-        planes.clear();
-        planes.extend_from_slice(FRAME);
-        planes.resize(FRAME.len() + 3 * pixels, 0);
+        self.planes.clear();
+        self.planes.extend_from_slice(FRAME);
+        self.planes.resize(FRAME.len() + 3 * pixels, 0);
         for (index, &rgb) in picture.texels.iter().enumerate() {
             for (plane, code) in limited_709(rgb).into_iter().enumerate() {
-                planes[FRAME.len() + plane * pixels + index] = code;
+                self.planes[FRAME.len() + plane * pixels + index] = code;
             }
         }
-        let written = self.write(&planes);
-        self.planes = planes;
-        written
+        self.write(&self.planes)
     }
 
     fn finish(self: Box<Self>) -> Result<(), AppError> {
-        match self.file {
-            Some(file) => Ok(file.finish()?),
-            None => Ok(()),
-        }
+        Ok(self.file.map_or(Ok(()), NewFile::finish)?)
     }
 }
 
@@ -109,7 +87,6 @@ mod tests {
     use super::*;
     use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
-    use leadr_maps::tonemap::Tonemap;
 
     #[test]
     fn known_colours() {
@@ -142,8 +119,7 @@ mod tests {
         let mut double = Double::new(&config);
         for (frame, moment) in frames.chunks(6 + 45).zip(config.timeline.moments()) {
             let planes = frame.strip_prefix(b"FRAME\n").unwrap();
-            let picture =
-                display(&double.render(moment, &mut |_| ()).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx });
+            let picture = display(&double.render(moment, &mut |_| ()).unwrap(), &config.scene.picture);
             for (index, texel) in picture.texels.iter().enumerate() {
                 let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
                 // Half a code of luma and of chroma.
