@@ -62,10 +62,6 @@ impl fmt::Display for DemoReport {
 /// Shows a scene until its window is closed, or for as many frames as `arguments` say, and prints what was shown. `line`: the flags
 /// that the user gave.
 pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
-    output.result(&demo(arguments, line, output)?)
-}
-
-fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<DemoReport, AppError> {
     let config = arguments.scene.resolve()?;
     // Files first: their errors are found at once, without display or device.
     let inputs = Inputs::load(&config)?;
@@ -109,5 +105,5 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
         return Err(AppError::Failed(format!("Vulkan validation: {first}")));
     }
     let settings = DemoConfig { scene: config, device };
-    Ok(DemoReport { command: "demo", device: DeviceInfo::of(&gpu), settings, lights, window })
+    output.result(&DemoReport { command: "demo", device: DeviceInfo::of(&gpu), settings, lights, window })
 }

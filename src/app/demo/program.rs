@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::command_line::{Seen, command_of};
 use super::window::pace::Pace;
-use super::window::show::{Program, Roughness, Show, Worn};
+use super::window::show::{OfSurfaces, Program, Show};
 use super::window::surroundings::Surroundings;
 use crate::app::flags::scene::SceneArgs;
 use leadr_gpu::Gpu;
@@ -115,11 +115,11 @@ impl Program for DemoProgram {
         Ok(show)
     }
 
-    fn roughness(&self) -> Roughness {
+    fn roughness(&self) -> OfSurfaces<f32> {
         match self.config.roughness {
-            _ if !self.config.scene.offers(Choice::Roughness) => Roughness::Fixed,
-            None => Roughness::Own,
-            Some(alpha) => Roughness::Chosen(alpha),
+            _ if !self.config.scene.offers(Choice::Roughness) => OfSurfaces::Fixed,
+            None => OfSurfaces::Own,
+            Some(alpha) => OfSurfaces::Chosen(alpha),
         }
     }
 
@@ -135,15 +135,15 @@ impl Program for DemoProgram {
         self.config.picture.options.relief_color
     }
 
-    fn worn(&self) -> Worn {
+    fn worn(&self) -> OfSurfaces<String> {
         let config = &self.config;
         let file = match config.measured.as_slice() {
-            _ if config.model.is_none() && !config.scene.offers(Choice::HeightMap) => return Worn::Fixed,
+            _ if config.model.is_none() && !config.scene.offers(Choice::HeightMap) => return OfSurfaces::Fixed,
             [.., MeasuredMaterial(last)] => Some(&last.file),
             [] => config.material.folder.as_ref(),
         };
         let name = |file: &PathBuf| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-        file.map_or(Worn::Own, |file| Worn::Chosen(name(file)))
+        file.map_or(OfSurfaces::Own, |file| OfSurfaces::Chosen(name(file)))
     }
 
     fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError> {

@@ -13,11 +13,12 @@ pub struct FrameClock {
     /// When the last frame began, unless time has stood still since.
     last: Option<Instant>,
     /// The last frame showed something that moves by itself, so the next one follows at once.
-    running: bool,
+    pub running: bool,
     /// Frames that followed at once since [`measure`](Self::measure), and their time.
     counted: (u32, Duration),
     measured: Instant,
-    fps: Option<f64>,
+    /// Frames a second; `None` before there were any that followed at once.
+    pub fps: Option<f64>,
 }
 
 /// What lies between the beginnings of two frames.
@@ -48,11 +49,6 @@ impl FrameClock {
         Some(Interval { took, followed: self.running })
     }
 
-    /// A frame is shown, and the next one follows at once if it is `running`.
-    pub fn shown(&mut self, running: bool) {
-        self.running = running;
-    }
-
     /// Time stands still until the next frame.
     pub fn pause(&mut self) {
         self.last = None;
@@ -71,11 +67,6 @@ impl FrameClock {
         }
         self.measured = now;
     }
-
-    /// Frames a second; `None` before there were any that followed at once.
-    pub fn fps(&self) -> Option<f64> {
-        self.fps
-    }
 }
 
 #[cfg(test)]
@@ -89,7 +80,7 @@ mod tests {
     fn run(clock: &mut FrameClock, mut now: Instant) -> Instant {
         for _ in 0..10 {
             clock.begin(now);
-            clock.shown(true);
+            clock.running = true;
             now += FRAME;
         }
         now
@@ -99,18 +90,18 @@ mod tests {
     fn frames_a_second_are_those_that_follow_at_once() {
         let mut now = Instant::now() + HOURS;
         let mut clock = FrameClock::new(now);
-        assert_eq!((clock.begin(now), clock.fps()), (None, None));
-        clock.shown(false);
+        assert_eq!((clock.begin(now), clock.fps), (None, None));
+        clock.running = false;
         // The user did something 3 s later.
         now += Duration::from_secs(3);
         assert_eq!(clock.begin(now), Some(Interval { took: Duration::from_secs(3), followed: false }));
-        clock.shown(true);
+        clock.running = true;
         assert!(clock.is_due(now));
         clock.measure(now);
-        assert!(clock.fps().is_none() && !clock.is_due(now));
+        assert!(clock.fps.is_none() && !clock.is_due(now));
         now = run(&mut clock, now);
         clock.measure(now);
-        assert!((clock.fps().unwrap() - 50.0).abs() < 6.0, "{clock:?}");
+        assert!((clock.fps.unwrap() - 50.0).abs() < 6.0, "{clock:?}");
     }
 
     #[test]
@@ -119,14 +110,14 @@ mod tests {
         let mut clock = FrameClock::new(start);
         let mut now = run(&mut clock, start);
         clock.measure(now);
-        let fps = clock.fps().unwrap();
+        let fps = clock.fps.unwrap();
         // Hours later, as after a machine's sleep.
         now += HOURS;
         assert_eq!(clock.begin(now), None);
         assert!(clock.is_due(now));
         now = run(&mut clock, now);
         clock.measure(now);
-        assert!((clock.fps().unwrap() / fps - 1.0).abs() < 0.15, "{clock:?}");
+        assert!((clock.fps.unwrap() / fps - 1.0).abs() < 0.15, "{clock:?}");
         // Hours back.
         now -= HOURS;
         assert_eq!(clock.begin(now), Some(Interval { took: Duration::ZERO, followed: true }));
@@ -134,7 +125,7 @@ mod tests {
         clock.measure(now);
         now = run(&mut clock, now);
         clock.measure(now);
-        assert!((clock.fps().unwrap() / fps - 1.0).abs() < 0.15, "{clock:?}");
+        assert!((clock.fps.unwrap() / fps - 1.0).abs() < 0.15, "{clock:?}");
         // Nobody looked for a second.
         clock.pause();
         assert_eq!(clock.begin(now + Duration::from_secs(1)), None);

@@ -282,10 +282,9 @@ impl App<'_> {
         });
         if changed {
             open.layer_is_still = false;
-            open.difference.reset();
+            open.difference = Difference::default();
             open.panel.lay_over(None);
-            open.panel.ellipses(None);
-            open.panel.balls(None);
+            (open.panel.ellipses, open.panel.balls) = (None, None);
         }
         let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
         let shown = open.painter.draw(WindowFrame {
@@ -311,15 +310,15 @@ impl App<'_> {
             open.layer_is_still = still;
             let read = open.painter.layer(layer)?;
             match self.viewer.choices.look {
-                Look::Ellipses => open.panel.ellipses(Some(read)),
-                Look::Probes => open.panel.balls(Some(open.painter.probes(&read))),
+                Look::Ellipses => open.panel.ellipses = Some(read),
+                Look::Probes => open.panel.balls = Some(open.painter.probes(&read)),
                 _ => open.panel.lay_over(Some(false_colors(layer, &read))),
             }
             open.window.request_redraw();
         }
         self.compare()?;
         let Some(open) = &mut self.open else { return Ok(()) };
-        open.clock.shown(self.viewer.is_moving());
+        open.clock.running = self.viewer.is_moving();
         self.report.frames += 1;
         let now = Instant::now();
         // No frame follows that could set the title later.
@@ -329,7 +328,7 @@ impl App<'_> {
             if last {
                 open.painter.finish()?;
             }
-            open.window.set_title(&title(&self.options.title, &self.viewer, open.clock.fps(), open.painter.times()));
+            open.window.set_title(&title(&self.options.title, &self.viewer, open.clock.fps, open.painter.times()));
         }
         if let Some(frames) = self.options.frames {
             if frames >= MEMORY_SAMPLES && self.report.frames.is_multiple_of(frames / MEMORY_SAMPLES) {
@@ -368,7 +367,7 @@ impl App<'_> {
             worn: self.program.worn(),
             offers: &|choice| self.program.offers(choice),
             device: &device,
-            fps: open.clock.fps(),
+            fps: open.clock.fps,
             passes: open.painter.times(),
             samples: open.painter.samples(),
             pixels,
@@ -671,10 +670,8 @@ impl App<'_> {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::MouseInput { state, button, .. } => {
                 let grip = SPLIT_GRIP * open.window.scale_factor() as f32;
-                let at_split = self
-                    .viewer
-                    .pointer_at()
-                    .is_some_and(|[x, _]| self.viewer.is_at_split(x, open.size.width as f32, grip));
+                let width = open.size.width as f32;
+                let at_split = self.viewer.pointer.is_some_and(|[x, _]| self.viewer.is_at_split(x, width, grip));
                 let drag = match button {
                     MouseButton::Left if at_split => Some(Drag::Split),
                     MouseButton::Left if self.modifiers.shift_key() => Some(Drag::Pan),
@@ -683,12 +680,12 @@ impl App<'_> {
                     MouseButton::Right => Some(Drag::Pan),
                     _ => return Ok(()),
                 };
-                self.viewer.drag(drag.filter(|_| state == ElementState::Pressed && !consumed));
+                self.viewer.drag = drag.filter(|_| state == ElementState::Pressed && !consumed);
             }
             WindowEvent::CursorMoved { position, .. } => {
                 let size = [open.size.width as f32, open.size.height as f32];
-                self.viewer.pointer([position.x as f32, position.y as f32], size);
-                if self.viewer.take_redraw() {
+                self.viewer.move_pointer([position.x as f32, position.y as f32], size);
+                if std::mem::take(&mut self.viewer.redraw) {
                     open.window.request_redraw();
                 }
             }
@@ -736,7 +733,7 @@ impl ApplicationHandler for App<'_> {
             return;
         }
         let wakes = self.open.as_ref().is_some_and(|open| {
-            open.difference.is_running() || open.panel.wakes().is_some_and(|wakes| wakes <= Instant::now())
+            open.difference.is_running() || open.panel.wakes.is_some_and(|wakes| wakes <= Instant::now())
         });
         if let Some(open) = self.open.as_ref().filter(|_| wakes) {
             open.window.request_redraw();
@@ -769,7 +766,7 @@ impl ApplicationHandler for App<'_> {
         }
         let asks = open.difference.is_running() || self.shaders.is_some();
         let asks = asks.then(|| Instant::now() + ASK_INTERVAL);
-        let wakes = [open.panel.wakes(), asks].into_iter().flatten().min();
+        let wakes = [open.panel.wakes, asks].into_iter().flatten().min();
         events.set_control_flow(wakes.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
@@ -792,7 +789,7 @@ fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
 /// Technique, time, frames per second, milliseconds per pass.
 fn title(name: &str, viewer: &Viewer, fps: Option<f64>, times: &[(String, f64)]) -> String {
     let paused = if viewer.paused { " (paused)" } else { "" };
-    let mut title = format!("{name} · {} · {:.2} s{paused}", viewer.shading(), viewer.time);
+    let mut title = format!("{name} · {} · {:.2} s{paused}", viewer.choices.picture.shading(), viewer.time);
     if let Some(fps) = fps {
         title.push_str(&format!(" · {fps:.1} fps"));
     }

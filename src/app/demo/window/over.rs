@@ -88,11 +88,6 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Forgets what was compared.
-    pub fn reset(&mut self) {
-        *self = Self::default();
-    }
-
     /// Whether pictures with so many samples are worth comparing: at first, when they have doubled, and at last.
     pub fn wants(&self, samples: (u32, u32)) -> bool {
         let news = samples.0 >= 2 * self.compared.0.max(1) || samples.0 >= samples.1;

@@ -124,14 +124,6 @@ impl Painter {
         Ok(())
     }
 
-    /// Waits for the frames on their way, but for the one that is being made.
-    fn finish_others(&mut self, current: usize) -> Result<(), AppError> {
-        for i in (0..FRAMES_IN_FLIGHT).filter(|i| *i != current) {
-            self.finish_slot(i)?;
-        }
-        Ok(())
-    }
-
     fn finish_slot(&mut self, slot: usize) -> Result<(), AppError> {
         let slot = &mut self.slots[slot];
         if slot.present.is_pending() {
@@ -258,7 +250,7 @@ impl Painter {
             }
         }
         if self.pass.as_ref().is_none_or(|(known, _)| *known != tonemap) {
-            self.finish_others(current)?;
+            self.finish()?;
             self.pass = Some((tonemap, PresentPass::new(self.renderer.gpu(), self.swapchain.format(), tonemap)?));
         }
         let Some((_, pass)) = &self.pass else { return Ok(false) };

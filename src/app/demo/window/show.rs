@@ -48,114 +48,82 @@ impl Show {
     }
 }
 
-/// The roughness of the displaced surfaces of a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Roughness {
+/// What the displaced surfaces of a scene have, such as a roughness.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OfSurfaces<T> {
     /// Its user has no say in it.
     Fixed,
     /// The scene's own.
     Own,
-    /// Beckmann alpha instead of it, above 0, up to 1.
-    Chosen(f32),
+    /// This instead of it.
+    Chosen(T),
 }
 
-/// What the displaced surfaces of a scene are made of.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Worn {
-    /// Its user has no say in it.
-    Fixed,
-    /// The scene's own material.
-    Own,
-    /// What a file or a folder of this name holds.
-    Chosen(String),
-}
-
-/// Opens scenes for a window, and says how its picture is made without one.
+/// Opens scenes for a window, and says how its picture is made without one. By default it is a program with one scene, which it shows as
+/// it is.
 pub trait Program {
     /// Names of the scenes that can be opened.
-    fn scenes(&self) -> &[String];
-
-    /// The one that is shown.
-    fn scene(&self) -> &str;
-
-    /// Opens a scene by its name, or a model's file.
-    fn open(&mut self, gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError>;
-
-    /// The roughness of what is shown.
-    fn roughness(&self) -> Roughness;
-
-    /// Whether what is shown offers a choice.
-    fn offers(&self, choice: Choice) -> bool;
-
-    /// Makes the scene that is shown again with a flag said anew, or no longer.
-    fn remake(&mut self, gpu: &Arc<Gpu>, flag: &str, value: Option<String>) -> Result<Show, AppError>;
-
-    /// Whether what is shown keeps what colours that follow the relief take.
-    fn keeps_relief_color(&self) -> bool;
-
-    /// What the surfaces that are shown are made of.
-    fn worn(&self) -> Worn;
-
-    /// Makes the scene that is shown with another material: a measured one, as `leadr fit` keeps it, or a folder; or with its own.
-    fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError>;
-
-    /// The scene that is shown in all detail, if it is not yet.
-    fn complete(&mut self, gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError>;
-
-    /// Notes that another environment surrounds the scene.
-    fn surround(&mut self, environment: &str);
-
-    /// The command that makes a picture.
-    fn command(&self, seen: &Seen<'_>) -> Option<String>;
-}
-
-/// A program with one scene.
-pub struct OneScene;
-
-impl Program for OneScene {
     fn scenes(&self) -> &[String] {
         &[]
     }
 
+    /// The one that is shown.
     fn scene(&self) -> &str {
         ""
     }
 
+    /// Opens a scene by its name, or a model's file.
     fn open(&mut self, _gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
         Err(AppError::Usage(format!("{}: this program shows one scene only", name.display())))
     }
 
-    fn roughness(&self) -> Roughness {
-        Roughness::Fixed
+    /// The roughness of what is shown: Beckmann alpha, above 0, up to 1.
+    fn roughness(&self) -> OfSurfaces<f32> {
+        OfSurfaces::Fixed
     }
 
+    /// Whether what is shown offers a choice.
     fn offers(&self, choice: Choice) -> bool {
         matches!(choice, Choice::Objects | Choice::Relief)
     }
 
+    /// Makes the scene that is shown again with a flag said anew, or no longer.
     fn remake(&mut self, _gpu: &Arc<Gpu>, _flag: &str, _value: Option<String>) -> Result<Show, AppError> {
-        Err(AppError::Usage("this program shows its scene as it is".to_owned()))
+        Err(AppError::Usage(AS_IT_IS.to_owned()))
     }
 
+    /// Whether what is shown keeps what colours that follow the relief take.
     fn keeps_relief_color(&self) -> bool {
         true
     }
 
-    fn worn(&self) -> Worn {
-        Worn::Fixed
+    /// The material that is shown: the name of a file or a folder.
+    fn worn(&self) -> OfSurfaces<String> {
+        OfSurfaces::Fixed
     }
 
+    /// Makes the scene that is shown with another material: a measured one, as `leadr fit` keeps it, or a folder; or with its own.
     fn wear(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
-        Err(AppError::Usage("this program shows its scene as it is".to_owned()))
+        Err(AppError::Usage(AS_IT_IS.to_owned()))
     }
 
+    /// The scene that is shown in all detail, if it is not yet.
     fn complete(&mut self, _gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
         Ok(None)
     }
 
+    /// Notes that another environment surrounds the scene.
     fn surround(&mut self, _environment: &str) {}
 
+    /// The command that makes a picture.
     fn command(&self, _seen: &Seen<'_>) -> Option<String> {
         None
     }
 }
+
+const AS_IT_IS: &str = "this program shows its scene as it is";
+
+/// A program with one scene.
+pub struct OneScene;
+
+impl Program for OneScene {}

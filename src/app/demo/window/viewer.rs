@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::choices::{Choices, Compare};
 use crate::app::demo::orbit::Orbit;
 use leadr_render::camera::Camera;
-use leadr_render::settings::{Probes, Quadrature, Shading, Technique};
+use leadr_render::settings::{Probes, Quadrature, Technique};
 use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::stage::Sweep;
@@ -109,17 +109,19 @@ pub struct Viewer {
     /// Whether the scene changes as time goes on.
     pub scene_moves: bool,
     /// The scene's own sweep, if it has one.
-    sweep: Option<Sweep>,
+    pub sweep: Option<Sweep>,
     /// Seconds since a sweep began, and the orbit that it returns to.
     sweeping: Option<(f64, Orbit)>,
     other_rule: Quadrature,
     other_compare: Compare,
     start: (Orbit, f64),
-    drag: Option<Drag>,
-    pointer: Option<[f32; 2]>,
+    /// What moving the mouse does now.
+    pub drag: Option<Drag>,
+    /// Where the pointer is, pixels.
+    pub pointer: Option<[f32; 2]>,
     changed: bool,
     /// Something over the picture has changed.
-    redraw: bool,
+    pub redraw: bool,
 }
 
 impl Viewer {
@@ -152,11 +154,6 @@ impl Viewer {
         }
     }
 
-    /// How surfaces are shaded.
-    pub fn shading(&self) -> Shading {
-        self.choices.picture.shading()
-    }
-
     /// Begins again with another scene, in which what was chosen about the picture stays.
     pub fn enter(&mut self, orbit: Orbit, sweep: Option<Sweep>, scene_moves: bool) {
         let (choices, other_rule, other_compare) = (self.choices.clone(), self.other_rule, self.other_compare);
@@ -168,11 +165,6 @@ impl Viewer {
     /// Seconds that a sweep lasts, and those that it has run, if one runs.
     pub fn sweep_progress(&self) -> Option<f32> {
         self.sweeping.map(|(seconds, _)| (seconds / (2.0 * SWEEP_SECONDS)) as f32)
-    }
-
-    /// Whether the scene can be swept.
-    pub fn has_sweep(&self) -> bool {
-        self.sweep.is_some()
     }
 
     /// Advances the scene by `seconds`, unless time stands still; the sun moves at its own pace.
@@ -266,28 +258,13 @@ impl Viewer {
         self.choices.compare.is_some_and(|compare| (compare.split * width - x).abs() <= grip)
     }
 
-    /// Where the pointer is, pixels.
-    pub fn pointer_at(&self) -> Option<[f32; 2]> {
-        self.pointer
-    }
-
     /// Whether the line between two techniques is being dragged.
     pub fn drags_split(&self) -> bool {
         self.drag == Some(Drag::Split)
     }
 
-    /// Whether something over the picture has changed since the last call.
-    pub fn take_redraw(&mut self) -> bool {
-        std::mem::take(&mut self.redraw)
-    }
-
-    /// Begins or ends dragging.
-    pub fn drag(&mut self, drag: Option<Drag>) {
-        self.drag = drag;
-    }
-
     /// The pointer is at these pixels, x right and y down, in a window of so many.
-    pub fn pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
+    pub fn move_pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
         if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
             let (right, down) = (to[0] - from[0], to[1] - from[1]);
             match drag {
@@ -424,28 +401,28 @@ mod tests {
     #[test]
     fn the_shading_switches_and_comes_back() {
         let mut viewer = viewer();
-        let start = viewer.shading();
+        let start = viewer.choices.picture.shading();
         viewer.act(Action::Rule);
-        assert_ne!(viewer.shading(), start);
+        assert_ne!(viewer.choices.picture.shading(), start);
         viewer.act(Action::Rule);
         let seen: Vec<Shadowing> = (0..3)
             .map(|_| {
                 viewer.act(Action::Shadowing);
-                viewer.shading().options().shadowing
+                viewer.choices.picture.shading().options().shadowing
             })
             .collect();
-        assert!(Shadowing::MAIN.iter().all(|v| seen.contains(v)) && viewer.shading() == start);
+        assert!(Shadowing::MAIN.iter().all(|v| seen.contains(v)) && viewer.choices.picture.shading() == start);
     }
 
     #[test]
     fn options_outlast_a_technique_without_them() {
         let mut viewer = viewer();
         viewer.act(Action::Rule);
-        let start = viewer.shading();
+        let start = viewer.choices.picture.shading();
         viewer.act(Action::Technique(Technique::Lean));
-        assert_eq!(viewer.shading(), Technique::Lean.into());
+        assert_eq!(viewer.choices.picture.shading(), Technique::Lean.into());
         viewer.act(Action::Technique(Technique::Leadr));
-        assert_eq!(viewer.shading(), start);
+        assert_eq!(viewer.choices.picture.shading(), start);
     }
 
     #[test]
@@ -453,18 +430,18 @@ mod tests {
         let mut viewer = viewer();
         viewer.take_changed();
         let start = viewer.orbit;
-        viewer.pointer([10.0, 10.0], [200.0, 100.0]);
+        viewer.move_pointer([10.0, 10.0], [200.0, 100.0]);
         assert!(viewer.orbit == start && !viewer.take_changed());
-        viewer.drag(Some(Drag::Turn));
-        viewer.pointer([30.0, 15.0], [200.0, 100.0]);
+        viewer.drag = Some(Drag::Turn);
+        viewer.move_pointer([30.0, 15.0], [200.0, 100.0]);
         assert!(viewer.orbit != start && viewer.take_changed());
         assert_eq!(viewer.orbit.pose().target, start.pose().target);
-        viewer.drag(Some(Drag::Pan));
-        viewer.pointer([40.0, 15.0], [200.0, 100.0]);
+        viewer.drag = Some(Drag::Pan);
+        viewer.move_pointer([40.0, 15.0], [200.0, 100.0]);
         assert_ne!(viewer.orbit.pose().target, start.pose().target);
-        viewer.drag(None);
+        viewer.drag = None;
         let panned = viewer.orbit;
-        viewer.pointer([90.0, 90.0], [200.0, 100.0]);
+        viewer.move_pointer([90.0, 90.0], [200.0, 100.0]);
         assert_eq!(viewer.orbit, panned);
         viewer.act(Action::Reset);
         assert_eq!((viewer.orbit, viewer.time), (start, 1.0));
@@ -511,9 +488,9 @@ mod tests {
         let mut viewer = viewer();
         viewer.act(Action::Fly);
         let eye = Vec3::from_array(viewer.orbit.pose().position);
-        viewer.pointer([0.0, 0.0], [200.0, 100.0]);
-        viewer.drag(Some(Drag::Look));
-        viewer.pointer([40.0, 10.0], [200.0, 100.0]);
+        viewer.move_pointer([0.0, 0.0], [200.0, 100.0]);
+        viewer.drag = Some(Drag::Look);
+        viewer.move_pointer([40.0, 10.0], [200.0, 100.0]);
         let turned = viewer.orbit.pose();
         assert!(Vec3::from_array(turned.position).distance(eye) < 1e-4);
         viewer.held = Vec3::Y;
@@ -532,13 +509,13 @@ mod tests {
         viewer.take_changed();
         assert!(viewer.is_at_split(104.0, 200.0, 8.0) && !viewer.is_at_split(120.0, 200.0, 8.0));
         let orbit = viewer.orbit;
-        viewer.pointer([100.0, 10.0], [200.0, 100.0]);
-        viewer.drag(Some(Drag::Split));
-        viewer.pointer([50.0, 30.0], [200.0, 100.0]);
-        viewer.drag(None);
-        viewer.pointer([90.0, 30.0], [200.0, 100.0]);
+        viewer.move_pointer([100.0, 10.0], [200.0, 100.0]);
+        viewer.drag = Some(Drag::Split);
+        viewer.move_pointer([50.0, 30.0], [200.0, 100.0]);
+        viewer.drag = None;
+        viewer.move_pointer([90.0, 30.0], [200.0, 100.0]);
         assert_eq!(viewer.choices.compare.expect("one").split, 0.25);
-        assert!(viewer.orbit == orbit && !viewer.take_changed() && viewer.take_redraw() && !viewer.take_redraw());
+        assert!(viewer.orbit == orbit && !viewer.take_changed() && viewer.redraw);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use egui::{ComboBox, Slider, SliderClamping, Ui};
 
 use super::facts::{Facts, Request};
 use crate::app::demo::window::choices::{Compare, Look};
-use crate::app::demo::window::show::{Roughness, Worn};
+use crate::app::demo::window::show::OfSurfaces;
 use crate::app::demo::window::viewer::{Action, Viewer};
 use leadr_render::settings::{self, Panel, Probes, Quadrature, Technique, Terms, Value, headings};
 use leadr_scenes::config::Picture;
@@ -210,7 +210,7 @@ fn view(ui: &mut Ui, viewer: &mut Viewer, requests: &mut Vec<Request>) {
             }
         }
         let label = if viewer.sweep_progress().is_some() { "stop" } else { "zoom out" };
-        let button = ui.add_enabled(viewer.has_sweep(), egui::Button::new(label));
+        let button = ui.add_enabled(viewer.sweep.is_some(), egui::Button::new(label));
         if button.on_hover_text("From near to far and back (o)").clicked() {
             viewer.act(Action::Sweep);
         }
@@ -236,12 +236,12 @@ fn view(ui: &mut Ui, viewer: &mut Viewer, requests: &mut Vec<Request>) {
 fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
     if let Some([azimuth, elevation]) = facts.sun {
         let mut sun = SunDirection { azimuth, elevation };
-        let turned = ui
-            .add(Slider::new(&mut sun.azimuth, -180.0..=180.0).suffix("°").custom_formatter(shown(0)).text("azimuth"));
-        let raised = ui.add(
-            Slider::new(&mut sun.elevation, -12.0..=90.0).suffix("°").custom_formatter(shown(0)).text("elevation"),
-        );
-        if turned.changed() || raised.changed() {
+        let mut degrees = |value: &mut f32, ends, name| {
+            ui.add(Slider::new(value, ends).suffix("°").custom_formatter(shown(0)).text(name)).changed()
+        };
+        let turned = degrees(&mut sun.azimuth, -180.0..=180.0, "azimuth");
+        let raised = degrees(&mut sun.elevation, -12.0..=90.0, "elevation");
+        if turned || raised {
             viewer.put_sun(sun);
         }
         ui.horizontal(|ui| {
@@ -257,11 +257,11 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
 }
 
 /// The roughness of displaced surfaces. Their maps are made again for it, so only when the slider is let go.
-fn roughness(ui: &mut Ui, roughness: Roughness, requests: &mut Vec<Request>) {
-    let chosen = match roughness {
-        Roughness::Fixed => return,
-        Roughness::Own => None,
-        Roughness::Chosen(alpha) => Some(alpha),
+fn roughness(ui: &mut Ui, roughness: &OfSurfaces<f32>, requests: &mut Vec<Request>) {
+    let chosen = match *roughness {
+        OfSurfaces::Fixed => return,
+        OfSurfaces::Own => None,
+        OfSurfaces::Chosen(alpha) => Some(alpha),
     };
     let held = ui.id().with("roughness");
     let mut alpha = ui.data(|data| data.get_temp(held)).or(chosen).unwrap_or(0.3);
@@ -281,12 +281,12 @@ fn roughness(ui: &mut Ui, roughness: Roughness, requests: &mut Vec<Request>) {
 }
 
 /// What displaced surfaces are made of.
-fn material(ui: &mut Ui, worn: &Worn, requests: &mut Vec<Request>) {
+fn material(ui: &mut Ui, worn: &OfSurfaces<String>, requests: &mut Vec<Request>) {
     const HINT: &str = "Drop a measured material (FIT.json of leadr fit) on the window, or for the plane and the sphere a folder of maps";
     match worn {
-        Worn::Fixed => (),
-        Worn::Own => _ = ui.weak("material: drop one here").on_hover_text(HINT),
-        Worn::Chosen(name) => {
+        OfSurfaces::Fixed => (),
+        OfSurfaces::Own => _ = ui.weak("material: drop one here").on_hover_text(HINT),
+        OfSurfaces::Chosen(name) => {
             _ = ui.horizontal(|ui| {
                 ui.label(format!("material: {name}")).on_hover_text(HINT);
                 if ui.small_button("own").on_hover_text("The scene's own material").clicked() {
@@ -299,7 +299,7 @@ fn material(ui: &mut Ui, worn: &Worn, requests: &mut Vec<Request>) {
 
 fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut Vec<Request>) {
     material(ui, &facts.worn, requests);
-    roughness(ui, facts.roughness, requests);
+    roughness(ui, &facts.roughness, requests);
     let choices = &mut viewer.choices;
     options(ui, headings::GEOMETRY, &mut choices.picture, facts);
     options(ui, headings::QUALITY, &mut choices.picture, facts);
@@ -367,8 +367,8 @@ mod tests {
             environments: &["sky".to_owned()],
             environment: 0,
             sun: Some([0.0, 45.0]),
-            roughness: Roughness::Own,
-            worn: Worn::Own,
+            roughness: OfSurfaces::Own,
+            worn: OfSurfaces::Own,
             offers: &|_| true,
             device: "",
             fps: None,

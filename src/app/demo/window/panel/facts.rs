@@ -1,6 +1,6 @@
 //! What the panel is told, and what it asks for.
 
-use crate::app::demo::window::show::{Roughness, Worn};
+use crate::app::demo::window::show::OfSurfaces;
 use crate::app::demo::window::viewer::Action;
 use leadr_scenes::registry::Choice;
 
@@ -20,9 +20,9 @@ pub struct Facts<'a> {
     /// Direction to the sun as it is, if there is one: degrees.
     pub sun: Option<[f32; 2]>,
     /// The roughness of its displaced surfaces.
-    pub roughness: Roughness,
+    pub roughness: OfSurfaces<f32>,
     /// What they are made of.
-    pub worn: Worn,
+    pub worn: OfSurfaces<String>,
     /// Whether it offers a choice.
     pub offers: &'a dyn Fn(Choice) -> bool,
     /// The device.

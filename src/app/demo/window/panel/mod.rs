@@ -50,11 +50,11 @@ pub struct Panel {
     /// A picture of numbers over the picture, and what it says about it.
     over: Option<(TextureHandle, String)>,
     /// Slope covariances under pixels, for the ellipses.
-    ellipses: Option<LayerPicture>,
+    pub ellipses: Option<LayerPicture>,
     /// What the places of the sky's volume see.
-    balls: Option<Vec<Ball>>,
+    pub balls: Option<Vec<Ball>>,
     /// When it wants to be drawn again though nothing happens.
-    wakes: Option<Instant>,
+    pub wakes: Option<Instant>,
     /// Where the pointer is, points.
     pointer: Option<Pos2>,
 }
@@ -158,21 +158,6 @@ impl Panel {
             let image = ColorImage::new([picture.width as usize, picture.height as usize], pixels);
             (self.context.load_texture("over the picture", image, TextureOptions::NEAREST), says)
         });
-    }
-
-    /// Draws ellipses of these covariances; `None` takes them away.
-    pub fn ellipses(&mut self, covariances: Option<LayerPicture>) {
-        self.ellipses = covariances;
-    }
-
-    /// Draws these balls; `None` takes them away.
-    pub fn balls(&mut self, balls: Option<Vec<Ball>>) {
-        self.balls = balls;
-    }
-
-    /// When it must be drawn again though nothing happens.
-    pub fn wakes(&self) -> Option<Instant> {
-        self.wakes
     }
 
     /// What has happened since the last frame: `State::take_egui_input`, which asks the window for its size and panics where another
