@@ -163,48 +163,31 @@ impl Plot {
         let values = |pick: fn(&(f64, f64)) -> f64| self.series.iter().flat_map(|s| s.points.iter()).map(pick);
         let x = Axis::new(self.x.1, values(|p| p.0), LEFT, WIDTH - RIGHT);
         let y = Axis::new(self.y.1, values(|p| p.1), HEIGHT - BOTTOM, TOP);
-        let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n");
-        let _ = writeln!(svg, "<title>{}</title>", escape(&self.title));
-        let _ = writeln!(svg, "<text class=\"title\" x=\"{LEFT}\" y=\"18\">{}</text>", escape(&self.title));
         let (bottom, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
+        let (middle, centre) = ((LEFT + right) / 2.0, (TOP + bottom) / 2.0);
+        let title = escape(&self.title);
+        let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n<title>{title}</title>\n");
+        let _ = writeln!(svg, r#"<text class="title" x="{LEFT}" y="18">{title}</text>"#);
         for (value, label) in x.ticks() {
             let Some(at) = x.at(value) else { continue };
-            let _ = writeln!(svg, "<path class=\"grid\" d=\"M{at:.1} {TOP}V{bottom}\"/>");
-            let _ = writeln!(
-                svg,
-                "<text class=\"tick\" x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
-                bottom + 15.0
-            );
+            let under = bottom + 15.0;
+            let _ = writeln!(svg, r#"<path class="grid" d="M{at:.1} {TOP}V{bottom}"/>"#);
+            let _ =
+                writeln!(svg, r#"<text class="tick" x="{at:.1}" y="{under:.1}" text-anchor="middle">{label}</text>"#);
         }
         for (value, label) in y.ticks() {
             let Some(at) = y.at(value) else { continue };
-            let _ = writeln!(svg, "<path class=\"grid\" d=\"M{LEFT} {at:.1}H{right}\"/>");
-            let _ = writeln!(
-                svg,
-                "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
-                LEFT - 6.0,
-                at + 4.0
-            );
+            let (beside, base) = (LEFT - 6.0, at + 4.0);
+            let _ = writeln!(svg, r#"<path class="grid" d="M{LEFT} {at:.1}H{right}"/>"#);
+            let _ =
+                writeln!(svg, r#"<text class="tick" x="{beside:.1}" y="{base:.1}" text-anchor="end">{label}</text>"#);
         }
-        let _ = writeln!(
-            svg,
-            "<rect class=\"frame\" x=\"{LEFT}\" y=\"{TOP}\" width=\"{}\" height=\"{}\"/>",
-            right - LEFT,
-            bottom - TOP
-        );
-        let middle = (LEFT + right) / 2.0;
-        let _ = writeln!(
-            svg,
-            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            bottom + 34.0,
-            escape(&self.x.0)
-        );
-        let centre = (TOP + bottom) / 2.0;
-        let _ = writeln!(
-            svg,
-            "<text transform=\"translate(14 {centre}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            escape(&self.y.0)
-        );
+        let (width, height, under) = (right - LEFT, bottom - TOP, bottom + 34.0);
+        let _ = writeln!(svg, r#"<rect class="frame" x="{LEFT}" y="{TOP}" width="{width}" height="{height}"/>"#);
+        let (x_label, y_label) = (escape(&self.x.0), escape(&self.y.0));
+        let _ = writeln!(svg, r#"<text x="{middle}" y="{under}" text-anchor="middle">{x_label}</text>"#);
+        let place = format!("translate(14 {centre}) rotate(-90)");
+        let _ = writeln!(svg, r#"<text transform="{place}" text-anchor="middle">{y_label}</text>"#);
         for (index, series) in self.series.iter().enumerate() {
             draw(&mut svg, series, index, &x, &y);
         }
@@ -222,15 +205,10 @@ impl Plot {
             if at + width > WIDTH && at > LEFT {
                 (at, row) = (LEFT, row + 18.0);
             }
-            let y = HEIGHT + row + 4.0;
-            let _ = writeln!(
-                legend,
-                "<path class=\"series\" {} d=\"M{at:.1} {y}h24\"/><text x=\"{:.1}\" y=\"{}\">{}</text>",
-                stroke(series, index),
-                at + 30.0,
-                y + 4.0,
-                escape(&series.name)
-            );
+            let (y, text, base) = (HEIGHT + row + 4.0, at + 30.0, HEIGHT + row + 4.0 + 4.0);
+            let (stroke, name) = (stroke(series, index), escape(&series.name));
+            let _ = write!(legend, r#"<path class="series" {stroke} d="M{at:.1} {y}h24"/>"#);
+            let _ = writeln!(legend, r#"<text x="{text:.1}" y="{base}">{name}</text>"#);
             at += width;
         }
         (legend, if self.series.is_empty() { 0.0 } else { row + 18.0 })
@@ -273,12 +251,10 @@ fn draw(svg: &mut String, series: &Series, index: usize, x: &Axis, y: &Axis) {
     let colour = index % COLOURS;
     for point in &series.points {
         if let Some((px, py)) = place(point) {
-            let label = format!("{}: {}, {}", series.name, number(point.0), number(point.1));
-            let _ = writeln!(
-                svg,
-                "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"3\" style=\"fill: var(--s{colour})\"><title>{}</title></circle>",
-                escape(&label)
-            );
+            let label = escape(&format!("{}: {}, {}", series.name, number(point.0), number(point.1)));
+            let fill = format!("fill: var(--s{colour})");
+            let _ = write!(svg, r#"<circle cx="{px:.1}" cy="{py:.1}" r="3" style="{fill}">"#);
+            let _ = writeln!(svg, "<title>{label}</title></circle>");
         }
     }
 }
