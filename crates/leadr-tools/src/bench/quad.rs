@@ -126,25 +126,23 @@ pub fn in_a_goal(row: &Row) -> bool {
 /// The paper's settings: masking alone, like its printed algorithms, the base rough in the macrosurface's frame, no pixel kernel
 /// and no occlusion by relief.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
-    let (shadowing, pixel_kernel) = (Shadowing::None, false);
-    let (base_frame, relief_occlusion, sky_occlusion) = (BaseFrame::Macro, false, false);
     technique.with(ShadingOptions {
         quadrature,
         terms,
-        shadowing,
-        base_frame,
-        pixel_kernel,
-        relief_occlusion,
-        sky_occlusion,
+        shadowing: Shadowing::None,
+        base_frame: BaseFrame::Macro,
+        pixel_kernel: false,
+        relief_occlusion: false,
+        sky_occlusion: false,
         relief_color: false,
         ..Default::default()
     })
 }
 
-fn row(state: &FrameState, size: Size, table: &str, name: String, base: Option<&str>, shading: Shading) -> Row {
+fn row(state: &FrameState, size: Size, table: &str, name: &str, base: Option<&str>, shading: Shading) -> Row {
     Row {
         table: table.to_owned(),
-        name,
+        name: name.to_owned(),
         base: base.map(str::to_owned),
         beside: None,
         compared: PIXELS,
@@ -186,10 +184,10 @@ pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for (name, shading, forward, beside) in pairs {
         let base = forward.to_string();
-        let own = row(state, size, AGAINST_FORWARD, name.to_owned(), Some(&base), shading);
+        let own = row(state, size, AGAINST_FORWARD, name, Some(&base), shading);
         rows.push(Row { beside: beside.map(|forward| forward.to_string()), ..own });
         if rows.iter().all(|row| row.name != base) {
-            let plain = row(state, size, AGAINST_FORWARD, base, None, shading);
+            let plain = row(state, size, AGAINST_FORWARD, &base, None, shading);
             rows.push(Row { forward: Some(forward), ..plain });
         }
     }
@@ -198,53 +196,43 @@ pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
 
 /// The tables of the full-screen quad that `state` shows.
 pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
-    let row = |table: &str, name: String, base: &str, shading| row(state, size, table, name, Some(base), shading);
-    let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
     let mut rows = Vec::new();
+    let mut add =
+        |table: &str, name: &str, base: &str, shading| rows.push(row(state, size, table, name, Some(base), shading));
+    let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
+    // One fetch along the reflection about the mean normal, one irradiance of the mean normal.
+    let one = |terms| paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
+    // The diffuse rule has its own few samples whatever the probes of the environment.
+    let visible = |terms| leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
 
     for technique in Technique::ALL.into_iter().filter(|t| !t.is_reference()) {
-        let shading = paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
-        rows.push(row(LIGHT, technique.name().to_owned(), "lean", shading));
+        add(LIGHT, technique.name(), "lean", paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS));
     }
     let tables = [
         (SPECULAR, FIGURE_11_SPECULAR, Terms::SPECULAR_ENVIRONMENT),
         (DIFFUSE, FIGURE_11_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
     ];
     for (table, figure, terms) in tables {
-        // One fetch along the reflection about the mean normal, one irradiance of the mean normal.
-        let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
-        rows.push(row(table, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
+        add(table, ONE_SAMPLE, ONE_SAMPLE, one(terms));
         for n in [1, 3, 5, 7, 32] {
-            rows.push(row(table, format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms)));
+            add(table, &format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms));
         }
         if table == SPECULAR {
             for probes in Probes::ALL {
                 let (name, rule) = (format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes));
-                rows.push(row(table, name, ONE_SAMPLE, leadr(rule, terms)));
+                add(table, &name, ONE_SAMPLE, leadr(rule, terms));
             }
         } else {
-            // The diffuse rule has its own few samples whatever the probes of the environment.
-            rows.push(row(
-                table,
-                "leadr visible".to_owned(),
-                ONE_SAMPLE,
-                leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
-            ));
+            add(table, "leadr visible", ONE_SAMPLE, visible(terms));
         }
         for n in 1..=16 {
-            rows.push(row(figure, format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms)));
+            add(figure, &format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms));
         }
     }
     let terms = Terms::DIFFUSE_LIGHTS;
-    let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
-    rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
-    rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
-    rows.push(row(
-        DIFFUSE_LIGHT,
-        "leadr visible".to_owned(),
-        ONE_SAMPLE,
-        leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
-    ));
+    add(DIFFUSE_LIGHT, ONE_SAMPLE, ONE_SAMPLE, one(terms));
+    add(DIFFUSE_LIGHT, "leadr 5x5", ONE_SAMPLE, leadr(Quadrature::Grid(5), terms));
+    add(DIFFUSE_LIGHT, "leadr visible", ONE_SAMPLE, visible(terms));
 
     let tables = [
         (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),
@@ -253,9 +241,8 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     ];
     for (table, terms) in tables {
         for shadowing in Shadowing::MAIN {
-            let shading = leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
-            let shading = shading.adjusted(|options| ShadingOptions { shadowing, ..options });
-            rows.push(row(table, shadowing.name().to_owned(), "masking", shading));
+            let shading = visible(terms).adjusted(|options| ShadingOptions { shadowing, ..options });
+            add(table, shadowing.name(), "masking", shading);
         }
     }
     rows
