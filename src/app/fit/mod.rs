@@ -28,7 +28,7 @@ use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
 use leadr_tools::fit::lobe_plot::lobe_plot;
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
-use leadr_tools::html::{Cell, Figure, Html, PageSection, Table, page};
+use leadr_tools::html::{Figure, Html, PageSection, Table, page};
 
 /// Pixels across a sphere, and how many are shown.
 const SPHERE: u32 = 128;
@@ -122,21 +122,10 @@ fn timed_fit(
     seconds: &mut Seconds,
 ) -> Option<Fit> {
     let bar = output.bar(4);
-    let (mut begun, mut step) = (Instant::now(), None);
-    let mut end = |step: Option<Step>, begun: Instant| {
-        let part = match step {
-            Some(Step::Slopes) => &mut seconds.slopes,
-            Some(Step::Fresnel) => &mut seconds.fresnel,
-            Some(Step::Refinement) => &mut seconds.refinement,
-            Some(Step::Lobes) => &mut seconds.lobes,
-            None => return,
-        };
-        *part += begun.elapsed().as_secs_f64();
-    };
-    let found = fit(measured, isotropic, options, &mut |next| {
-        end(step, begun);
-        (begun, step) = (Instant::now(), Some(next));
-        bar.message(match next {
+    let mut begun = Vec::new();
+    let found = fit(measured, isotropic, options, &mut |step| {
+        begun.push((step, Instant::now()));
+        bar.message(match step {
             Step::Slopes => "slopes",
             Step::Fresnel => "Fresnel term",
             Step::Refinement => "all directions",
@@ -144,7 +133,16 @@ fn timed_fit(
         });
         bar.step();
     });
-    end(step, begun);
+    let ends = begun.iter().skip(1).map(|(_, next)| *next).chain([Instant::now()]);
+    for ((step, start), end) in begun.iter().zip(ends) {
+        let part = match step {
+            Step::Slopes => &mut seconds.slopes,
+            Step::Fresnel => &mut seconds.fresnel,
+            Step::Refinement => &mut seconds.refinement,
+            Step::Lobes => &mut seconds.lobes,
+        };
+        *part += (end - *start).as_secs_f64();
+    }
     found
 }
 
@@ -158,7 +156,7 @@ fn draw(measured: &Measured, found: &Fit, file: &Path, output: &Output) -> Resul
     save_png(file, &contact_sheet(&images[..SHOWN]), 1.0, Tonemap::Clamp)?;
     let names = ["fitted", "backscattering alone", "GGX", "Beckmann", "shifted gamma", "ABC"];
     let errors = images[1..].iter().map(|image| sphere_error(&images[0], image));
-    Ok(names.into_iter().zip(errors).map(|(name, error)| SphereReport::new(name, error)).collect())
+    Ok(names.into_iter().zip(errors).map(|(material, error)| SphereReport { material, error }).collect())
 }
 
 fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&Path>) -> String {
@@ -175,7 +173,7 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
     }
     let mut table = Table::new("Spheres against the measured one", ["material", "relative RMSE", "ΔE₀₀"]);
     for sphere in &report.spheres {
-        table.row([Cell::from(sphere.material), Cell::from(sphere.rrmse), Cell::from(sphere.delta_e_2000)]);
+        table.row([sphere.material.into(), sphere.error.rrmse.into(), sphere.error.delta_e.into()]);
     }
     body.table(&table);
     let (ggx, beckmann) = (found.as_ggx(), found.as_beckmann());

@@ -111,14 +111,8 @@ pub struct MisfitReport {
 #[derive(Clone, Debug, Serialize)]
 pub struct SphereReport {
     pub material: &'static str,
-    pub rrmse: f64,
-    pub delta_e_2000: f64,
-}
-
-impl SphereReport {
-    pub const fn new(material: &'static str, error: SphereError) -> Self {
-        Self { material, rrmse: error.rrmse, delta_e_2000: error.delta_e }
-    }
+    #[serde(flatten)]
+    pub error: SphereError,
 }
 
 /// What took how long.
@@ -210,13 +204,8 @@ impl fmt::Display for Roughness {
 impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rgb = |c: [f64; 3]| format!("{:.3} {:.3} {:.3}", c[0], c[1], c[2]);
-        writeln!(
-            f,
-            "{} ({}), {}",
-            self.input.display(),
-            self.database,
-            if self.isotropic { "isotropic" } else { "anisotropic" }
-        )?;
+        let symmetry = if self.isotropic { "isotropic" } else { "anisotropic" };
+        writeln!(f, "{} ({}), {symmetry}", self.input.display(), self.database)?;
         writeln!(f, "  slopes from backscattering: Beckmann {}; GGX {}", self.beckmann, self.ggx)?;
         writeln!(f, "  F0 {}, diffuse {}", rgb(self.f0), rgb(self.diffuse))?;
         for lobe in &self.lobes {
@@ -225,24 +214,15 @@ impl fmt::Display for FitReport {
         if let Some([gamma, abc]) = &self.curves {
             writeln!(f, "  curves of others: {gamma}; {abc}")?;
         }
-        write!(
-            f,
-            "  all directions: relative RMSE {:.3} (backscattering alone {:.3}), of cube roots {:.3} ({:.3})",
-            self.misfit.rrmse,
-            self.thesis_misfit.rrmse,
-            self.misfit.cube_root_rrmse,
-            self.thesis_misfit.cube_root_rrmse
-        )?;
+        let (best, alone) = (&self.misfit, &self.thesis_misfit);
+        write!(f, "  all directions: relative RMSE {:.3} (backscattering alone {:.3}), ", best.rrmse, alone.rrmse)?;
+        write!(f, "of cube roots {:.3} ({:.3})", best.cube_root_rrmse, alone.cube_root_rrmse)?;
         for ExportReport { renderer, misfit } in &self.exports {
             let (rrmse, roots) = (misfit.rrmse, misfit.cube_root_rrmse);
             write!(f, "\n  for {renderer}: relative RMSE {rrmse:.3}, of cube roots {roots:.3}")?;
         }
-        for sphere in &self.spheres {
-            write!(
-                f,
-                "\n  sphere, {}: relative RMSE {:.4}, ΔE₀₀ {:.2}",
-                sphere.material, sphere.rrmse, sphere.delta_e_2000
-            )?;
+        for SphereReport { material, error: SphereError { rrmse, delta_e } } in &self.spheres {
+            write!(f, "\n  sphere, {material}: relative RMSE {rrmse:.4}, ΔE₀₀ {delta_e:.2}")?;
         }
         for file in &self.files {
             write!(f, "\n  {}", file.display())?;

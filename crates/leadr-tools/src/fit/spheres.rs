@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::metrics::delta_e::{delta_e_2000, lab};
 use leadr_maps::RgbImage;
@@ -128,11 +129,12 @@ fn pixel(
 }
 
 /// How far a sphere is from that of the measured material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SphereError {
     /// Root mean square of the difference of radiance, relative to that of the radiance.
     pub rrmse: f64,
     /// Mean ΔE₀₀ of the pixels as they are shown.
+    #[serde(rename = "delta_e_2000")]
     pub delta_e: f64,
 }
 
