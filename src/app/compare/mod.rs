@@ -14,7 +14,7 @@ use leadr_maps::tonemap::Tonemap;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
-use leadr_tools::metrics::compare::{Comparison, compare};
+use leadr_tools::metrics::compare::compare;
 
 /// The measured difference of two pictures.
 #[derive(Debug, Serialize)]
@@ -98,13 +98,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         let png = encode_png_srgb8(&measured.error_image()).map_err(|fault| fault.in_file(file.target()))?;
         file.write(&png)?;
     }
-    output.result(&report(arguments, &measured))?;
-    check_threshold("FLIP", measured.flip, arguments.max_flip)?;
-    check_threshold("rRMSE", measured.rrmse, arguments.max_rrmse)
-}
-
-fn report(arguments: &CompareArgs, measured: &Comparison) -> CompareReport {
-    CompareReport {
+    output.result(&CompareReport {
         command: "compare",
         reference: arguments.reference.clone(),
         test: arguments.test.clone(),
@@ -113,7 +107,9 @@ fn report(arguments: &CompareArgs, measured: &Comparison) -> CompareReport {
         rrmse: measured.rrmse,
         max_abs: measured.max_abs,
         error_image: arguments.error_image.clone(),
-    }
+    })?;
+    check_threshold("FLIP", measured.flip, arguments.max_flip)?;
+    check_threshold("rRMSE", measured.rrmse, arguments.max_rrmse)
 }
 
 fn check_threshold(name: &str, value: f64, threshold: Option<f64>) -> Result<(), AppError> {

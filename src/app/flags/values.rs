@@ -17,6 +17,12 @@ pub fn threshold(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The numbers on both sides of a sign, if text has it with numbers beside it.
+fn two(sides: Option<(&str, &str)>) -> Option<[u32; 2]> {
+    let (a, b) = sides?;
+    Some([a.parse().ok()?, b.parse().ok()?])
+}
+
 /// Frames `start..end`, the end not included, written `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct FrameRange {
@@ -31,10 +37,9 @@ impl FromStr for FrameRange {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "a frame range is A..B with A below B, such as 0..48 for frames 0 to 47";
-        let (start, end) = text.split_once("..").ok_or(form)?;
-        match (start.parse(), end.parse()) {
-            (Ok(start), Ok(end)) if start < end && end <= 1_000_000 => Ok(Self { start, end }),
-            (Ok(_), Ok(end)) if end > 1_000_000 => Err("a frame number is at most 1000000".to_owned()),
+        match two(text.split_once("..")) {
+            Some([start, end]) if start < end && end <= 1_000_000 => Ok(Self { start, end }),
+            Some([_, end]) if end > 1_000_000 => Err("a frame number is at most 1000000".to_owned()),
             _ => Err(form.to_owned()),
         }
     }
@@ -77,8 +82,9 @@ impl Rate {
     }
 
     fn parse(text: &str) -> Option<Self> {
-        if let Some((numerator, denominator)) = text.split_once('/') {
-            return Self::new(numerator.parse().ok()?, denominator.parse().ok()?);
+        if let Some(fraction) = text.split_once('/') {
+            let [numerator, denominator] = two(Some(fraction))?;
+            return Self::new(numerator, denominator);
         }
         let (whole, decimals) = text.split_once('.').unwrap_or((text, ""));
         let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
@@ -131,10 +137,8 @@ impl FromStr for Sheet {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "a sheet is COLUMNSxROWS with 1 to 1000 of each, such as 4x3";
-        let (columns, rows) = text.split_once(TIMES).ok_or(form)?;
-        let sides = 1..=1000;
-        match (columns.parse(), rows.parse()) {
-            (Ok(columns), Ok(rows)) if sides.contains(&columns) && sides.contains(&rows) => Ok(Self { columns, rows }),
+        match two(text.split_once(TIMES)) {
+            Some(sides @ [columns, rows]) if sides.iter().all(|n| (1..=1000).contains(n)) => Ok(Self { columns, rows }),
             _ => Err(form.to_owned()),
         }
     }
@@ -191,9 +195,8 @@ impl FromStr for Shard {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "a shard is I/N with I from 1 to N, such as 2/8";
-        let (index, count) = text.split_once('/').ok_or(form)?;
-        match (index.parse(), count.parse()) {
-            (Ok(index), Ok(count)) if 1 <= index && index <= count => Ok(Self { index, count }),
+        match two(text.split_once('/')) {
+            Some([index, count]) if 1 <= index && index <= count => Ok(Self { index, count }),
             _ => Err(form.to_owned()),
         }
     }
