@@ -120,14 +120,6 @@ shared_struct! {
 
 const STRUCTS: [StructLayout; 2] = [ForwardGpu::LAYOUT, CornerGpu::LAYOUT];
 
-/// The light of the environment that the pass reads.
-pub struct Surroundings<'a> {
-    /// Texels along an edge of the cube.
-    pub face_size: u32,
-    /// Its nine SH coefficients of radiance.
-    pub radiance_sh: &'a [[f32; 4]],
-}
-
 /// The pass on a device, with its quad, maps and target.
 pub struct ForwardPass {
     gpu: Arc<Gpu>,
@@ -142,16 +134,17 @@ pub struct ForwardPass {
 }
 
 impl ForwardPass {
-    /// The pass over the only patch of `object`, which has heights that repeat, in the light of `state` and its surroundings, in
-    /// a picture of `size` pixels.
+    /// The pass over the only patch of `object`, which has heights that repeat, in the light of `state` and of an environment, in a picture of
+    /// `size` pixels. `face_size` is that of the environment's cube, `radiance_sh` its nine SH coefficients of radiance.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for another object or other surroundings, or without a sun; memory that is short; a failed pipeline.
+    /// [`GpuError::Usage`] for another object or other coefficients, or without a sun; memory that is short; a failed pipeline.
     pub fn new(
         gpu: &Arc<Gpu>,
         object: &Object,
         state: &FrameState,
-        surroundings: &Surroundings<'_>,
+        face_size: u32,
+        radiance_sh: &[[f32; 4]],
         size: (u32, u32),
     ) -> Result<Self> {
         let fault = |fault: &str| GpuError::Usage { name: FORWARD.to_owned(), fault: fault.to_owned() };
@@ -169,8 +162,8 @@ impl ForwardPass {
             sun_direction: four(sun.direction, 0.0),
             sun_irradiance: four(sun.irradiance, 0.0),
             material: [r, g, b, alpha],
-            surface: [object.specular_f0, state.height_scale * object.height_scale, surroundings.face_size as f32, 0.0],
-            radiance_sh: surroundings.radiance_sh.try_into().map_err(|_| fault("nine coefficients are wanted"))?,
+            surface: [object.specular_f0, state.height_scale * object.height_scale, face_size as f32, 0.0],
+            radiance_sh: radiance_sh.try_into().map_err(|_| fault("nine coefficients are wanted"))?,
         };
         let place = |corner: usize| object.mesh.positions[patch[corner] as usize];
         let across = texcoords[1].x - texcoords[0].x;

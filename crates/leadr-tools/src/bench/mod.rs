@@ -17,7 +17,7 @@ mod soak;
 mod stats;
 
 pub use against::{Comparison, Times};
-pub use forward::{Forward, ForwardPass, Surroundings};
+pub use forward::{Forward, ForwardPass};
 pub use quad::against_forward;
 pub use report::BenchReport;
 pub use run::{BenchConfig, FullScreen, Quad, bench};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::forward::{ForwardPass, Surroundings};
+use super::forward::ForwardPass;
 use super::report::BenchReport;
 use super::rounds::{self, Frame, Tick};
 use super::rows::{Measured, Row};
@@ -162,10 +162,8 @@ impl FullScreen {
         // Drawing a frame makes the environment's coefficients.
         self.renderer.measure(&self.state, settings, 0, 1)?;
         let radiance_sh = self.renderer.radiance_sh()?;
-        let environment = self.renderer.environment();
-        let surroundings = Surroundings { face_size: environment.face_size(), radiance_sh: &radiance_sh };
-        let gpu = self.renderer.gpu();
-        Ok(ForwardPass::new(gpu, &self.object, &self.state, &surroundings, (size.width, size.height))?)
+        let (gpu, face_size) = (self.renderer.gpu(), self.renderer.environment().face_size());
+        Ok(ForwardPass::new(gpu, &self.object, &self.state, face_size, &radiance_sh, (size.width, size.height))?)
     }
 }
 
