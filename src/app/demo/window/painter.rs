@@ -8,7 +8,7 @@ use super::over::LayerPicture;
 use super::pace::Pace;
 use super::panel::paint::{Painted, PanelPainter};
 use super::probes::{Ball, balls};
-use leadr_gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
+use leadr_gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, GpuError, Swapchain, Timestamps, Use};
 use leadr_maps::RgbImage;
 use leadr_maps::tonemap::Tonemap;
 use leadr_render::frame::{KeptTargets, Layer, MAX_PASSES, PassTime, PausedFrame, PreparedFrame, Renderer};
@@ -240,9 +240,12 @@ impl Painter {
             let known = before[0].as_ref().map(|shown| shown.frame.state().clone());
             last.extend(before.into_iter().flatten().map(|shown| shown.frame));
             let state = state.or(known).ok_or_else(|| AppError::Failed("the window has no scene".into()))?;
-            self.begin(current, &state, wanted[0])?;
-            if let Some(&settings) = wanted.get(1) {
-                self.begin_beside(current, settings)?;
+            self.draw_side(current, 0, wanted[0], |renderer| renderer.prepare(&state, &wanted[0]))?;
+            if let (Some(&settings), Some(left)) = (wanted.get(1), self.shown[0].take()) {
+                let right =
+                    self.draw_side(current, 1, settings, |renderer| renderer.prepare_beside(&left.frame, &settings));
+                self.shown[0] = Some(left);
+                right?;
             }
         } else {
             for side in 0..sides.len() {
@@ -279,35 +282,25 @@ impl Painter {
         Ok(true)
     }
 
-    /// Begins the picture, or its left side.
-    fn begin(&mut self, slot: usize, state: &FrameState, settings: RenderSettings) -> Result<(), AppError> {
-        let prepared = self.renderer.prepare(state, &settings)?;
-        self.shown[0] = Some(Shown { frame: sample(prepared, &mut self.slots[slot].sides[0], settings)?, settings });
-        Ok(())
-    }
-
-    /// Begins the right side of the picture whose left side has begun.
-    fn begin_beside(&mut self, slot: usize, settings: RenderSettings) -> Result<(), AppError> {
-        let Some(left) = &self.shown[0] else { return Ok(()) };
-        self.renderer.swap_targets(&mut self.beside);
-        let side = &mut self.slots[slot].sides[1];
-        let right = match self.renderer.prepare_beside(&left.frame, &settings) {
-            Ok(prepared) => sample(prepared, side, settings),
-            Err(error) => Err(error.into()),
-        };
-        self.renderer.swap_targets(&mut self.beside);
-        self.shown[1] = Some(Shown { frame: right?, settings });
-        Ok(())
-    }
-
     /// Adds a sample to a still picture, if it wants one.
     fn go_on(&mut self, slot: usize, side: usize) -> Result<(), AppError> {
         let wants = |shown: &mut Shown| shown.frame.samples() < shown.settings.samples;
         let Some(Shown { frame, settings }) = self.shown[side].take_if(wants) else { return Ok(()) };
+        self.draw_side(slot, side, settings, |renderer| renderer.resume(frame))
+    }
+
+    /// Draws a sample of a side, 0 or 1, into the targets of that side.
+    fn draw_side(
+        &mut self,
+        slot: usize,
+        side: usize,
+        settings: RenderSettings,
+        prepare: impl FnOnce(&mut Renderer) -> Result<PreparedFrame<'_>, GpuError>,
+    ) -> Result<(), AppError> {
         if side == 1 {
             self.renderer.swap_targets(&mut self.beside);
         }
-        let frame = match self.renderer.resume(frame) {
+        let frame = match prepare(&mut self.renderer) {
             Ok(prepared) => sample(prepared, &mut self.slots[slot].sides[side], settings),
             Err(error) => Err(error.into()),
         };
