@@ -28,8 +28,6 @@ pub struct Sources {
     channel: usize,
     #[serde(skip)]
     meaning: RoughnessMeaning,
-    #[serde(skip)]
-    scale: Gloss,
     /// What was left aside, in a sentence each.
     #[serde(skip)]
     pub remarks: Vec<String>,
@@ -61,10 +59,10 @@ fn sentence(faults: &SlopeFaults) -> Option<String> {
 impl Sources {
     /// Settles the files. `slopes_only`: the result has no place for roughness and colour.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
-        let mut found = Self { scale: arguments.gloss_scale, ..Self::default() };
+        let mut found = Self::default();
         if let Some(input) = &arguments.input {
             if input.is_dir() {
-                found.look_into(input, slopes_only)?;
+                found.look_into(input, arguments.gloss_scale, slopes_only)?;
             } else {
                 found.take_file(input, arguments.normal.is_some());
             }
@@ -72,11 +70,10 @@ impl Sources {
         if let Some(file) = &arguments.normal {
             (found.normal, found.green) = (Some(file.clone()), green_of(role_of(file)));
         }
-        if let Some(file) = arguments.roughness.as_ref().or(arguments.gloss.as_ref()) {
-            let gloss = arguments.gloss.is_some();
-            found.meaning =
-                if gloss { RoughnessMeaning::Gloss(arguments.gloss_scale) } else { RoughnessMeaning::Perceptual };
-            (found.roughness, found.channel) = (Some(file.clone()), 0);
+        let roughness = arguments.roughness.as_ref().map(|file| (file, RoughnessMeaning::Perceptual));
+        let gloss = arguments.gloss.as_ref().map(|file| (file, RoughnessMeaning::Gloss(arguments.gloss_scale)));
+        if let Some((file, meaning)) = roughness.or(gloss) {
+            (found.roughness, found.channel, found.meaning) = (Some(file.clone()), 0, meaning);
         }
         if let Some(file) = &arguments.color {
             found.color = Some(file.clone());
@@ -104,7 +101,7 @@ impl Sources {
         }
     }
 
-    fn look_into(&mut self, folder: &Path, slopes_only: bool) -> Result<(), AppError> {
+    fn look_into(&mut self, folder: &Path, scale: Gloss, slopes_only: bool) -> Result<(), AppError> {
         let material = MaterialFolder::open(folder)?;
         self.remarks = material.remarks.iter().filter(|remark| remark.contains("tells no part")).cloned().collect();
         for (role, file) in material.pictures {
@@ -121,7 +118,7 @@ impl Sources {
                 Role::Color => self.color = Some(file),
                 Role::Roughness => self.roughness = Some(file),
                 Role::Gloss => {
-                    (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss(self.scale));
+                    (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss(scale));
                 }
                 Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
                 Role::Metalness | Role::Occlusion | Role::Cones | Role::Opacity | Role::Emission => {
