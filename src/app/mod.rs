@@ -23,7 +23,6 @@ use leadr_tools::program;
 
 use capture::args::CaptureArgs;
 use cli::{Cli, Command};
-use flags::command_line;
 #[cfg(feature = "window")]
 use flags::scene::SceneArgs;
 use leadr_scenes::given::CommandLine;
@@ -49,5 +48,5 @@ fn dispatch(cli: Cli, matches: &ArgMatches, output: &Output) -> Result<(), AppEr
 
 /// The flags among those of `A` that the command was given.
 fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
-    matches.subcommand().map(|(_, matches)| command_line::given::<A>(matches)).unwrap_or_default()
+    matches.subcommand().map(|(_, matches)| flags::given::<A>(matches)).unwrap_or_default()
 }

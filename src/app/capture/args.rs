@@ -278,7 +278,7 @@ fn default_output(a: &CaptureArgs, config: &SceneConfig, timeline: &Timeline) ->
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::app::flags::command_line::given;
+    use crate::app::flags::given;
     use clap::{CommandFactory, FromArgMatches, Parser};
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_render::settings::{Quadrature, Technique, Terms};

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::app::capture::args::tests::resolve;
     use crate::app::demo::args::DemoArgs;
-    use crate::app::flags::command_line;
+    use crate::app::flags;
     use crate::app::flags::scene::SceneArgs;
     use crate::app::flags::scene::tests::other_value;
     use clap::{CommandFactory, FromArgMatches, Parser};
@@ -77,7 +77,7 @@ mod tests {
     fn given(flags: &[&str]) -> (CommandLine, SceneConfig) {
         let matches = Demo::command().try_get_matches_from([&["demo"], flags].concat()).unwrap();
         let config = Demo::from_arg_matches(&matches).unwrap().arguments.scene.resolve().unwrap();
-        (command_line::given::<SceneArgs>(&matches), config)
+        (flags::given::<SceneArgs>(&matches), config)
     }
 
     /// What the shell makes of a command without quotes.

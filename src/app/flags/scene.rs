@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use clap::builder::{OsStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
-use super::command_line::given;
+use super::given;
 use leadr_render::settings::Named;
 use leadr_scenes::camera_file;
 use leadr_scenes::config::SceneConfig;
