@@ -147,48 +147,36 @@ impl CaptureConfig {
 impl CaptureArgs {
     /// Checks the arguments, which are those of `line`, against each other and reads the camera file, if one is named.
     pub fn resolve(&self, line: CommandLine) -> Result<CaptureConfig, AppError> {
-        let a = self.clone();
-        let command = a.command(line);
-        let rate = a.fps.unwrap_or(Rate::DEFAULT);
-        let timeline = a.timeline(rate)?;
-        let scene = a.scene.resolve()?;
-        let path = a.output.clone().unwrap_or_else(|| default_output(&a, &scene, &timeline));
-        let output = OutputPattern::new(&path, &timeline, a.sheet)?;
-        a.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
-        let mut layers = a.layers;
-        layers.sort_unstable();
-        layers.dedup();
-        if let Some(sheet) = a.sheet {
+        let rate = self.fps.unwrap_or(Rate::DEFAULT);
+        let timeline = self.timeline(rate)?;
+        let scene = self.scene.resolve()?;
+        let path = self.output.clone().unwrap_or_else(|| default_output(self, &scene, &timeline));
+        let output = OutputPattern::new(&path, &timeline, self.sheet)?;
+        self.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
+        if let Some(sheet) = self.sheet {
             whole_size(sheet, scene.size).map_err(AppError::Usage)?;
         }
-        let plays = a.plays.unwrap_or(0);
-        let split = a.split.unwrap_or_default();
-        if split.start != split.end && a.frames.is_none() {
+        let mut layers = self.layers.clone();
+        layers.sort_unstable();
+        layers.dedup();
+        let split = self.split.unwrap_or_default();
+        if split.start != split.end && self.frames.is_none() {
             return Err(AppError::Usage(
                 "--split A..B moves from frame to frame: give --frames, or one share".to_owned(),
             ));
         }
-        let beside = a.beside.map(|technique| (technique, split));
         Ok(CaptureConfig {
             scene,
-            device: a.device,
+            device: self.device.clone(),
             timeline,
             rate,
-            plays,
+            plays: self.plays.unwrap_or(0),
             layers,
-            beside,
+            beside: self.beside.map(|technique| (technique, split)),
             output,
-            resume: a.resume,
-            command,
+            resume: self.resume,
+            command: command_of(line),
         })
-    }
-
-    /// The command without what says only where, on what and in which parts the pictures are made.
-    fn command(&self, mut line: CommandLine) -> String {
-        for flag in ["--output", "--device", "--validation", "--resume", "--shard"] {
-            line.remove(flag);
-        }
-        format!("leadr capture{line}")
     }
 
     /// How the camera moves, if it does instead of time.
@@ -215,26 +203,25 @@ impl CaptureArgs {
         if kind != FileKind::Still(StillKind::Exr) && !self.layers.is_empty() {
             return Err(format!("--layers needs an .exr output, not '{shown}'"));
         }
-        match kind {
-            FileKind::Still(_) | FileKind::Sheet { .. } if self.plays.is_some() => {
-                return Err(format!("--loop needs a moving picture (.webp), not '{shown}'"));
+        if self.plays.is_some() && kind != FileKind::Moving(MovingKind::Webp) {
+            return Err(format!("--loop needs a moving picture (.webp), not '{shown}'"));
+        }
+        if let FileKind::Moving(kind) = kind {
+            let (rates, rate) = (kind.rates(), self.fps.unwrap_or(Rate::DEFAULT).per_second());
+            if !rates.contains(&rate) {
+                let (least, most) = rates.into_inner();
+                let what = format!("'{shown}' shows {least} to {most} frames per second, not {rate}");
+                return Err(format!("{what}; choose another --fps or format"));
             }
-            FileKind::Still(_) | FileKind::Sheet { .. } if self.travel().is_some() && self.fps.is_some() => {
-                return Err(
-                    "--fps says nothing of stills of a --sweep or --turntable, in which time stands still".to_owned()
-                );
+        } else if self.travel().is_some() && self.fps.is_some() {
+            let what = "--fps says nothing of stills of a --sweep or --turntable, in which time stands still";
+            return Err(what.to_owned());
+        }
+        if let (FileKind::Sheet { sheet }, Some(frames)) = (kind, self.frames) {
+            let (cells, frames) = (sheet.cells(), frames.end - frames.start);
+            if cells > frames {
+                return Err(format!("--sheet shows {cells} moments, and --frames has {frames}"));
             }
-            FileKind::Still(_) => {}
-            FileKind::Sheet { sheet } => {
-                let frames = self.frames.map_or(0, |frames| frames.end - frames.start);
-                if sheet.cells() > frames {
-                    return Err(format!("--sheet shows {} moments, and --frames has {frames}", sheet.cells()));
-                }
-            }
-            FileKind::Moving(MovingKind::Y4m) if self.plays.is_some() => {
-                return Err(format!("--loop needs a moving picture (.webp); '{shown}' is a video"));
-            }
-            FileKind::Moving(kind) => self.check_rate(kind, shown)?,
         }
         let parts = [("--resume", self.resume), ("--shard", self.shard.is_some())];
         match parts.iter().find(|part| part.1) {
@@ -244,15 +231,14 @@ impl CaptureArgs {
             _ => Ok(()),
         }
     }
+}
 
-    fn check_rate(&self, kind: MovingKind, shown: &str) -> Result<(), String> {
-        let (rates, rate) = (kind.rates(), self.fps.unwrap_or(Rate::DEFAULT).per_second());
-        if rates.contains(&rate) {
-            return Ok(());
-        }
-        let (least, most) = rates.into_inner();
-        Err(format!("'{shown}' shows {least} to {most} frames per second, not {rate}; choose another --fps or format"))
+/// The command of `line` without what says only where, on what and in which parts the pictures are made.
+fn command_of(mut line: CommandLine) -> String {
+    for flag in ["--output", "--device", "--validation", "--resume", "--shard"] {
+        line.remove(flag);
     }
+    format!("leadr capture{line}")
 }
 
 fn default_output(a: &CaptureArgs, config: &SceneConfig, timeline: &Timeline) -> PathBuf {
