@@ -272,43 +272,36 @@ impl Simple {
 
     /// A BSDF of Mitsuba 3. `nonlinear`: light that the coat sends back is coloured by the body again.
     fn mitsuba(&self, name: &str) -> String {
-        let rgb = |name: &str, c: DVec3| format!("<rgb name=\"{name}\" value=\"{:.6}, {:.6}, {:.6}\"/>", c.x, c.y, c.z);
-        let float = |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value:.6}\"/>");
+        let rgb = |name: &str, c: DVec3| format!(r#"<rgb name="{name}" value="{:.6}, {:.6}, {:.6}"/>"#, c.x, c.y, c.z);
+        let float = |name: &str, value: f64| format!(r#"<float name="{name}" value="{value:.6}"/>"#);
         let (u, v, turned) = self.axes();
-        let head = format!("<bsdf version=\"3.0.0\" id=\"{name}\"");
-        let ggx = "<string name=\"distribution\" value=\"ggx\"/>".to_owned();
-        let (first, lines, last) = match self.surface {
-            Surface::Coated(albedo) => (
-                format!("{head} type=\"roughplastic\">"),
-                vec![
-                    ggx,
-                    float("alpha", u),
-                    float("int_ior", COAT_INDEX),
-                    float("ext_ior", 1.0),
-                    "<boolean name=\"nonlinear\" value=\"true\"/>".to_owned(),
-                    rgb("diffuse_reflectance", albedo),
-                ],
-                "</bsdf>",
-            ),
+        let ggx = r#"<string name="distribution" value="ggx"/>"#.to_owned();
+        let (kind, lines) = match self.surface {
+            Surface::Coated(albedo) => {
+                let nonlinear = r#"<boolean name="nonlinear" value="true"/>"#.to_owned();
+                let (inside, outside) = (float("int_ior", COAT_INDEX), float("ext_ior", 1.0));
+                let body = rgb("diffuse_reflectance", albedo);
+                ("roughplastic", vec![ggx, float("alpha", u), inside, outside, nonlinear, body])
+            }
             Surface::Metal { share, eta, k, albedo } => {
                 let metal = vec![ggx, float("alpha_u", u), float("alpha_v", v), rgb("eta", eta), rgb("k", k)];
                 if share < 1.0 {
                     let beside = [
                         float("weight", share),
-                        format!("<bsdf type=\"diffuse\">{}</bsdf>", rgb("reflectance", albedo)),
-                        "<bsdf type=\"roughconductor\">".to_owned(),
+                        format!(r#"<bsdf type="diffuse">{}</bsdf>"#, rgb("reflectance", albedo)),
+                        r#"<bsdf type="roughconductor">"#.to_owned(),
                     ];
                     let metal = metal.into_iter().map(|line| format!("    {line}"));
-                    let lines = beside.into_iter().chain(metal).chain(["</bsdf>".to_owned()]).collect();
-                    (format!("{head} type=\"blendbsdf\">"), lines, "</bsdf>")
+                    ("blendbsdf", beside.into_iter().chain(metal).chain(["</bsdf>".to_owned()]).collect())
                 } else {
-                    (format!("{head} type=\"roughconductor\">"), metal, "</bsdf>")
+                    ("roughconductor", metal)
                 }
             }
         };
         let remark = turned.map(|by| format!("<!-- alpha_u is turned by {by:.2} degrees from the tangent -->\n"));
+        let first = format!(r#"<bsdf version="3.0.0" id="{name}" type="{kind}">"#);
         let lines: String = lines.iter().map(|line| format!("    {line}\n")).collect();
-        format!("{}{first}\n{lines}{last}\n", remark.unwrap_or_default())
+        format!("{}{first}\n{lines}</bsdf>\n", remark.unwrap_or_default())
     }
 
     /// A named material of pbrt-v4. Without thickness a coat does not swallow light. Of two materials beside each other, each has its name.
