@@ -1,6 +1,6 @@
 //! Pictures of numbers over the picture: what it is shaded by, and how two sides differ.
 
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread::JoinHandle;
 
 use leadr_maps::tonemap::Tonemap;
 use leadr_maps::{Rgb8Image, RgbImage};
@@ -82,7 +82,7 @@ fn segment_color(segments: f32) -> [u8; 3] {
 /// Finds the difference of two pictures beside the frames.
 #[derive(Default)]
 pub struct Difference {
-    running: Option<Receiver<Option<(Rgb8Image, String)>>>,
+    running: Option<JoinHandle<Option<(Rgb8Image, String)>>>,
     /// Samples of the pictures that were compared last.
     compared: (u32, u32),
 }
@@ -102,27 +102,18 @@ impl Difference {
     /// Begins to compare the pictures, which have so many samples.
     pub fn begin(&mut self, left: RgbImage, right: RgbImage, exposure: f32, tonemap: Tonemap, samples: (u32, u32)) {
         self.compared = samples;
-        let (sender, receiver) = channel();
         let names = format!("sample {} of {}", samples.0, samples.1);
-        std::thread::spawn(move || {
-            let compared = compare(&right, &left, exposure, tonemap).ok();
-            // A window that has closed takes no answer.
-            let _ = sender.send(compared.map(|found| {
-                let says =
-                    format!("FLIP of left and right: mean {:.4}, rRMSE {:.4} ({names})", found.flip, found.rrmse);
-                (found.error_image(), says)
-            }));
-        });
-        self.running = Some(receiver);
+        self.running = Some(std::thread::spawn(move || {
+            let found = compare(&right, &left, exposure, tonemap).ok()?;
+            let says = format!("FLIP of left and right: mean {:.4}, rRMSE {:.4} ({names})", found.flip, found.rrmse);
+            Some((found.error_image(), says))
+        }));
     }
 
     /// What was found, once.
     pub fn found(&mut self) -> Option<(Rgb8Image, String)> {
-        let answer = self.running.as_ref()?.try_recv();
-        if !matches!(answer, Err(TryRecvError::Empty)) {
-            self.running = None;
-        }
-        answer.ok().flatten()
+        let done = self.running.take_if(|running| running.is_finished())?;
+        done.join().ok().flatten()
     }
 }
 
