@@ -137,65 +137,61 @@ pub fn run(
     let mut viewer = Viewer::new(show.orbit, options.time, choices, show.sweep);
     viewer.scene_moves = show.moves();
     let pace = Pace::on(show.renderer.gpu(), options.kept);
-    let shaders = options
-        .hot_reload
-        .as_deref()
-        .map(|root| ShaderWatch::new(root, show.renderer.gpu().shader_names()))
-        .transpose()?;
-    let mut app = App {
-        scene: show.scene,
-        views: show.views,
-        settings,
-        surroundings: show.surroundings,
-        program,
-        shaders,
-        viewer,
-        pace,
-        exposure: 1.0,
-        sun: None,
-        options,
-        renderer: Some(show.renderer),
-        open: None,
-        modifiers: ModifiersState::empty(),
-        report: WindowReport::default(),
-        lost: None,
-        error: None,
+    let shader_names = || show.renderer.gpu().shader_names();
+    let shaders = options.hot_reload.as_deref().map(|root| ShaderWatch::new(root, shader_names())).transpose()?;
+    let open = |events: &ActiveEventLoop| -> Result<Session<'_>, AppError> {
+        let size: Size = match options.layout.size {
+            Some([width, height]) => LogicalSize::new(width, height).into(),
+            None => PhysicalSize::new(settings.size.0, settings.size.1).into(),
+        };
+        let attributes = Window::default_attributes().with_title(options.title.as_str()).with_inner_size(size);
+        let window = events
+            .create_window(attributes)
+            .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
+        let window = Arc::new(window);
+        window.request_redraw();
+        Ok(Session {
+            painter: Painter::new(show.renderer, window.clone())?,
+            panel: Panel::new(&window, &options.layout),
+            difference: Difference::default(),
+            layer_is_still: false,
+            size: window.inner_size(),
+            window,
+            occluded: false,
+            hidden: false,
+            clock: FrameClock::new(Instant::now()),
+            scene: show.scene,
+            views: show.views,
+            settings,
+            surroundings: show.surroundings,
+            program,
+            shaders,
+            viewer,
+            pace,
+            exposure: 1.0,
+            sun: None,
+            options,
+            modifiers: ModifiersState::empty(),
+            report: WindowReport::default(),
+            lost: None,
+        })
     };
+    let mut app = App { open: Some(open), session: None, ended: Ok(WindowReport::default()) };
     let ended = display.events.run_app(&mut app).map_err(|e| AppError::Failed(format!("the window failed: {e}")));
-    app.error.map_or(Ok(()), Err)?;
+    let report = app.ended?;
     ended?;
-    // The window went on, but whoever waits for the file must know.
-    app.lost.map_or(Ok(()), Err)?;
-    Ok(app.report)
+    Ok(report)
 }
 
-struct App<'p> {
-    scene: Box<dyn FnMut(f64) -> FrameState>,
-    views: Option<[super::orbit::Orbit; 3]>,
-    settings: RenderSettings,
-    surroundings: Surroundings,
-    program: &'p mut dyn Program,
-    /// Compiles shaders that change.
-    shaders: Option<ShaderWatch>,
-    viewer: Viewer,
-    pace: Pace,
-    options: WindowOptions,
-    /// A factor on the radiance of the picture that is shown.
-    exposure: f32,
-    /// Where its sun is.
-    sun: Option<SunDirection>,
-    /// Until the window opens.
-    renderer: Option<leadr_render::frame::Renderer>,
-    open: Option<Open>,
-    modifiers: ModifiersState,
-    report: WindowReport,
-    /// A screenshot that was not written.
-    lost: Option<AppError>,
-    error: Option<AppError>,
+/// A window that is not open yet, that is open, or whose end is known.
+struct App<'p, F> {
+    open: Option<F>,
+    session: Option<Session<'p>>,
+    ended: Result<WindowReport, AppError>,
 }
 
-/// The window while it is open.
-struct Open {
+/// What is shown while the window is open.
+struct Session<'p> {
     // Dropped before the window.
     painter: Painter,
     panel: Panel,
@@ -210,50 +206,37 @@ struct Open {
     /// The last attempt to draw met a window that is minimised or has no area. No frame is drawn until an event.
     hidden: bool,
     clock: FrameClock,
+    scene: Box<dyn FnMut(f64) -> FrameState>,
+    views: Option<[super::orbit::Orbit; 3]>,
+    settings: RenderSettings,
+    surroundings: Surroundings,
+    program: &'p mut dyn Program,
+    /// Compiles shaders that change.
+    shaders: Option<ShaderWatch>,
+    viewer: Viewer,
+    pace: Pace,
+    options: WindowOptions,
+    /// A factor on the radiance of the picture that is shown.
+    exposure: f32,
+    /// Where its sun is.
+    sun: Option<SunDirection>,
+    modifiers: ModifiersState,
+    report: WindowReport,
+    /// A screenshot that was not written.
+    lost: Option<AppError>,
 }
 
-impl App<'_> {
-    fn open(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
-        let Some(renderer) = self.renderer.take() else { return Ok(()) };
-        let (width, height) = self.settings.size;
-        let size: Size = match self.options.layout.size {
-            Some([width, height]) => LogicalSize::new(width, height).into(),
-            None => PhysicalSize::new(width, height).into(),
-        };
-        let attributes = Window::default_attributes().with_title(self.options.title.as_str()).with_inner_size(size);
-        let window = events
-            .create_window(attributes)
-            .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
-        let window = Arc::new(window);
-        let painter = Painter::new(renderer, window.clone())?;
-        let panel = Panel::new(&window, &self.options.layout);
-        window.request_redraw();
-        let size = window.inner_size();
-        self.open = Some(Open {
-            painter,
-            panel,
-            difference: Difference::default(),
-            layer_is_still: false,
-            window,
-            size,
-            occluded: false,
-            hidden: false,
-            clock: FrameClock::new(Instant::now()),
-        });
-        Ok(())
-    }
-
+impl Session<'_> {
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let PhysicalSize { width, height } = open.size;
-        open.hidden = open.occluded || width == 0 || height == 0 || open.window.is_minimized() == Some(true);
-        if open.hidden {
+        let PhysicalSize { width, height } = self.size;
+        self.hidden = self.occluded || width == 0 || height == 0 || self.window.is_minimized() == Some(true);
+        if self.hidden {
             // An event that says otherwise asks for a frame. Time stands still while nobody looks.
-            open.clock.pause();
+            self.clock.pause();
             self.pace.interrupt();
             return Ok(());
         }
-        let interval = open.clock.begin(Instant::now());
+        let interval = self.clock.begin(Instant::now());
         if let Some(interval) = interval {
             self.viewer.advance(interval.took.as_secs_f64());
         }
@@ -261,13 +244,12 @@ impl App<'_> {
             Some(interval) => {
                 let milliseconds = interval.took.as_secs_f32() * 1000.0;
                 self.report.milliseconds.push(milliseconds);
-                open.panel.frame_took(milliseconds);
+                self.panel.frame_took(milliseconds);
                 self.pace.frame(milliseconds);
             }
             None => self.pace.interrupt(),
         }
         let painted = self.lay_out(events)?;
-        let Some(open) = &mut self.open else { return Ok(()) };
         let sides = self.viewer.choices.sides(&self.settings);
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
@@ -281,13 +263,13 @@ impl App<'_> {
             state
         });
         if changed {
-            open.layer_is_still = false;
-            open.difference = Difference::default();
-            open.panel.lay_over(None);
-            (open.panel.ellipses, open.panel.balls) = (None, None);
+            self.layer_is_still = false;
+            self.difference = Difference::default();
+            self.panel.lay_over(None);
+            (self.panel.ellipses, self.panel.balls) = (None, None);
         }
         let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
-        let shown = open.painter.draw(WindowFrame {
+        let shown = self.painter.draw(WindowFrame {
             size: [width, height],
             state,
             sides: &sides,
@@ -297,7 +279,7 @@ impl App<'_> {
             split,
             panel: painted,
         })?;
-        open.hidden = !shown;
+        self.hidden = !shown;
         if !shown {
             if changed {
                 self.viewer.invalidate();
@@ -305,34 +287,33 @@ impl App<'_> {
             return Ok(());
         }
         // A layer is read of what moves, and once more of what stands still, which has all its pixels.
-        let still = open.painter.is_complete([width, height], &sides);
-        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed || still && !open.layer_is_still) {
-            open.layer_is_still = still;
-            let read = open.painter.layer(layer)?;
+        let still = self.painter.is_complete([width, height], &sides);
+        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed || still && !self.layer_is_still) {
+            self.layer_is_still = still;
+            let read = self.painter.layer(layer)?;
             match self.viewer.choices.look {
-                Look::Ellipses => open.panel.ellipses = Some(read),
-                Look::Probes => open.panel.balls = Some(open.painter.probes(&read)),
-                _ => open.panel.lay_over(Some(false_colors(layer, &read))),
+                Look::Ellipses => self.panel.ellipses = Some(read),
+                Look::Probes => self.panel.balls = Some(self.painter.probes(&read)),
+                _ => self.panel.lay_over(Some(false_colors(layer, &read))),
             }
-            open.window.request_redraw();
+            self.window.request_redraw();
         }
         self.compare()?;
-        let Some(open) = &mut self.open else { return Ok(()) };
-        open.clock.running = self.viewer.is_moving();
+        self.clock.running = self.viewer.is_moving();
         self.report.frames += 1;
         let now = Instant::now();
         // No frame follows that could set the title later.
-        let last = !self.viewer.is_moving() && open.painter.is_complete([width, height], &sides);
-        if open.clock.is_due(now) || self.report.frames == 1 || last {
-            open.clock.measure(now);
+        let last = !self.viewer.is_moving() && self.painter.is_complete([width, height], &sides);
+        if self.clock.is_due(now) || self.report.frames == 1 || last {
+            self.clock.measure(now);
             if last {
-                open.painter.finish()?;
+                self.painter.finish()?;
             }
-            open.window.set_title(&title(&self.options.title, &self.viewer, open.clock.fps, open.painter.times()));
+            self.window.set_title(&title(&self.options.title, &self.viewer, self.clock.fps, self.painter.times()));
         }
         if let Some(frames) = self.options.frames {
             if frames >= MEMORY_SAMPLES && self.report.frames.is_multiple_of(frames / MEMORY_SAMPLES) {
-                self.report.memory.push(MemorySample::after(self.report.frames, open.painter.gpu()));
+                self.report.memory.push(MemorySample::after(self.report.frames, self.painter.gpu()));
             }
             if self.report.frames >= frames {
                 events.exit();
@@ -344,8 +325,7 @@ impl App<'_> {
 
     /// Shows all detail after a first picture that had less.
     fn complete(&mut self) -> Result<(), AppError> {
-        let Some(open) = &self.open else { return Ok(()) };
-        match self.program.complete(open.painter.gpu())? {
+        match self.program.complete(self.painter.gpu())? {
             Some(show) => self.dress(show),
             None => Ok(()),
         }
@@ -353,10 +333,9 @@ impl App<'_> {
 
     /// Lays the panel out, and does what is asked for there.
     fn lay_out(&mut self, events: &ActiveEventLoop) -> Result<panel::paint::Painted, AppError> {
-        let Some(open) = &mut self.open else { return Err(AppError::Failed("the window is closed".into())) };
         let environments = self.surroundings.names();
-        let (pixels, triangles) = open.painter.drawn();
-        let device = open.painter.gpu().device_name().to_owned();
+        let (pixels, triangles) = self.painter.drawn();
+        let device = self.painter.gpu().device_name().to_owned();
         let facts = Facts {
             scenes: self.program.scenes(),
             scene: self.program.scene(),
@@ -367,13 +346,13 @@ impl App<'_> {
             worn: self.program.worn(),
             offers: &|choice| self.program.offers(choice),
             device: &device,
-            fps: open.clock.fps,
-            passes: open.painter.times(),
-            samples: open.painter.samples(),
+            fps: self.clock.fps,
+            passes: self.painter.times(),
+            samples: self.painter.samples(),
             pixels,
             triangles,
         };
-        let (painted, requests) = open.panel.run(&open.window, open.size, &mut self.viewer, &facts);
+        let (painted, requests) = self.panel.run(&self.window, self.size, &mut self.viewer, &facts);
         for request in requests {
             match request {
                 Request::Act(action) => self.act(events, action)?,
@@ -407,37 +386,34 @@ impl App<'_> {
 
     /// The difference of both sides, while nothing moves.
     fn compare(&mut self) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
         let wanted = self.viewer.choices.compare.is_some_and(|compare| compare.difference);
         if !wanted || self.viewer.is_moving() || self.viewer.choices.look != Look::Picture {
             return Ok(());
         }
-        if let Some(found) = open.difference.found() {
-            open.panel.lay_over(Some(found));
-            open.window.request_redraw();
+        if let Some(found) = self.difference.found() {
+            self.panel.lay_over(Some(found));
+            self.window.request_redraw();
         }
-        let samples = open.painter.samples();
-        if open.difference.wants(samples)
-            && let Ok([left, right]) = <[RgbImage; 2]>::try_from(open.painter.pictures()?)
+        let samples = self.painter.samples();
+        if self.difference.wants(samples)
+            && let Ok([left, right]) = <[RgbImage; 2]>::try_from(self.painter.pictures()?)
         {
-            open.difference.begin(left, right, self.exposure, self.viewer.choices.picture.tonemap, samples);
+            self.difference.begin(left, right, self.exposure, self.viewer.choices.picture.tonemap, samples);
         }
         Ok(())
     }
 
     /// Draws with shaders that have changed, once they work; until then what is drawn with stays.
     fn reload(&mut self) -> Result<(), AppError> {
-        let (Some(open), Some(change)) = (&mut self.open, self.shaders.as_ref().and_then(ShaderWatch::change)) else {
-            return Ok(());
-        };
-        open.painter.finish()?;
+        let Some(change) = self.shaders.as_ref().and_then(ShaderWatch::change) else { return Ok(()) };
+        self.painter.finish()?;
         let fault = match change {
             Change::Failed(message) => Some(message),
             Change::Compiled(shaders) => {
                 let names = shaders.names().collect::<Vec<_>>().join(", ");
-                match open.painter.gpu().take_shaders(shaders) {
+                match self.painter.gpu().take_shaders(shaders) {
                     Ok(pipelines) => {
-                        open.panel.say(format!("{pipelines} pipeline(s) made again of {names}"));
+                        self.panel.say(format!("{pipelines} pipeline(s) made again of {names}"));
                         None
                     }
                     Err(error) => Some(error.to_string()),
@@ -447,9 +423,9 @@ impl App<'_> {
         if let Some(fault) = &fault {
             tracing::error!("{fault}");
         }
-        open.panel.shader_fault = fault;
+        self.panel.shader_fault = fault;
         self.viewer.invalidate();
-        open.window.request_redraw();
+        self.window.request_redraw();
         Ok(())
     }
 
@@ -463,11 +439,9 @@ impl App<'_> {
                 let held = self.viewer.held + if pressed { way } else { -way };
                 self.viewer.held = held.clamp(Vec3::NEG_ONE, Vec3::ONE);
             }
-            if let Some(open) = &mut self.open {
-                // The time since the last frame is none in which it flew.
-                if !self.viewer.is_moving() {
-                    open.clock.pause();
-                }
+            // The time since the last frame is none in which it flew.
+            if !self.viewer.is_moving() {
+                self.clock.pause();
             }
             return Ok(());
         }
@@ -483,7 +457,6 @@ impl App<'_> {
     }
 
     fn act(&mut self, events: &ActiveEventLoop, action: Action) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
         match action {
             Action::Quit => events.exit(),
             Action::Screenshot => {
@@ -498,32 +471,27 @@ impl App<'_> {
                 return self.surround(next);
             }
             Action::CopyCommand => self.copy_command(),
-            Action::Panel => open.panel.open = !open.panel.open,
-            Action::Help => open.panel.help = !open.panel.help,
+            Action::Panel => self.panel.open = !self.panel.open,
+            Action::Help => self.panel.help = !self.panel.help,
             Action::FullScreen => {
-                let whole = open.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
-                open.window.set_fullscreen(whole);
+                let whole = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+                self.window.set_fullscreen(whole);
             }
             _ => self.viewer.act(action),
         }
-        if let Some(open) = &self.open {
-            open.window.request_redraw();
-        }
+        self.window.request_redraw();
         Ok(())
     }
 
     /// Says what went wrong, and goes on.
     fn complain(&mut self, error: &AppError) {
         tracing::error!("{error}");
-        if let Some(open) = &mut self.open {
-            open.panel.warn(error.to_string());
-            open.window.request_redraw();
-        }
+        self.panel.warn(error.to_string());
+        self.window.request_redraw();
     }
 
     fn copy_command(&mut self) {
-        let Some(open) = &mut self.open else { return };
-        let PhysicalSize { width, height } = open.size;
+        let PhysicalSize { width, height } = self.size;
         let seen = Seen {
             choices: &self.viewer.choices,
             pose: self.viewer.orbit.pose(),
@@ -533,20 +501,19 @@ impl App<'_> {
         };
         if let Some(command) = self.program.command(&seen) {
             tracing::info!("{command}");
-            open.panel.say(format!("copied: {command}"));
-            open.panel.copy(command);
+            self.panel.say(format!("copied: {command}"));
+            self.panel.copy(command);
         }
     }
 
     /// Shows the scene in another environment. One that cannot be read leaves things as they are.
     fn surround(&mut self, choice: EnvironmentChoice) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        match self.surroundings.show(open.painter.gpu(), choice) {
+        match self.surroundings.show(self.painter.gpu(), choice) {
             Ok(environment) => {
-                open.painter.surround(environment)?;
+                self.painter.surround(environment)?;
                 self.program.surround(&self.surroundings.names()[self.surroundings.shown()]);
                 self.viewer.invalidate();
-                open.window.request_redraw();
+                self.window.request_redraw();
             }
             Err(error) => self.complain(&error),
         }
@@ -555,16 +522,15 @@ impl App<'_> {
 
     /// Shows another scene. One that cannot be opened leaves things as they are.
     fn enter(&mut self, name: &Path) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        match self.program.open(open.painter.gpu(), name) {
+        match self.program.open(self.painter.gpu(), name) {
             Ok(mut show) => {
                 let moves = show.moves();
-                open.painter.replace(show.renderer)?;
-                open.clock.pause();
+                self.painter.replace(show.renderer)?;
+                self.clock.pause();
                 (self.scene, self.views, self.surroundings) = (show.scene, show.views, show.surroundings);
                 self.viewer.enter(show.orbit, show.sweep, moves);
                 self.pace.interrupt();
-                open.window.request_redraw();
+                self.window.request_redraw();
             }
             Err(error) => self.complain(&error),
         }
@@ -576,8 +542,7 @@ impl App<'_> {
         &mut self,
         make: impl FnOnce(&mut dyn Program, &Arc<Gpu>) -> Result<Show, AppError>,
     ) -> Result<(), AppError> {
-        let Some(open) = &self.open else { return Ok(()) };
-        match make(&mut *self.program, open.painter.gpu()) {
+        match make(&mut *self.program, self.painter.gpu()) {
             Ok(show) => self.dress(show),
             Err(error) => {
                 self.complain(&error);
@@ -588,13 +553,12 @@ impl App<'_> {
 
     /// Shows the same scene with other surfaces, seen as it was.
     fn dress(&mut self, show: Show) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        open.painter.dress(show.renderer)?;
-        open.clock.pause();
+        self.painter.dress(show.renderer)?;
+        self.clock.pause();
         self.scene = show.scene;
         self.viewer.invalidate();
         self.pace.interrupt();
-        open.window.request_redraw();
+        self.window.request_redraw();
         Ok(())
     }
 
@@ -614,8 +578,7 @@ impl App<'_> {
     }
 
     fn screenshot(&mut self) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let pictures: Vec<Rgb8Image> = open
+        let pictures: Vec<Rgb8Image> = self
             .painter
             .pictures()?
             .iter()
@@ -633,34 +596,33 @@ impl App<'_> {
         make_folder_of(&path)?;
         save_png_srgb8(&path, &picture)?;
         tracing::info!("saved {}", path.display());
-        open.panel.say(format!("saved {}", path.display()));
+        self.panel.say(format!("saved {}", path.display()));
         self.report.screenshots.push(path);
         Ok(())
     }
 
     fn handle(&mut self, events: &ActiveEventLoop, event: WindowEvent) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
         let tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.logical_key == Key::Named(NamedKey::Tab));
-        let (consumed, redraw) = if tab { (false, false) } else { open.panel.event(&open.window, &event) };
+        let (consumed, redraw) = if tab { (false, false) } else { self.panel.event(&self.window, &event) };
         if redraw {
-            open.window.request_redraw();
+            self.window.request_redraw();
         }
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
             WindowEvent::RedrawRequested => return self.draw(events),
             WindowEvent::Occluded(occluded) => {
-                open.occluded = occluded;
-                open.hidden = occluded;
-                open.window.request_redraw();
+                self.occluded = occluded;
+                self.hidden = occluded;
+                self.window.request_redraw();
             }
             WindowEvent::Resized(size) => {
-                open.size = size;
-                open.hidden = false;
-                open.window.request_redraw();
+                self.size = size;
+                self.hidden = false;
+                self.window.request_redraw();
             }
             WindowEvent::Focused(true) => {
-                open.hidden = false;
-                open.window.request_redraw();
+                self.hidden = false;
+                self.window.request_redraw();
             }
             WindowEvent::Focused(false) => self.viewer.held = Vec3::ZERO,
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !consumed => {
@@ -669,8 +631,8 @@ impl App<'_> {
             WindowEvent::DroppedFile(path) => return self.dropped(path),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::MouseInput { state, button, .. } => {
-                let grip = SPLIT_GRIP * open.window.scale_factor() as f32;
-                let width = open.size.width as f32;
+                let grip = SPLIT_GRIP * self.window.scale_factor() as f32;
+                let width = self.size.width as f32;
                 let at_split = self.viewer.pointer.is_some_and(|[x, _]| self.viewer.is_at_split(x, width, grip));
                 let drag = match button {
                     MouseButton::Left if at_split => Some(Drag::Split),
@@ -683,10 +645,10 @@ impl App<'_> {
                 self.viewer.drag = drag.filter(|_| state == ElementState::Pressed && !consumed);
             }
             WindowEvent::CursorMoved { position, .. } => {
-                let size = [open.size.width as f32, open.size.height as f32];
+                let size = [self.size.width as f32, self.size.height as f32];
                 self.viewer.move_pointer([position.x as f32, position.y as f32], size);
                 if std::mem::take(&mut self.viewer.redraw) {
-                    open.window.request_redraw();
+                    self.window.request_redraw();
                 }
             }
             WindowEvent::MouseWheel { delta, .. } if !consumed => self.viewer.wheel(match delta {
@@ -700,12 +662,12 @@ impl App<'_> {
 
     /// Keeps how the window is left, if that has changed. It is no reason to fail if that cannot be.
     fn keep_layout(&mut self) {
-        let (Some(open), Some(file)) = (&self.open, &self.options.layout_file) else { return };
+        let Some(file) = &self.options.layout_file else { return };
         let before = &self.options.layout;
-        let points: LogicalSize<u32> = open.size.to_logical(open.panel.scale());
-        let whole = open.window.fullscreen().is_some();
+        let points: LogicalSize<u32> = self.size.to_logical(self.panel.scale());
+        let whole = self.window.fullscreen().is_some();
         let size = if whole { before.size } else { Some([points.width, points.height]) };
-        let layout = Layout { size, ..open.panel.layout() };
+        let layout = Layout { size, ..self.panel.layout() };
         if layout != *before
             && let Err(error) = layout.write(file)
         {
@@ -713,61 +675,84 @@ impl App<'_> {
         }
     }
 
-    fn end_on_error(&mut self, events: &ActiveEventLoop, result: Result<(), AppError>) {
-        if let Err(error) = result {
-            self.error.get_or_insert(error);
-            events.exit();
+    /// Asks for a frame if something has moved on without an event.
+    fn wake(&self) {
+        let wakes = self.panel.wakes.is_some_and(|wakes| wakes <= Instant::now());
+        if self.difference.is_running() || wakes {
+            self.window.request_redraw();
         }
+    }
+
+    /// Decides what to wait for.
+    fn wait(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
+        self.reload()?;
+        if self.hidden {
+            events.set_control_flow(ControlFlow::Wait);
+            return Ok(());
+        }
+        let PhysicalSize { width, height } = self.size;
+        let sides = self.viewer.choices.sides(&self.settings);
+        // Sleeps when nothing moves and all samples are there.
+        if self.viewer.is_moving() || !self.painter.is_complete([width, height], &sides) {
+            self.window.request_redraw();
+        }
+        let asks = self.difference.is_running() || self.shaders.is_some();
+        let asks = asks.then(|| Instant::now() + ASK_INTERVAL);
+        let wakes = [self.panel.wakes, asks].into_iter().flatten().min();
+        events.set_control_flow(wakes.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+        Ok(())
     }
 }
 
-impl ApplicationHandler for App<'_> {
+impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> App<'p, F> {
+    /// Does something in the open window, if it is open, and closes it if that fails.
+    fn with(&mut self, events: &ActiveEventLoop, work: impl FnOnce(&mut Session<'p>) -> Result<(), AppError>) {
+        if let Some(Err(error)) = self.session.as_mut().map(work) {
+            self.end(events, error);
+        }
+    }
+
+    /// Ends with the first error.
+    fn end(&mut self, events: &ActiveEventLoop, error: AppError) {
+        if self.ended.is_ok() {
+            self.ended = Err(error);
+        }
+        events.exit();
+    }
+}
+
+impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> ApplicationHandler for App<'p, F> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         events.set_control_flow(ControlFlow::Wait);
-        let result = self.open(events);
-        self.end_on_error(events, result);
+        match self.open.take().map(|open| open(events)) {
+            Some(Ok(session)) => self.session = Some(session),
+            Some(Err(error)) => self.end(events, error),
+            None => {}
+        }
     }
 
     fn new_events(&mut self, _events: &ActiveEventLoop, cause: StartCause) {
-        if !matches!(cause, StartCause::ResumeTimeReached { .. }) {
-            return;
-        }
-        let wakes = self.open.as_ref().is_some_and(|open| {
-            open.difference.is_running() || open.panel.wakes.is_some_and(|wakes| wakes <= Instant::now())
-        });
-        if let Some(open) = self.open.as_ref().filter(|_| wakes) {
-            open.window.request_redraw();
+        if let (StartCause::ResumeTimeReached { .. }, Some(session)) = (cause, &self.session) {
+            session.wake();
         }
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
-        let result = self.handle(events, event);
-        self.end_on_error(events, result);
-    }
-
-    fn exiting(&mut self, _events: &ActiveEventLoop) {
-        self.keep_layout();
-        // The window and its surface go before the connection to the display.
-        self.open = None;
+        self.with(events, |session| session.handle(events, event));
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let reloaded = self.reload();
-        self.end_on_error(events, reloaded);
-        let Some(open) = &self.open else { return };
-        if open.hidden {
-            return events.set_control_flow(ControlFlow::Wait);
+        self.with(events, |session| session.wait(events));
+    }
+
+    fn exiting(&mut self, _events: &ActiveEventLoop) {
+        // The window and its surface go before the connection to the display.
+        let Some(mut session) = self.session.take() else { return };
+        session.keep_layout();
+        if self.ended.is_ok() {
+            // The window went on after a screenshot that was lost, but whoever waits for the file must know.
+            self.ended = session.lost.take().map_or(Ok(session.report), Err);
         }
-        let PhysicalSize { width, height } = open.size;
-        let sides = self.viewer.choices.sides(&self.settings);
-        // Sleeps when nothing moves and all samples are there.
-        if self.viewer.is_moving() || !open.painter.is_complete([width, height], &sides) {
-            open.window.request_redraw();
-        }
-        let asks = open.difference.is_running() || self.shaders.is_some();
-        let asks = asks.then(|| Instant::now() + ASK_INTERVAL);
-        let wakes = [open.panel.wakes, asks].into_iter().flatten().min();
-        events.set_control_flow(wakes.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
 
