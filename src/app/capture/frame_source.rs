@@ -35,26 +35,18 @@ pub struct Frame {
     pub passes: Vec<PassTime>,
 }
 
-/// Renders the moments of one capture. The same moment always gives the same bits.
-pub trait FrameSource {
+/// Renders the moments of one capture.
+pub struct FrameSource<'a> {
     /// The device that renders.
-    fn device(&self) -> DeviceInfo;
-
+    pub device: DeviceInfo,
     /// The files that its pictures are made from.
-    fn files(&self) -> &[FileRead] {
-        &[]
-    }
-
+    pub files: Vec<FileRead>,
     /// The lights that were taken out of its environment.
-    fn lights(&self) -> Vec<EnvironmentLight> {
-        Vec::new()
-    }
-
+    pub lights: Vec<EnvironmentLight>,
     /// How long it took before it could render, seconds.
-    fn set_up_seconds(&self) -> f64 {
-        0.0
-    }
-
-    /// Renders one moment, and tells after each sample how many are done.
-    fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError>;
+    pub set_up_seconds: f64,
+    /// Renders one moment, and tells after each sample how many are done. The same moment always gives the same bits.
+    pub render: Box<Render<'a>>,
 }
+
+type Render<'a> = dyn FnMut(Moment, &mut dyn FnMut(u32)) -> Result<Frame, AppError> + 'a;

@@ -86,8 +86,8 @@ pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Resul
     if let Some(remark) = unheeded(&config) {
         output.say(remark);
     }
-    let mut source = renderer_source::open(&config, output)?;
-    output.summary(&capture(&config, source.as_mut(), output)?)
+    let source = renderer_source::open(&config, output)?;
+    output.summary(&capture(&config, source, output)?)
 }
 
 /// Refuses a video on standard output where it would meet other things.
@@ -130,12 +130,12 @@ fn check_files(config: &CaptureConfig) -> Result<(), AppError> {
 /// If rendering or writing fails, naming the frame; files written before stay.
 pub fn capture<'a>(
     config: &'a CaptureConfig,
-    source: &mut dyn FrameSource,
+    mut source: FrameSource<'_>,
     output: &Output,
 ) -> Result<CaptureReport<'a>, AppError> {
     let start = Instant::now();
     let moments = config.moments();
-    let recipe = Recipe::new(config, source.files());
+    let recipe = Recipe::new(config, &source.files);
     let (count, samples) = (moments.len(), config.samples_of_frame());
     let bar = output.bar(count * samples as usize);
     let mut sink = sink::open(config)?;
@@ -154,7 +154,7 @@ pub fn capture<'a>(
         let passes = if kept {
             Vec::new()
         } else {
-            let frame = render_frame(config, source, moment, &mut { tell })?;
+            let frame = render_frame(config, &mut source, moment, &mut { tell })?;
             sink.put(&file, &frame, &origin)?;
             frame.passes
         };
@@ -169,19 +169,19 @@ pub fn capture<'a>(
     }
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
-    let (device, lights, set_up_seconds) = (source.device(), source.lights(), source.set_up_seconds());
+    let FrameSource { device, lights, set_up_seconds, .. } = source;
     Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, set_up_seconds, seconds })
 }
 
 /// Renders one moment and checks the size, the layers and the values of the frame.
 fn render_frame(
     config: &CaptureConfig,
-    source: &mut dyn FrameSource,
+    source: &mut FrameSource<'_>,
     moment: Moment,
     done: &mut dyn FnMut(u32),
 ) -> Result<Frame, AppError> {
     let fault = |what: String| AppError::Failed(format!("frame {}: {what}", moment.frame));
-    let frame = source.render(moment, done).map_err(|e| fault(e.to_string()))?;
+    let frame = (source.render)(moment, done).map_err(|e| fault(e.to_string()))?;
     let (width, height) = (config.scene.size.width, config.scene.size.height);
     let pixels = width as usize * height as usize;
     if (frame.width, frame.height) != (width, height) || frame.color.len() != pixels {
@@ -231,12 +231,18 @@ pub mod tests {
         }
     }
 
-    impl FrameSource for Double {
-        fn device(&self) -> DeviceInfo {
-            DeviceInfo { device: "double".into(), driver: "none".into() }
+    impl Double {
+        fn source(&mut self) -> FrameSource<'_> {
+            FrameSource {
+                device: DeviceInfo { device: "double".into(), driver: "none".into() },
+                files: Vec::new(),
+                lights: Vec::new(),
+                set_up_seconds: 0.0,
+                render: Box::new(|moment, done| self.render(moment, done)),
+            }
         }
 
-        fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError> {
+        pub fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError> {
             self.calls += 1;
             done(1);
             if self.fail_at == Some(moment.frame) {
@@ -277,7 +283,7 @@ pub mod tests {
 
     /// The report of a capture as JSON.
     pub fn run(config: &CaptureConfig, double: &mut Double) -> Result<serde_json::Value, AppError> {
-        capture(config, double, &Output::new(true, true)).map(|report| serde_json::to_value(&report).unwrap())
+        capture(config, double.source(), &Output::new(true, true)).map(|report| serde_json::to_value(&report).unwrap())
     }
 
     #[test]
@@ -347,7 +353,7 @@ pub mod tests {
             let drawn = |flags: &[&str]| {
                 let config = configure(folder.path(), &name, &[&["--frames", "0..3", "--resume"], flags].concat());
                 let mut double = Double::new(&config);
-                let report = capture(&config, &mut double, &Output::new(true, true)).unwrap();
+                let report = capture(&config, double.source(), &Output::new(true, true)).unwrap();
                 (double.calls, report.to_string())
             };
             let (calls, said) = drawn(&["--technique", "constant"]);

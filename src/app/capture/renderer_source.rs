@@ -5,25 +5,16 @@ use std::time::Instant;
 use super::args::CaptureConfig;
 use super::frame_source::{Frame, FrameSource, PassTime};
 use super::frames::Moment;
-use leadr_maps::reads::{FileRead, recorded};
+use leadr_maps::reads::recorded;
 use leadr_render::frame::Renderer;
-use leadr_render::light::panorama::EnvironmentLight;
-use leadr_scenes::set::{Animation, Inputs, Set, SetUp, set};
+use leadr_render::scene::FrameState;
+use leadr_scenes::set::{Inputs, Set, SetUp, set};
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
-/// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
-struct RendererSource<'a> {
-    config: &'a CaptureConfig,
-    renderer: Renderer,
-    animation: Animation,
-    files: Vec<FileRead>,
-    set_up_seconds: f64,
-}
-
 /// Loads the inputs of `config`, opens the device and prepares the renderer.
-pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource + 'a>, AppError> {
+pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<FrameSource<'a>, AppError> {
     // Files first: their errors are found at once, without a device.
     let scene = &config.scene;
     let begun = Instant::now();
@@ -35,9 +26,14 @@ pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<Box<dyn Fr
         let gpu = config.device.open()?;
         Ok(set(scene, inputs, &gpu, Some(&scene.render_settings()), &watch)?)
     });
-    let Set { renderer, animation, .. } = made?;
-    let set_up_seconds = begun.elapsed().as_secs_f64();
-    Ok(Box::new(RendererSource { config, renderer, animation, files, set_up_seconds }))
+    let Set { mut renderer, animation, .. } = made?;
+    Ok(FrameSource {
+        device: DeviceInfo::of(renderer.gpu()),
+        files,
+        lights: renderer.environment().lights().to_vec(),
+        set_up_seconds: begun.elapsed().as_secs_f64(),
+        render: Box::new(move |moment, done| render(config, &mut renderer, animation(moment.time), moment, done)),
+    })
 }
 
 /// Puts the right part of another picture beside the left part of `color`, with a white line between them.
@@ -55,55 +51,43 @@ fn put_beside(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32
     }
 }
 
-impl FrameSource for RendererSource<'_> {
-    fn device(&self) -> DeviceInfo {
-        DeviceInfo::of(self.renderer.gpu())
+/// Draws a moment of a scene, which is in this state.
+fn render(
+    config: &CaptureConfig,
+    renderer: &mut Renderer,
+    mut state: FrameState,
+    moment: Moment,
+    done: &mut dyn FnMut(u32),
+) -> Result<Frame, AppError> {
+    if let Some(distance) = moment.distance {
+        state.camera = state.camera.at_distance(distance);
     }
-
-    fn files(&self) -> &[FileRead] {
-        &self.files
+    if let Some(degrees) = moment.turn_degrees {
+        state.camera = state.camera.turned(degrees);
     }
-
-    fn set_up_seconds(&self) -> f64 {
-        self.set_up_seconds
+    let settings = config.scene.render_settings();
+    let mut output = renderer.render_watched(&state, &settings, done)?;
+    if let Some((technique, split)) = config.beside {
+        let left = settings.samples.max(1);
+        let settings = settings.shaded_by(technique.with(config.scene.picture.options));
+        let right = renderer.render_watched(&state, &settings, &mut |samples| done(left + samples))?;
+        let share = split.of_frame(moment.frame, config.timeline.frames());
+        put_beside(&mut output.color, &right.color, output.size.0, share, state.exposure());
     }
-
-    fn lights(&self) -> Vec<EnvironmentLight> {
-        self.renderer.environment().lights().to_vec()
+    let mut layers = Vec::new();
+    for &layer in &config.layers {
+        let texels = renderer.layer(layer)?;
+        let plane = |i: usize| texels.iter().map(|texel| texel[i]).collect();
+        layers.push((layer, (0..layer.channels().len()).map(plane).collect()));
     }
-
-    fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError> {
-        let mut state = (self.animation)(moment.time);
-        if let Some(distance) = moment.distance {
-            state.camera = state.camera.at_distance(distance);
-        }
-        if let Some(degrees) = moment.turn_degrees {
-            state.camera = state.camera.turned(degrees);
-        }
-        let settings = self.config.scene.render_settings();
-        let mut output = self.renderer.render_watched(&state, &settings, done)?;
-        if let Some((technique, split)) = self.config.beside {
-            let left = settings.samples.max(1);
-            let settings = settings.shaded_by(technique.with(self.config.scene.picture.options));
-            let right = self.renderer.render_watched(&state, &settings, &mut |samples| done(left + samples))?;
-            let share = split.of_frame(moment.frame, self.config.timeline.frames());
-            put_beside(&mut output.color, &right.color, output.size.0, share, state.exposure());
-        }
-        let mut layers = Vec::new();
-        for &layer in &self.config.layers {
-            let texels = self.renderer.layer(layer)?;
-            let plane = |i: usize| texels.iter().map(|texel| texel[i]).collect();
-            layers.push((layer, (0..layer.channels().len()).map(plane).collect()));
-        }
-        if self.config.device.validation
-            && let Some(first) = self.renderer.gpu().take_validation_messages().first()
-        {
-            return Err(AppError::Failed(format!("Vulkan validation: {first}")));
-        }
-        let (width, height) = output.size;
-        let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
-        Ok(Frame { width, height, color: output.color, layers, exposure: state.exposure(), passes })
+    if config.device.validation
+        && let Some(first) = renderer.gpu().take_validation_messages().first()
+    {
+        return Err(AppError::Failed(format!("Vulkan validation: {first}")));
     }
+    let (width, height) = output.size;
+    let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
+    Ok(Frame { width, height, color: output.color, layers, exposure: state.exposure(), passes })
 }
 
 #[cfg(test)]

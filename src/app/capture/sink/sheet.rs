@@ -61,7 +61,6 @@ impl Sink for ContactSheet<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
     use leadr_maps::load_color_srgb8;
 

@@ -5,7 +5,6 @@ use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use crate::app::capture::args::CaptureConfig;
-use crate::app::capture::frame_source::FrameSource;
 use crate::app::capture::save::display;
 use crate::app::capture::tests::{Double, configure, files, run, sized};
 

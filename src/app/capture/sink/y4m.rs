@@ -85,7 +85,6 @@ impl Sink for Y4m<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
 
     #[test]
