@@ -11,7 +11,7 @@ use super::ocean::WAVES;
 use super::quad::{FIGURE_11, GOALS, paper_ms};
 use super::rounds::{CPU, FRAME, PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Measured;
-use super::stats::{Line, Ratio, in_order, least_squares, median};
+use super::stats::{Line, Ratio, in_order, least_squares, median, quantile};
 use crate::command::device::DeviceInfo;
 use crate::error::LabError;
 use crate::program::commit;
@@ -159,7 +159,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
     passes.retain(|pass| series.of(pass).iter().any(Option::is_some));
     let counts = series.counts();
     let report = |pass: &&str| {
-        let (median_ms, p95_ms) = series.median_p95(pass);
+        let times = series.times(pass);
         RowReport {
             table: row.table.clone(),
             row: row.name.clone(),
@@ -175,9 +175,9 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             triangles: counts.map(|(triangles, _)| triangles),
             patches: counts.map(|(_, patches)| patches),
             pass: (*pass).to_owned(),
-            median_ms,
-            p95_ms,
-            min_ms: series.fastest(pass),
+            median_ms: median(&times),
+            p95_ms: quantile(&times, 0.95),
+            min_ms: quantile(&times, 0.0),
             repeats: if is_once(pass) { 1 } else { series.repeats },
             measurements: series.measurements(),
             paper_ms: paper_ms(row).filter(|_| *pass == TOTAL),
@@ -196,12 +196,7 @@ fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<Rat
 
 fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     let rows = measured.iter().filter(|m| m.row.table == table);
-    let points: Vec<(f64, f64)> = rows
-        .map(|m| {
-            let times: Vec<f64> = m.series.of(PIXELS).into_iter().flatten().collect();
-            (f64::from(m.row.samples()), median(&times))
-        })
-        .collect();
+    let points: Vec<(f64, f64)> = rows.map(|m| (f64::from(m.row.samples()), median(&m.series.times(PIXELS)))).collect();
     Some(LineReport { table: table.to_owned(), line: least_squares(&points)? })
 }
 

@@ -2,7 +2,7 @@
 //! machine down for a while then slows all rows alike.
 
 use super::forward::FORWARD;
-use super::stats::{Ratio, median, paired_ratio, quantile};
+use super::stats::{Ratio, paired_ratio};
 use crate::error::LabError;
 use leadr_render::frame::{CpuTime, PassTime};
 
@@ -101,16 +101,9 @@ impl Series {
         self.rounds.iter().flatten().count()
     }
 
-    /// Median and 95th percentile of a pass, milliseconds.
-    pub fn median_p95(&self, pass: &str) -> (f64, f64) {
-        let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
-        (median(&times), quantile(&times, 0.95))
-    }
-
-    /// The least time of a pass, milliseconds.
-    pub fn fastest(&self, pass: &str) -> f64 {
-        let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
-        quantile(&times, 0.0)
+    /// Milliseconds of a pass in the rounds in which it was measured.
+    pub fn times(&self, pass: &str) -> Vec<f64> {
+        self.of(pass).into_iter().flatten().collect()
     }
 
     /// This row's time over another's.
@@ -200,6 +193,7 @@ fn takes_part(round: usize, turns: usize, rounds: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::stats::median;
 
     /// Rows of known cost on a machine whose speed drifts; the first frame of a row compiles.
     struct Machine {
@@ -236,7 +230,7 @@ mod tests {
         assert_eq!(series[1].of(TOTAL), [Some(21.0); 2]);
         assert_eq!(series[1].of("filter"), [Some(5.0); 2]);
         assert_eq!(series[1].of("shadow"), [None; 2]);
-        assert_eq!(series[1].median_p95("filter"), (5.0, 5.0));
+        assert_eq!(series[1].times("filter"), [5.0; 2]);
     }
 
     #[test]
