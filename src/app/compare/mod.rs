@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::args::CompareArgs;
-use leadr_maps::RgbImage;
 use leadr_maps::save::encode_png_srgb8;
 use leadr_maps::tonemap::Tonemap;
+use leadr_maps::{load_color, load_environment};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
@@ -49,34 +49,19 @@ fn digits(value: f64) -> String {
     if (f64::MIN_POSITIVE..1e-3).contains(&value) { format!("{value:.2e}") } else { format!("{value:.6}") }
 }
 
-/// Whether a picture holds display codes or radiance.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Png,
-    Exr,
-}
-
-impl Kind {
-    fn of(path: &Path) -> Result<Self, AppError> {
-        match extension(path).as_deref() {
-            Some("png") => Ok(Self::Png),
-            Some("exr") => Ok(Self::Exr),
-            _ => Err(AppError::Usage(format!("'{}' is neither a .png nor an .exr picture", path.display()))),
-        }
-    }
-
-    fn load(self, path: &Path) -> Result<RgbImage, AppError> {
-        Ok(match self {
-            Self::Png => leadr_maps::load_color(path)?,
-            Self::Exr => leadr_maps::load_environment(path)?,
-        })
+/// Whether a picture holds radiance (EXR) and not display codes (PNG).
+fn is_exr(path: &Path) -> Result<bool, AppError> {
+    match extension(path).as_deref() {
+        Some("png") => Ok(false),
+        Some("exr") => Ok(true),
+        _ => Err(AppError::Usage(format!("'{}' is neither a .png nor an .exr picture", path.display()))),
     }
 }
 
 /// Compares two pictures, prints the result, writes the error image, and checks the result against the thresholds.
 pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
-    let kind = Kind::of(&arguments.reference)?;
-    if Kind::of(&arguments.test)? != kind {
+    let is_radiance = is_exr(&arguments.reference)?;
+    if is_exr(&arguments.test)? != is_radiance {
         return Err(AppError::Usage(
             "the pictures are of different kinds: a PNG holds display codes, an EXR radiance".into(),
         ));
@@ -87,12 +72,11 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         return Err(AppError::Usage(format!("the error image '{}' must end in .png", path.display())));
     }
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
-    let (reference, test) = (kind.load(&arguments.reference)?, kind.load(&arguments.test)?);
+    let load = |path: &Path| if is_radiance { load_environment(path) } else { load_color(path) };
+    let (reference, test) = (load(&arguments.reference)?, load(&arguments.test)?);
     // FLIP sees a PNG as it is, and an EXR as `capture` would have displayed it.
-    let (exposure, tonemap) = match kind {
-        Kind::Png => (1.0, Tonemap::Clamp),
-        Kind::Exr => (arguments.exposure.exp2(), Tonemap::default()),
-    };
+    let (exposure, tonemap) =
+        if is_radiance { (arguments.exposure.exp2(), Tonemap::default()) } else { (1.0, Tonemap::Clamp) };
     let measured = compare(&reference, &test, exposure, tonemap).map_err(|f| f.in_file(&arguments.test))?;
     if let Some(file) = error_image {
         let png = encode_png_srgb8(&measured.error_image()).map_err(|fault| fault.in_file(file.target()))?;
