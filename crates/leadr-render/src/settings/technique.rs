@@ -24,6 +24,17 @@ struct Row {
     pixel_kernel: bool,
 }
 
+/// A technique with a Beckmann base and no pixel kernel.
+const fn row(name: &'static str, key: char, family: Family, slopes: Slopes, help: &'static str) -> Row {
+    Row { name, help, key, family, slopes, ggx: false, pixel_kernel: false }
+}
+
+#[rustfmt::skip]
+impl Row {
+    const fn ggx(self) -> Self { Self { ggx: true, ..self } }
+    const fn pixel_kernel(self) -> Self { Self { pixel_kernel: true, ..self } }
+}
+
 /// The function that shades a technique's pixels: a `FAMILY_` constant of `passes/shade/families.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Family {
@@ -80,115 +91,35 @@ macro_rules! techniques {
 
 techniques! {
     /// Albedo alone, without light: shows the cost of geometry and of filtering the colour.
-    Constant = Row {
-        name: "constant",
-        help: "Albedo without light",
-        key: '9',
-        family: Family::Unlit,
-        slopes: Slopes::None,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    Constant = row("constant", '9', Family::Unlit, Slopes::None, "Albedo without light");
     /// Mipmapped normals under a normalised Blinn-Phong lobe.
-    BlinnPhong = Row {
-        name: "blinn-phong",
-        help: "Mipmapped normals, Blinn-Phong",
-        key: '7',
-        family: Family::BlinnPhong,
-        slopes: Slopes::Mean,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    BlinnPhong = row("blinn-phong", '7', Family::BlinnPhong, Slopes::Mean, "Mipmapped normals, Blinn-Phong");
     /// Mipmapped normals with LEADR's BRDF, using the mean slope alone.
-    NormalMip = Row {
-        name: "normal-mip",
-        help: "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics",
-        key: '2',
-        family: Family::Leadr,
-        slopes: Slopes::Mean,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    NormalMip = row("normal-mip", '2', Family::Leadr, Slopes::Mean,
+        "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics");
     /// Mipmapped normals whose length gives the roughness (Toksvig 2005).
-    Toksvig = Row {
-        name: "toksvig",
-        help: "Mipmapped normals, roughness from their length",
-        key: '6',
-        family: Family::Toksvig,
-        slopes: Slopes::Covariance,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    Toksvig = row("toksvig", '6', Family::Toksvig, Slopes::Covariance,
+        "Mipmapped normals, roughness from their length");
     /// Mipmapped normals that are shorter the rougher they are, under a GGX lobe of the roughness that their length stands for (Chan 2018).
-    Gloss = Row {
-        name: "gloss",
-        help: "Normals shortened by roughness, a GGX lobe by their length (Call of Duty: WWII)",
-        key: 'y',
-        family: Family::Gloss,
-        slopes: Slopes::Covariance,
-        ggx: true,
-        pixel_kernel: false,
-    };
+    Gloss = row("gloss", 'y', Family::Gloss, Slopes::Covariance,
+        "Normals shortened by roughness, a GGX lobe by their length (Call of Duty: WWII)").ggx();
     /// One slope variance for all directions (CLEAN mapping, Baker 2011).
-    Clean = Row {
-        name: "clean",
-        help: "One slope variance for all directions (CLEAN mapping)",
-        key: '5',
-        family: Family::Lean,
-        slopes: Slopes::Isotropic,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    Clean = row("clean", '5', Family::Lean, Slopes::Isotropic, "One slope variance for all directions (CLEAN mapping)");
     /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
-    Lean = Row {
-        name: "lean",
-        help: "Slope covariance without projected areas (LEAN mapping)",
-        key: '4',
-        family: Family::Lean,
-        slopes: Slopes::Covariance,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    Lean = row("lean", '4', Family::Lean, Slopes::Covariance,
+        "Slope covariance without projected areas (LEAN mapping)");
     /// LEADR mapping: mean slope and slope covariance of each pixel.
-    Leadr = Row {
-        name: "leadr",
-        help: "Slope covariance and projected areas (LEADR mapping)",
-        key: '1',
-        family: Family::Leadr,
-        slopes: Slopes::Covariance,
-        ggx: false,
-        pixel_kernel: true,
-    };
+    Leadr = row("leadr", '1', Family::Leadr, Slopes::Covariance,
+        "Slope covariance and projected areas (LEADR mapping)").pixel_kernel();
     /// LEADR mapping of a GGX base, with two lobes.
-    LeadrGgx = Row {
-        name: "leadr-ggx",
-        help: "LEADR mapping of a GGX base",
-        key: '8',
-        family: Family::Leadr,
-        slopes: Slopes::Covariance,
-        ggx: true,
-        pixel_kernel: true,
-    };
+    LeadrGgx = row("leadr-ggx", '8', Family::Leadr, Slopes::Covariance,
+        "LEADR mapping of a GGX base").ggx().pixel_kernel();
     /// The finest level of the maps without slope statistics: correct with enough samples per pixel.
-    Reference = Row {
-        name: "reference",
-        help: "The finest maps at every distance: correct with enough samples per pixel",
-        key: '3',
-        family: Family::Leadr,
-        slopes: Slopes::Finest,
-        ggx: false,
-        pixel_kernel: false,
-    };
+    Reference = row("reference", '3', Family::Leadr, Slopes::Finest,
+        "The finest maps at every distance: correct with enough samples per pixel");
     /// The reference of a GGX base: what [`LeadrGgx`](Self::LeadrGgx) is to be compared with.
-    ReferenceGgx = Row {
-        name: "reference-ggx",
-        help: "The reference of a GGX base: what leadr-ggx is compared with",
-        key: '0',
-        family: Family::Leadr,
-        slopes: Slopes::Finest,
-        ggx: true,
-        pixel_kernel: false,
-    };
+    ReferenceGgx = row("reference-ggx", '0', Family::Leadr, Slopes::Finest,
+        "The reference of a GGX base: what leadr-ggx is compared with").ggx();
 }
 
 impl Technique {
@@ -205,11 +136,6 @@ impl Technique {
     /// Its key in the window.
     pub const fn key(self) -> char {
         self.row().key
-    }
-
-    /// The technique of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|technique| technique.name() == name)
     }
 
     /// Whether light reaches its surfaces at all.
@@ -324,7 +250,6 @@ mod tests {
     #[test]
     fn names_and_keys_are_distinct() {
         for (i, a) in Technique::ALL.iter().enumerate() {
-            assert_eq!(Technique::named(a.name()), Some(*a));
             for b in &Technique::ALL[..i] {
                 assert!(a.name() != b.name() && a.key() != b.key(), "{a:?} and {b:?}");
             }
