@@ -6,7 +6,7 @@ use super::edge_samples::{EdgeImage, EdgeSamples};
 use super::prepared::{FramePath, FramePlan, MappedLight, Multisample, PreparedFrame};
 use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
-use crate::passes::accumulate::{EdgeSum, Parts};
+use crate::passes::accumulate::Parts;
 use crate::passes::shade::LightingGpu;
 use crate::passes::targets::{Begin, GeometryTargets, SampleTargets};
 use crate::view::View;
@@ -239,7 +239,7 @@ impl PreparedFrame<'_> {
     fn record_shading(&self, passes: &mut Passes<'_>) {
         let FramePlan { targets, path, accumulate, drawn, scene, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
-        let edges = path.edges().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
+        let edges = path.edges();
         let pixels = &targets.pixels;
         match path {
             FramePath::Fused { .. } => {}
@@ -250,12 +250,12 @@ impl PreparedFrame<'_> {
                 common.objects.record(cmd, &pixels.visible, None);
                 pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
                     lit.behind.draw(cmd, &pixels.visible, scene);
-                    shade.draw(cmd, pixels, scene, edges.map(|edges| edges.joined));
+                    shade.draw(cmd, pixels, scene, edges.map(|edges| &edges.targets.joined));
                 });
             }),
         }
         let parts = match (edges, path.multisample()) {
-            (Some(edges), _) => Parts::Edges(edges),
+            (Some(edges), _) => Parts::Edges { joined: &edges.targets.joined, samples: edges.samples },
             (None, Some(multisample)) => Parts::Multisampled(&multisample.targets),
             (None, None) => Parts::One,
         };

@@ -17,15 +17,6 @@ shared_struct! {
     }
 }
 
-/// The edge samples that belong to a sample.
-#[derive(Clone, Copy)]
-pub struct EdgeSum<'a> {
-    /// Their joined sums.
-    pub joined: &'a JoinedEdges,
-    /// Number of edge samples in each pixel.
-    pub samples: u32,
-}
-
 /// What a sample of a pixel is put together from.
 #[derive(Clone, Copy)]
 pub enum Parts<'a> {
@@ -34,7 +25,12 @@ pub enum Parts<'a> {
     /// All surfaces that samples of its geometry see.
     Multisampled(&'a MultisampleTargets),
     /// Its own surface and edge samples.
-    Edges(EdgeSum<'a>),
+    Edges {
+        /// The joined sums of the edge samples.
+        joined: &'a JoinedEdges,
+        /// Number of edge samples in each pixel.
+        samples: u32,
+    },
 }
 
 /// What the samples of a frame are put together from.
@@ -82,7 +78,7 @@ impl AccumulatePass {
         let ([others, shares], slots) = match parts {
             Parts::One => (plain, visible),
             Parts::Multisampled(seen) => (plain, &seen.others),
-            Parts::Edges(sum) => ([&sum.joined.others, &sum.joined.shares], visible),
+            Parts::Edges { joined, .. } => ([&joined.others, &joined.shares], visible),
         };
         cmd.bind(
             &self.pipeline,
@@ -96,7 +92,7 @@ impl AccumulatePass {
         );
         cmd.push_constants(&Weights {
             weight: 1.0 / (before + 1) as f32,
-            edge_samples: if let Parts::Edges(sum) = parts { sum.samples as f32 } else { 0.0 },
+            edge_samples: if let Parts::Edges { samples, .. } = parts { samples as f32 } else { 0.0 },
         });
         let [width, height] = mean.mip_extent(0);
         cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
