@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use leadr::gpu::Descriptor;
+use leadr::gpu::{AddressMode, Descriptor, Filter, Sampler};
 use leadr::maps::RgbImage;
 use leadr::reflectance::visible::kernel::{kernel_levels, kernel_variance};
 use leadr::render::light::environment::Environment;
@@ -109,10 +109,10 @@ fn every_blurred_level_has_the_power_and_width_it_claims() {
         let none = LightExtraction { count: 0, ..Default::default() };
         let environment = Environment::from_panorama(&gpu, size, &image, none).unwrap();
         let finest = read_level(&environment, 0);
-        assert!(same_as_halves(&read_image_level(environment.lobes().image(), 0), &finest));
+        assert!(same_as_halves(&read_image_level(environment.lobes(), 0), &finest));
         let (sum, centre) = power(&finest);
         for level in 1..kernel_levels(size) {
-            let texels = read_image_level(environment.lobes().image(), level);
+            let texels = read_image_level(environment.lobes(), level);
             let (blurred, middle) = power(&texels);
             // A kernel of variance v has the mean cosine exp(-v).
             let cosine = texels.iter().map(|(d, w, l)| w * l.y * d.dot(centre)).sum::<f64>() / blurred.y;
@@ -141,12 +141,12 @@ fn the_sky_blurs_like_a_picture_of_it() {
             Environment::from_sky(&gpu, size, &sky).unwrap(),
             Environment::from_panorama(&gpu, size, &picture, none).unwrap(),
         ];
-        let image = sky.lobes().image();
+        let image = sky.lobes();
         let finer = size.ilog2() - image.desc().width.ilog2();
         assert!(finer > 0 && same_as_halves(&read_image_level(image, 0), &read_level(&sky, finer)));
         for level in 1..image.desc().mips {
             let ours = read_image_level(image, level);
-            let theirs = read_image_level(picture.lobes().image(), level + finer);
+            let theirs = read_image_level(picture.lobes(), level + finer);
             let mean = power(&theirs).0.y / (4.0 * PI);
             let brightest = theirs.iter().map(|(_, _, l)| l.y).fold(0.0, f64::max);
             let [mut square, mut worst] = [0.0, 0.0f64];
@@ -184,7 +184,8 @@ fn panorama_arrives_in_the_documented_directions() {
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], [1.0, -1.0][i as usize >> 2], 0.0]);
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], i as f32 / 4.0 - 1.0, 0.0]);
     }
-    let cube = [("cube", Descriptor::Sampled(environment.cube(), environment.sampler()))];
+    let sampler = Sampler::new(&gpu, "cube", Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
+    let cube = [("cube", Descriptor::Sampled(environment.cube(), &sampler))];
     let sampled = run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
     let mut worst = 0.0f64;
     for (input, c) in inputs.iter().zip(sampled.chunks(3)) {
@@ -248,10 +249,11 @@ fn pictures() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("light");
     std::fs::create_dir_all(&folder).unwrap();
     let (w, h) = (768u32, 384u32);
+    let sampler = Sampler::new(&gpu, "cube", Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
     let view = |environment: &Environment, lod: f32, exposure: f32, name: &str| {
         let directions = panorama(w, |d| d);
         let inputs: Vec<[f32; 4]> = directions.texels.iter().map(|d| [d[0], d[1], d[2], lod]).collect();
-        let cube = [("cube", Descriptor::Sampled(environment.cube(), environment.sampler()))];
+        let cube = [("cube", Descriptor::Sampled(environment.cube(), &sampler))];
         let sampled = run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
         let image = RgbImage::new(w, h, sampled.chunks(3).map(|c| [c[0], c[1], c[2]]).collect()).unwrap();
         let shown = leadr::maps::tonemap::display_image(&image, exposure, leadr::maps::tonemap::Tonemap::Filmic);

@@ -101,7 +101,7 @@ fn the_rest_completes_order_two() {
     let order_two = sh(&run(&gpu, &environment));
     let texels = leadr_testing::cube::read_level(&environment, 0);
     let (mut squares, mut rotated, mut whole) = ([0.0; 2], 0.0, 0.0);
-    for (n, _, rest) in read_image_level(environment.irradiance_rest().image(), 0) {
+    for (n, _, rest) in read_image_level(environment.irradiance_rest(), 0) {
         let exact = |n: DVec3| texels.iter().map(|(d, w, l)| n.dot(*d).max(0.0) * w * l).sum::<DVec3>();
         let (want, low) = (exact(n), sh_irradiance(&order_two, n));
         squares[0] += (low - want).length_squared();

@@ -45,7 +45,8 @@ struct Step {
 
 /// The cube, always in [`Use::Sampled`] between recordings, and its pass.
 pub struct CubeLobes {
-    cube: Image,
+    /// The blurred levels, for `samplerCube`.
+    pub cube: Image,
     /// What the first level is made from, unless the environment is smooth.
     smoothed: Option<Image>,
     /// Every level, and what is smoothed, as faces to write and as a cube to look up.
@@ -113,16 +114,6 @@ impl CubeLobes {
             cmd.dispatch_invocations(&self.pipeline, [width, height, 6]);
             between(cmd, image, mip, Use::ComputeWrite, Use::Sampled);
         }
-    }
-
-    /// The cube map, for `samplerCube`.
-    pub fn cube(&self) -> &ImageView {
-        self.cube.whole()
-    }
-
-    /// The image behind it.
-    pub fn image(&self) -> &Image {
-        &self.cube
     }
 }
 

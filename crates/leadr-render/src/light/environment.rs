@@ -16,7 +16,7 @@ use super::panorama::{EnvironmentLight, LightExtraction, split};
 use super::sky::Sky;
 use super::sky_pass::SkyPass;
 use leadr_gpu::vk::Format;
-use leadr_gpu::{AddressMode, Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use};
+use leadr_gpu::{Commands, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Use};
 use leadr_maps::RgbImage;
 
 /// Most texels along an edge of a face of the analytic sky's [`CubeLobes`], which are made anew whenever the sun moves. Its
@@ -27,12 +27,6 @@ const SKY_LOBES: u32 = 128;
 /// times that intensity.
 const BRIGHTEST_SKY: f32 = 100.0;
 
-/// What fills the cube.
-enum Source {
-    Sky { pass: SkyPass, shown: Option<Sky> },
-    Image,
-}
-
 /// A cube map of radiance with all mips, always in `Use::Sampled` between recordings.
 pub struct Environment {
     cube: Image,
@@ -40,8 +34,10 @@ pub struct Environment {
     mips: CubeMips,
     lobes: CubeLobes,
     rest: IrradianceRest,
-    sampler: Sampler,
-    source: Source,
+    /// Fills the cube, unless an image has.
+    sky: Option<SkyPass>,
+    /// The sky that the cube shows.
+    shown: Option<Sky>,
     lights: Vec<EnvironmentLight>,
     /// The cube with its lights, where it has any: one level, for what is seen behind all surfaces.
     background: Option<Image>,
@@ -56,9 +52,8 @@ impl Environment {
     /// # Errors
     /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
     pub fn from_sky(gpu: &Arc<Gpu>, face_size: u32, sky: &Sky) -> Result<Self> {
-        let source = Source::Sky { pass: SkyPass::new(gpu)?, shown: None };
         let lobes = CubeLobes::new(gpu, face_size, face_size.min(SKY_LOBES), true, BRIGHTEST_SKY * sky.intensity)?;
-        let mut environment = Self::new(gpu, face_size, lobes, source)?;
+        let mut environment = Self::new(gpu, face_size, lobes, Some(SkyPass::new(gpu)?))?;
         gpu.submit("sky", |cmd| environment.update_sky(cmd, sky))?;
         Ok(environment)
     }
@@ -82,7 +77,7 @@ impl Environment {
         let rest = equirect::prepare(image, &parts.rest, face_size);
         let brightest = rest.2.iter().fold(0.0f32, |most, texel| most.max(texel[0]).max(texel[1]).max(texel[2]));
         let lobes = CubeLobes::new(gpu, face_size, face_size, false, brightest)?;
-        let mut environment = Self::new(gpu, face_size, lobes, Source::Image)?;
+        let mut environment = Self::new(gpu, face_size, lobes, None)?;
         let rest = upload(rest)?;
         gpu.submit("equirect", |cmd| {
             environment.begin(cmd, |cmd, faces| pass.record(cmd, rest.whole(), faces));
@@ -104,19 +99,18 @@ impl Environment {
         Ok(environment)
     }
 
-    fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, source: Source) -> Result<Self> {
+    fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, sky: Option<SkyPass>) -> Result<Self> {
         // A sky is smooth, and may move every frame.
-        let rest_size = if matches!(source, Source::Sky { .. }) { 8 } else { 16 };
+        let rest_size = if sky.is_some() { 8 } else { 16 };
         if !face_size.is_power_of_two() {
             let fault = format!("faces of {face_size} texels cannot be halved evenly: choose a power of two");
-            return Err(GpuError::Usage { name: "environment".to_owned(), fault });
+            return Err(GpuError::usage("environment", fault));
         }
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().full_mips().storage();
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
-        let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
         let (mips, rest) = (CubeMips::new(gpu)?, IrradianceRest::new(gpu, rest_size)?);
-        Ok(Self { cube, levels, mips, lobes, rest, sampler, source, lights: Vec::new(), background: None })
+        Ok(Self { cube, levels, mips, lobes, rest, sky, shown: None, lights: Vec::new(), background: None })
     }
 
     /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
@@ -135,21 +129,15 @@ impl Environment {
     /// [`make_mips`](Self::make_mips) before the cube is read.
     #[doc(hidden)]
     pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
-        match &mut self.source {
-            Source::Sky { shown, .. } if *shown != Some(*sky) => *shown = Some(*sky),
-            _ => return false,
-        }
-        if let Source::Sky { pass, .. } = &self.source {
-            self.begin(cmd, |cmd, faces| pass.record(cmd, sky, faces));
-        }
+        let Some(pass) = self.sky.as_ref().filter(|_| self.shown != Some(*sky)) else { return false };
+        self.begin(cmd, |cmd, faces| pass.record(cmd, sky, faces));
+        self.shown = Some(*sky);
         true
     }
 
     /// What was recorded may not have been drawn: the next [`update_sky`](Self::update_sky) draws the sky anew.
     pub(crate) fn forget_sky(&mut self) {
-        if let Source::Sky { shown, .. } = &mut self.source {
-            *shown = None;
-        }
+        self.shown = None;
     }
 
     /// The second half: makes the mips, the blurred levels and the rest of the irradiance from the finest level.
@@ -186,28 +174,22 @@ impl Environment {
         self.cube.whole()
     }
 
-    /// The same environment with levels blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)).
+    /// The same environment with levels blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)): a cube map.
     #[doc(hidden)]
-    pub fn lobes(&self) -> &CubeLobes {
-        &self.lobes
+    pub fn lobes(&self) -> &Image {
+        &self.lobes.cube
     }
 
-    /// What order 2 leaves out of its irradiance.
+    /// What order 2 leaves out of its irradiance, a cube map to be added to that of order 2 at the same normal.
     #[doc(hidden)]
-    pub fn irradiance_rest(&self) -> &IrradianceRest {
-        &self.rest
+    pub fn irradiance_rest(&self) -> &Image {
+        &self.rest.cube
     }
 
     /// The image behind it.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.cube
-    }
-
-    /// The cube's sampler: trilinear and seamless.
-    #[doc(hidden)]
-    pub fn sampler(&self) -> &Sampler {
-        &self.sampler
     }
 
     /// One mip level as an array of six faces.

@@ -13,9 +13,9 @@ const SOURCE_SIZE: u32 = 16;
 
 /// The cube, always in [`Use::Sampled`] between recordings, and its pass.
 pub struct IrradianceRest {
-    cube: Image,
+    /// Irradiance to be added to that of order 2 at the same normal, for `samplerCube`.
+    pub cube: Image,
     faces: ImageView,
-    face_size: u32,
     pipeline: ComputePipeline,
     sampler: Sampler,
 }
@@ -29,7 +29,6 @@ impl IrradianceRest {
         Ok(Self {
             faces: cube.mip_array(0)?,
             cube,
-            face_size,
             pipeline: ComputePipeline::new(gpu, "passes/light/irradiance_rest.comp", &[], &[])?,
             sampler: Sampler::new(gpu, "irradiance rest", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
@@ -44,17 +43,8 @@ impl IrradianceRest {
             ("rest", Descriptor::StorageImage(&self.faces)),
         ];
         cmd.bind(&self.pipeline, &resources);
-        cmd.dispatch_invocations(&self.pipeline, [self.face_size, self.face_size, 6]);
+        let [width, height] = self.faces.extent();
+        cmd.dispatch_invocations(&self.pipeline, [width, height, 6]);
         cmd.image_barrier(&self.cube, Use::ComputeWrite, Use::Sampled);
-    }
-
-    /// The cube map of irradiance, to be added to that of order 2 at the same normal; for `samplerCube`.
-    pub fn cube(&self) -> &ImageView {
-        self.cube.whole()
-    }
-
-    /// The image behind it.
-    pub fn image(&self) -> &Image {
-        &self.cube
     }
 }
