@@ -20,54 +20,42 @@ pub fn smooth(x: f64) -> f64 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Who belongs to a place, by the angle to its middle in degrees.
-pub struct Window {
-    /// Whole up to the first angle, not at all from the second.
-    inside: [f64; 2],
-    /// What is not inside counts as around it up to the first angle, and no longer from the second.
-    around: [f64; 2],
-    /// Deviation of the density whose maxima are the places. Two spots have one maximum up to twice this distance: so close, they
-    /// are wholly inside the window about their middle, and apart they are outside each other's.
-    deviation: f64,
+/// 1 up to the first of the ends, 0 from the second on, smooth between.
+pub fn falls(x: f64, [from, to]: [f64; 2]) -> f64 {
+    1.0 - smooth((x - from) / (to - from))
 }
 
-/// The window of all lights.
-pub const WINDOW: Window = Window { inside: [7.0, 12.0], around: [18.0, 25.0], deviation: 5.0 };
+/// By the angle to the middle of a place in degrees: wholly inside it up to the first, not at all from the second on.
+const INSIDE: [f64; 2] = [7.0, 12.0];
+/// What is not inside counts as around it up to the first angle, and no longer from the second on.
+const AROUND: [f64; 2] = [18.0, 25.0];
+/// Deviation in degrees of the density whose maxima are the places. Two spots have one maximum up to twice this distance: so close,
+/// they are wholly inside of its middle, and apart they are outside each other's.
+const DEVIATION: f64 = 5.0;
+/// Radius of the inside, radians.
+pub const REACH: f64 = INSIDE[1].to_radians();
+/// Radius of the surroundings, radians.
+pub const FAR: f64 = AROUND[1].to_radians();
 
-impl Window {
-    /// Angle in degrees; exact for small ones.
-    fn angle(a: DVec3, b: DVec3) -> f64 {
-        2.0 * (0.5 * a.distance(b)).min(1.0).asin().to_degrees()
-    }
+/// Angle in degrees; exact for small ones.
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    2.0 * (0.5 * a.distance(b)).min(1.0).asin().to_degrees()
+}
 
-    /// Weight inside, 0 to 1.
-    pub fn inside(&self, middle: DVec3, direction: DVec3) -> f64 {
-        let [from, to] = self.inside;
-        1.0 - smooth((Self::angle(middle, direction) - from) / (to - from))
-    }
+/// Weight inside a place, 0 to 1.
+pub fn inside(middle: DVec3, direction: DVec3) -> f64 {
+    falls(angle(middle, direction), INSIDE)
+}
 
-    /// Weight around it, 0 to 1.
-    pub fn around(&self, middle: DVec3, direction: DVec3) -> f64 {
-        let [from, to] = self.around;
-        let angle = Self::angle(middle, direction);
-        let near = 1.0 - smooth((angle - from) / (to - from));
-        if near > 0.0 { near * (1.0 - self.inside(middle, direction)) } else { 0.0 }
-    }
+/// Weight around a place, 0 to 1.
+pub fn around(middle: DVec3, direction: DVec3) -> f64 {
+    let near = falls(angle(middle, direction), AROUND);
+    if near > 0.0 { near * (1.0 - inside(middle, direction)) } else { 0.0 }
+}
 
-    fn density(&self, middle: DVec3, direction: DVec3) -> f64 {
-        let x = (middle - direction).length_squared() / self.deviation.to_radians().powi(2);
-        if x > 30.0 { 0.0 } else { (-0.5 * x).exp() }
-    }
-
-    /// Radius of the inside, radians.
-    pub fn reach(&self) -> f64 {
-        self.inside[1].to_radians()
-    }
-
-    /// Radius of the surroundings, radians.
-    pub fn far(&self) -> f64 {
-        self.around[1].to_radians()
-    }
+fn density(middle: DVec3, direction: DVec3) -> f64 {
+    let x = (middle - direction).length_squared() / DEVIATION.to_radians().powi(2);
+    if x > 30.0 { 0.0 } else { (-0.5 * x).exp() }
 }
 
 /// A bright spot.
@@ -135,19 +123,17 @@ impl Spots {
             }
             let starts: Vec<(DVec3, f64)> =
                 sums.into_iter().filter(|s| s.1 > 0.0).map(|(sum, flux)| (sum.normalize_or(DVec3::Z), flux)).collect();
-            let density = |at: DVec3| starts.iter().map(|&(d, flux)| flux * WINDOW.density(at, d)).sum::<f64>();
-            let Some((start, _)) = starts.iter().map(|&(at, _)| (at, density(at))).max_by(|a, b| a.1.total_cmp(&b.1))
-            else {
-                break;
-            };
+            let flux_about = |at: DVec3| starts.iter().map(|&(d, flux)| flux * density(at, d)).sum::<f64>();
+            let candidates = starts.iter().map(|&(at, _)| (at, flux_about(at)));
+            let Some((start, _)) = candidates.max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
             let middle = self.climb(start, &flux);
-            let mut inside = 0.0;
+            let mut taken = 0.0;
             for (spot, flux) in self.spots.iter().zip(&mut flux) {
-                let weight = WINDOW.inside(middle, spot.direction);
-                inside += weight * *flux;
+                let weight = inside(middle, spot.direction);
+                taken += weight * *flux;
                 *flux *= 1.0 - weight;
             }
-            if inside < least {
+            if taken < least {
                 break;
             }
             places.push(middle);
@@ -159,7 +145,7 @@ impl Spots {
     fn climb(&self, from: DVec3, flux: &[f64]) -> DVec3 {
         let mut at = from;
         for _ in 0..STEPS {
-            let pull = |(spot, &flux): (&Spot, &f64)| flux * WINDOW.density(at, spot.direction) * spot.direction;
+            let pull = |(spot, &flux): (&Spot, &f64)| flux * density(at, spot.direction) * spot.direction;
             let next = self.spots.iter().zip(flux).map(pull).sum::<DVec3>().normalize_or(at);
             let moved = next.distance(at);
             at = next;

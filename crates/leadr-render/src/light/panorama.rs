@@ -11,7 +11,7 @@ use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
-use super::bright_spots::{Spots, WINDOW, smooth};
+use super::bright_spots::{self, FAR, REACH, Spots, falls, smooth};
 use super::texels::{Texels, texel_luminance};
 use leadr_maps::RgbImage;
 use leadr_reflectance::color::luminance;
@@ -144,11 +144,11 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     let (x, y) = middle.any_orthonormal_pair();
     let (mut flux, mut around, mut first, mut second) = (0.0, 0.0, DVec2::ZERO, [0.0; 3]);
     for spot in &spots.spots {
-        let (inside, outside) = (WINDOW.inside(middle, spot.direction), WINDOW.around(middle, spot.direction));
+        let inside = bright_spots::inside(middle, spot.direction);
         let at = DVec2::new(spot.direction.dot(x), spot.direction.dot(y));
         let weight = inside * spot.flux;
         flux += weight;
-        around += outside * spot.flux;
+        around += bright_spots::around(middle, spot.direction) * spot.flux;
         first += weight * at;
         for (sum, product) in second.iter_mut().zip([at.x * at.x, at.y * at.y, at.x * at.y]) {
             *sum += weight * product;
@@ -160,7 +160,6 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
         (second[0] * per - mean.x * mean.x, second[1] * per - mean.y * mean.y, second[2] * per - mean.x * mean.y);
     let half = 0.5 * (xx + yy);
     let apart = (half * half - DMat2::from_cols_array(&[xx, xy, xy, yy]).determinant()).max(0.0).sqrt();
-    let falls = |x: f64, [from, to]: [f64; 2]| 1.0 - smooth((x - from) / (to - from));
     let degrees = |variance: f64| (2.0 * variance.max(0.0)).sqrt().to_degrees();
     let degree = falls(degrees(half + apart), SIZE)
         * falls(degrees(2.0 * apart), LENGTH)
@@ -175,9 +174,9 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
     let mut sums = vec![Sum::default(); candidates.len()];
     let mut rest = Vec::new();
     let mut shares = vec![0.0; candidates.len()];
-    let lowest = WINDOW.reach().cos();
+    let lowest = REACH.cos();
     for row in 0..image.height as usize {
-        if !candidates.iter().any(|c| sphere.row_meets(row, c.middle, WINDOW.reach())) {
+        if !candidates.iter().any(|c| sphere.row_meets(row, c.middle, REACH)) {
             continue;
         }
         for column in 0..image.width as usize {
@@ -195,7 +194,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
             let mut whole = 0.0;
             for ((share, c), base) in shares.iter_mut().zip(candidates).zip(&bases) {
                 let kept = base + (threshold - base) * (threshold / l);
-                let inside = c.degree * WINDOW.inside(c.middle, direction);
+                let inside = c.degree * bright_spots::inside(c.middle, direction);
                 whole += inside;
                 *share = inside * (1.0 - kept / l);
             }
@@ -222,9 +221,9 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
 fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3) -> f64 {
     let step = (image.width as usize).div_ceil(2048).max(1);
     let (mut sum, mut weights) = (0.0, 1e-300);
-    for row in (0..image.height as usize).step_by(step).filter(|&row| sphere.row_meets(row, middle, WINDOW.far())) {
+    for row in (0..image.height as usize).step_by(step).filter(|&row| sphere.row_meets(row, middle, FAR)) {
         for column in (0..image.width as usize).step_by(step) {
-            let weight = WINDOW.around(middle, sphere.direction(row, column)) * sphere.solid_angles[row];
+            let weight = bright_spots::around(middle, sphere.direction(row, column)) * sphere.solid_angles[row];
             if weight > 0.0 {
                 sum += weight * texel_luminance(image.texels[row * image.width as usize + column]).min(threshold);
                 weights += weight;
