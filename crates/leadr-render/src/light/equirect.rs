@@ -10,6 +10,8 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use glam::{DVec3, Vec3};
+
 use leadr_gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, SharedStruct,
     shared_struct,
@@ -28,14 +30,14 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
     let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
     let source_width = image.width as usize;
     let mut texels = Vec::with_capacity(w as usize * h as usize);
-    let mut wide = vec![[0.0f64; 3]; source_width];
+    let mut wide = vec![DVec3::ZERO; source_width];
     let mut changed = Vec::new();
     for j in 0..h {
         // rows: mean by the solid angle of each band
         let scale = f64::from(image.height) / f64::from(h);
         let (top, bottom) = (f64::from(j) * scale, f64::from(j + 1) * scale);
         let cos = |row: f64| (PI * row / f64::from(image.height)).cos();
-        wide.fill([0.0; 3]);
+        wide.fill(DVec3::ZERO);
         for i in top as u32..(bottom.ceil() as u32).min(image.height) {
             let (low, high) = (top.max(f64::from(i)), bottom.min(f64::from(i + 1)));
             if high <= low {
@@ -53,10 +55,8 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
                 }
                 row = &changed;
             }
-            for (sum, texel) in wide.iter_mut().zip(row) {
-                for c in 0..3 {
-                    sum[c] += weight * f64::from(texel[c]);
-                }
+            for (sum, &texel) in wide.iter_mut().zip(row) {
+                *sum += weight * Vec3::from(texel).as_dvec3();
             }
         }
         // columns: boxes as wide as a target texel or, where meridians converge, as wide as a texel is high
@@ -67,45 +67,38 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
         for i in 0..w {
             let centre = (f64::from(i) + 0.5) * texel_width;
             let mean = sums.mean(centre - box_width / 2.0, centre + box_width / 2.0);
-            texels.push([mean[0] as f32, mean[1] as f32, mean[2] as f32, 1.0]);
+            texels.push(mean.as_vec3().extend(1.0).to_array());
         }
     }
     (w, h, texels)
 }
 
-/// Prefix sums of a row that wraps around the sphere.
-struct RunningSums {
-    sums: Vec<[f64; 3]>,
-}
+/// Prefix sums of a row that wraps around the sphere, from 0 to that of the whole row.
+struct RunningSums(Vec<DVec3>);
 
 impl RunningSums {
-    fn new(row: &[[f64; 3]]) -> Self {
-        let mut sums = Vec::with_capacity(row.len() + 1);
-        let mut sum = [0.0; 3];
-        sums.push(sum);
-        for texel in row {
-            for c in 0..3 {
-                sum[c] += texel[c];
-            }
-            sums.push(sum);
-        }
-        Self { sums }
+    fn new(row: &[DVec3]) -> Self {
+        let mut sums = vec![DVec3::ZERO];
+        sums.extend(row.iter().scan(DVec3::ZERO, |sum, &texel| {
+            *sum += texel;
+            Some(*sum)
+        }));
+        Self(sums)
     }
 
     /// The integral from column 0 to `x`, which may be any real number.
-    fn until(&self, x: f64) -> [f64; 3] {
-        let n = self.sums.len() - 1;
+    fn until(&self, x: f64) -> DVec3 {
+        let Self(sums) = self;
+        let n = sums.len() - 1;
         let turns = (x / n as f64).floor();
         let within = x - turns * n as f64;
         let i = (within as usize).min(n - 1);
-        let f = within - i as f64;
-        std::array::from_fn(|c| turns * self.sums[n][c] + self.sums[i][c] + f * (self.sums[i + 1][c] - self.sums[i][c]))
+        turns * sums[n] + sums[i] + (within - i as f64) * (sums[i + 1] - sums[i])
     }
 
-    fn mean(&self, from: f64, to: f64) -> [f64; 3] {
-        let (a, b) = (self.until(from), self.until(to));
+    fn mean(&self, from: f64, to: f64) -> DVec3 {
         // beside a bright sun a difference of sums may come out slightly negative
-        std::array::from_fn(|c| ((b[c] - a[c]) / (to - from)).max(0.0))
+        ((self.until(to) - self.until(from)) / (to - from)).max(DVec3::ZERO)
     }
 }
 
