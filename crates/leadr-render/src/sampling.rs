@@ -7,6 +7,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use glam::Vec2;
+use leadr_reflectance::random::{Random, unit_of_bits};
 
 /// Offset of sample `index` of `samples` inside its pixel, `(-½, ½)²`. A single sample lies in the centre; other seeds are other
 /// sets.
@@ -16,7 +17,7 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     let lattice = Lattice::known(count, seed);
     // A place of its own within its column and row, and the mirror image for the sample opposite; seed 0 is the plain lattice.
     let within = |axis: u64| {
-        let noise = |i: u32| (mix(seed ^ mix(u64::from(i) << 1 | axis)) >> 11) as f64 / (1u64 << 53) as f64;
+        let noise = |i: u32| unit_of_bits(mix(seed ^ mix(u64::from(i) << 1 | axis)));
         if seed == 0 { 0.0 } else { 0.5 * (noise(index) - noise(mirrored)) / f64::from(count) }
     };
     let [x, y] = lattice.point(index);
@@ -132,11 +133,9 @@ fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
     (1..=u64::from(reach.max(1))).map(square).fold(f64::INFINITY, f64::min)
 }
 
-fn mix(mut state: u64) -> u64 {
-    state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    state = (state ^ (state >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    state ^ (state >> 31)
+/// Bits that look random, from a number.
+fn mix(number: u64) -> u64 {
+    Random(number).bits()
 }
 
 fn greatest_common_divisor(a: u64, b: u64) -> u64 {

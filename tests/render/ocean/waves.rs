@@ -146,7 +146,7 @@ fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
     for time in times {
         gpu.submit("ocean", |cmd| fields.record(cmd, time, 0.0)).unwrap();
         let last = fields.slopes.desc().mips - 1;
-        for layer in 0..fields.count() {
+        for layer in 0..fields.slopes.desc().layers {
             let squares: f64 = read(&fields.displacement, 0, layer).iter().map(|t| t[2] * t[2]).sum();
             height += squares / (128.0 * 128.0) / times.len() as f64;
             let (s, j) = (read(&fields.slopes, last, layer)[0], read(&fields.joint, last, layer)[0]);

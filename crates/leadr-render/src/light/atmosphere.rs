@@ -55,14 +55,9 @@ fn scattering_of_haze(density: DVec3, haze: f64) -> DVec3 {
     HAZE * (HAZE_ALBEDO * haze * density.y)
 }
 
-pub(super) fn exp3(v: DVec3) -> DVec3 {
-    DVec3::new(v.x.exp(), v.y.exp(), v.z.exp())
-}
-
 /// `(1 − exp(−x)) / x`, kept accurate towards 0.
 fn share_within(x: DVec3) -> DVec3 {
-    let one = |x: f64| if x < 1e-2 { 1.0 - x * (0.5 - x / 6.0) } else { (1.0 - (-x).exp()) / x };
-    DVec3::new(one(x.x), one(x.y), one(x.z))
+    x.map(|x| if x < 1e-2 { 1.0 - x * (0.5 - x / 6.0) } else { (1.0 - (-x).exp()) / x })
 }
 
 /// The share of the sun's light that reaches altitude `h` when its zenith cosine is `mu`: attenuation by the air, and the
@@ -82,7 +77,7 @@ pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
         let dt = 3.0 * s * s * length / SUN_STEPS as f64;
         depth += dt * densities(altitude_along(h, mu, length * s * s * s));
     }
-    risen * risen * (3.0 - 2.0 * risen) * exp3(-extinction(depth, haze))
+    risen * risen * (3.0 - 2.0 * risen) * (-extinction(depth, haze)).exp()
 }
 
 /// Scattering integrals along a ray per unit of sunlight, without phase functions.
@@ -116,7 +111,7 @@ pub(super) fn march(
         let height = altitude_along(h, mu, t).max(0.0);
         let density = densities(height);
         let sigma = extinction(density, haze);
-        let step = exp3(-sigma * dt);
+        let step = (-sigma * dt).exp();
         // exact within the step for constant density: never brighter than what the step can scatter
         let weight = sum.transmittance * share_within(sigma * dt) * dt;
         let sun = sun_transmittance(height, (r * mu_sun + t * nu) / (EARTH + height), haze);

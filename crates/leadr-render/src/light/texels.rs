@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use leadr_maps::RgbImage;
 use leadr_reflectance::color::luminance;
@@ -18,8 +18,8 @@ pub struct Texels {
     pub solid_angles: Vec<f64>,
     /// Sine and cosine of the angle from +z, by row.
     rows: Vec<(f64, f64)>,
-    /// Cosine and sine of the azimuth, by column.
-    columns: Vec<(f64, f64)>,
+    /// Direction in the horizontal plane, by column.
+    columns: Vec<DVec2>,
 }
 
 impl Texels {
@@ -31,18 +31,15 @@ impl Texels {
             solid_angles: (0..height).map(|j| 2.0 * PI / width as f64 * (edge(j) - edge(j + 1))).collect(),
             rows: (0..height).map(|j| (PI * (j as f64 + 0.5) / height as f64).sin_cos()).collect(),
             columns: (0..width)
-                .map(|i| {
-                    let (sin, cos) = (2.0 * PI * (0.5 - (i as f64 + 0.5) / width as f64)).sin_cos();
-                    (cos, sin)
-                })
+                .map(|i| DVec2::from_angle(2.0 * PI * (0.5 - (i as f64 + 0.5) / width as f64)))
                 .collect(),
         }
     }
 
     /// Unit direction of the middle of a texel.
     pub fn direction(&self, row: usize, column: usize) -> DVec3 {
-        let ((sin, cos), (x, y)) = (self.rows[row], self.columns[column]);
-        DVec3::new(sin * x, sin * y, cos)
+        let (sin, cos) = self.rows[row];
+        (sin * self.columns[column]).extend(cos)
     }
 
     /// Whether the middles of a row's texels can be within `reach` radians of a direction.

@@ -1,8 +1,9 @@
 //! Turns the waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use std::f64::consts::TAU;
+use glam::DVec2;
 
 use crate::surfaces::ocean::waves::{Cascade, PERIOD};
 use leadr_gpu::vk::Format;
@@ -84,16 +85,16 @@ impl OceanFields {
     /// [`GpuError::Usage`] when there are no cascades, their resolutions differ, or a resolution is no power of two in
     /// [`RESOLUTIONS`]; memory that is short; a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
-        let fault = |fault: String| Err(GpuError::Usage { name: "ocean".to_owned(), fault });
+        let wrong = |fault: &str| Err(GpuError::usage("ocean", fault));
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
-            return fault("a sea needs at least one cascade".to_owned());
+            return wrong("a sea needs at least one cascade");
         };
         if !resolution.is_power_of_two() || !RESOLUTIONS.contains(&resolution) {
-            return fault(format!("a resolution of {resolution} is no power of two from 16 to 1024"));
+            return wrong(&format!("a resolution of {resolution} is no power of two from 16 to 1024"));
         }
         let samples = resolution as usize * resolution as usize;
         if cascades.iter().any(|c| c.resolution != resolution || c.waves.len() != samples) {
-            return fault("cascades differ in resolution".to_owned());
+            return wrong("cascades differ in resolution");
         }
         let count = cascades.len() as u32;
         let spec = [
@@ -102,16 +103,13 @@ impl OceanFields {
             ("LINES", SpecValue::U32(2)),
         ];
         let twiddles: Vec<[f32; 2]> = (0..resolution)
-            .map(|j| {
-                let (sin, cos) = (TAU * f64::from(j) / f64::from(resolution)).sin_cos();
-                [cos as f32, sin as f32]
-            })
+            .map(|j| DVec2::from_angle(TAU * f64::from(j) / f64::from(resolution)).as_vec2().to_array())
             .collect();
         let waves: Vec<[f32; 4]> = cascades.iter().flat_map(|c| c.waves.iter().copied()).collect();
         let blocks: Vec<CascadeGpu> = cascades
             .iter()
             .map(|c| CascadeGpu {
-                turn: [c.rotation.cos() as f32, c.rotation.sin() as f32],
+                turn: DVec2::from_angle(c.rotation).as_vec2().to_array(),
                 wave_step: (TAU / c.size) as f32,
                 size: c.size as f32,
             })
@@ -216,15 +214,5 @@ impl OceanFields {
 
     fn maps(&self) -> [&Image; 3] {
         [&self.displacement, &self.slopes, &self.joint]
-    }
-
-    /// Number of samples along a tile's edge.
-    pub fn resolution(&self) -> u32 {
-        self.resolution
-    }
-
-    /// Number of cascades.
-    pub fn count(&self) -> u32 {
-        self.count
     }
 }
