@@ -43,7 +43,7 @@ impl Holes {
 }
 
 /// The material of a surface over its texture coordinates.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MaterialMap {
     /// Texels per row.
     pub width: u32,
@@ -84,21 +84,8 @@ pub enum Holes {
 
 impl MaterialMap {
     /// Albedo and roughness, one lobe under every pixel.
-    pub const fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
-        let wrap = [TextureWrap::Repeat; 2];
-        Self {
-            width,
-            height,
-            colors,
-            f0: None,
-            two_lobes: None,
-            fit: None,
-            wrap,
-            emission: None,
-            occlusion: None,
-            cones: None,
-            opacity: None,
-        }
+    pub fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
+        Self { width, height, colors, ..Self::default() }
     }
 }
 

@@ -57,11 +57,11 @@ impl Quadrature {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Probes {
     /// 5.
-    Five,
+    Five = 5,
     /// 9.
-    Nine,
+    Nine = 9,
     /// 16.
-    Sixteen,
+    Sixteen = 16,
 }
 
 impl Probes {
@@ -70,11 +70,7 @@ impl Probes {
 
     /// The number.
     pub const fn count(self) -> u32 {
-        match self {
-            Self::Five => 5,
-            Self::Nine => 9,
-            Self::Sixteen => 16,
-        }
+        self as u32
     }
 
     /// The rule of `count` probes, if there is one.

@@ -19,10 +19,7 @@ impl Terms {
     pub const DIFFUSE_ENVIRONMENT: Self = Self(constants::TERM_DIFFUSE_ENVIRONMENT);
     /// All light.
     pub const ALL: Self = Self(
-        constants::TERM_SPECULAR_LIGHTS
-            | constants::TERM_DIFFUSE_LIGHTS
-            | constants::TERM_SPECULAR_ENVIRONMENT
-            | constants::TERM_DIFFUSE_ENVIRONMENT,
+        Self::SPECULAR_LIGHTS.0 | Self::DIFFUSE_LIGHTS.0 | Self::SPECULAR_ENVIRONMENT.0 | Self::DIFFUSE_ENVIRONMENT.0,
     );
     /// No light: the picture is black.
     pub const NONE: Self = Self(0);

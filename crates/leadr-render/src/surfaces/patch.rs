@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 pub const SOURCE: &str = include_str!("patch.rs");
 
 /// Position, first derivatives and displacement direction of a patch at one parameter.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PatchPoint {
     /// Position on the limit surface.
     pub position: Vec3,
@@ -71,14 +71,7 @@ impl Patch {
     pub fn at(&self, uv: Vec2) -> PatchPoint {
         let (bu, du) = cubic_bernstein(uv.x);
         let (bv, dv) = cubic_bernstein(uv.y);
-        let mut point = PatchPoint {
-            position: Vec3::ZERO,
-            du: Vec3::ZERO,
-            dv: Vec3::ZERO,
-            normal: Vec3::Z,
-            normal_du: Vec3::ZERO,
-            normal_dv: Vec3::ZERO,
-        };
+        let mut point = PatchPoint::default();
         for j in 0..4 {
             for i in 0..4 {
                 let c = self.control[j][i];
