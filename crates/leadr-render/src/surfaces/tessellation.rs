@@ -29,11 +29,6 @@ impl Lens {
         let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
         length * self.focal_pixels / distance
     }
-
-    /// Unit direction from a point to the viewer.
-    pub(crate) fn toward_viewer(&self, point: Vec3) -> Vec3 {
-        Viewer::At(self.eye).toward(point)
-    }
 }
 
 /// Where a surface is seen from.
@@ -47,7 +42,7 @@ pub enum Viewer {
 
 impl Viewer {
     /// Unit direction to it from a point.
-    fn toward(self, point: Vec3) -> Vec3 {
+    pub(super) fn toward(self, point: Vec3) -> Vec3 {
         match self {
             Self::At(eye) => (eye - point).normalize_or_zero(),
             Self::Toward(direction) => direction,
@@ -328,7 +323,7 @@ fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f3
     let centre = (positions[0] + positions[1]) * 0.5;
     let along = positions[1] - positions[0];
     let length = along.length();
-    let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
+    let sine = along.cross(Viewer::At(lens.eye).toward(centre)).length() / length.max(1e-20);
     let bulge = length * normals[0].distance(normals[1]) * 0.25;
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let prominent = |full: f32| ((relief + bulge) * scale / full).min(1.0);

@@ -143,7 +143,7 @@ fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &Tessel
     let (centre, along) = ((a + b) * 0.5, b - a);
     let length = along.length();
     let scale = lens.pixels(centre, length) / length.max(1e-20);
-    let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
+    let sine = along.cross(Viewer::At(lens.eye).toward(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
     // The reference draws all waves as finely as anything else.
     let (shown, slope) = match settings.to_texels {
