@@ -44,15 +44,7 @@ impl Topology {
     /// For each side of each patch, the patch and side beyond it. `None` for edges that do not join exactly two patches, or
     /// join them running in the same direction.
     pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
-        // For each edge and direction: the number of sides, and the last of them.
-        let mut sides = vec![[(0u32, (0u32, 0u8)); 2]; self.edges.len()];
-        for (patch, edges) in self.patch_edges.iter().enumerate() {
-            for side in self.sides(patch) {
-                let edge = edges[side];
-                let entry = &mut sides[(edge >> 1) as usize][(edge & 1) as usize];
-                *entry = (entry.0 + 1, (patch as u32, side as u8));
-            }
-        }
+        let sides = self.sides_of_edges();
         let beyond = |edge: u32| {
             let both = sides[(edge >> 1) as usize];
             (both[0].0 == 1 && both[1].0 == 1).then_some(both[1 - (edge & 1) as usize].1)
@@ -63,12 +55,20 @@ impl Topology {
     /// Number of edges that do not join exactly two patches, or join them running in the same direction: 0 on a closed,
     /// oriented surface.
     pub fn irregular_edges(&self) -> usize {
-        let mut uses = vec![[0u32; 2]; self.edges.len()];
-        for (patch, side) in (0..self.patch_edges.len()).flat_map(|p| self.sides(p).map(move |side| (p, side))) {
-            let edge = self.patch_edges[patch][side];
-            uses[(edge >> 1) as usize][(edge & 1) as usize] += 1;
+        self.sides_of_edges().iter().filter(|both| both.map(|(count, _)| count) != [1, 1]).count()
+    }
+
+    /// For each edge and direction: the number of sides, and the last of them.
+    fn sides_of_edges(&self) -> Vec<[(u32, (u32, u8)); 2]> {
+        let mut sides = vec![[(0, (0, 0)); 2]; self.edges.len()];
+        for (patch, edges) in self.patch_edges.iter().enumerate() {
+            for side in self.sides(patch) {
+                let edge = edges[side];
+                let (count, last) = &mut sides[(edge >> 1) as usize][(edge & 1) as usize];
+                (*count, *last) = (*count + 1, (patch as u32, side as u8));
+            }
         }
-        uses.iter().filter(|&&u| u != [1, 1]).count()
+        sides
     }
 }
 
