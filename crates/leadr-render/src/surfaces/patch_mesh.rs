@@ -148,6 +148,12 @@ impl TileLayout {
         (index % self.columns * self.tile, index / self.columns * self.tile)
     }
 
+    /// Number of the first texel of tile `index` at a mip level, row by row over the whole atlas, gutter included.
+    pub fn first_texel(&self, index: usize, level: u32) -> usize {
+        let ((x, y), (width, _)) = (self.origin(index as u32), self.size());
+        (y >> level) as usize * (width >> level) as usize + (x >> level) as usize
+    }
+
     /// Texture coordinates of the four corners of patch `index`.
     pub fn texcoords(&self, index: u32) -> [Vec2; 4] {
         let (w, h) = self.size();

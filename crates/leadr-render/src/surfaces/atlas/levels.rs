@@ -142,20 +142,20 @@ pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: Coars
         let own = own_means(shape, intervals, source, star.patches.len());
         let own_at = |patch: usize, a: u32, b: u32| own[patch * (nodes * nodes) as usize + (b * nodes + a) as usize];
         vertices = star.about_vertices(frames, |patch, corner| {
-            let [a, b] = [[0, 0], [1, 0], [1, 1], [0, 1]][corner].map(|end: u32| end * intervals);
+            let (a, b) = on_side(corner, 0, intervals);
             own_at(patch, a, b)
         });
         let shared: Vec<Vec<T>> = (0..star.patches.len())
             .into_par_iter()
             .map(|patch| {
-                let place = |k: u32| (k % nodes, k / nodes);
                 let node = |k: u32| {
-                    let (a, b) = place(k);
-                    if let Some(corner) = corner_of(a, b, intervals) {
-                        return T::land(&vertices[star.patches[patch][corner] as usize], &frames.corner(patch, corner));
-                    }
+                    let (a, b) = (k % nodes, k / nodes);
                     let own = own_at(patch, a, b);
                     let Some((side, along)) = side_of(a, b, intervals) else { return own };
+                    if along % intervals == 0 {
+                        let corner = (side + (along / intervals) as usize) & 3;
+                        return T::land(&vertices[star.patches[patch][corner] as usize], &frames.corner(patch, corner));
+                    }
                     let Some((other, beside)) = star.neighbors[patch][side] else { return own };
                     let (c, d) = on_side(usize::from(beside), intervals - along, intervals);
                     let uv = |a: u32, b: u32| Vec2::new(a as f32, b as f32) / intervals as f32;
@@ -181,7 +181,7 @@ pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: Coars
         for (patch, corners) in star.patches.iter().enumerate() {
             for (corner, &vertex) in corners.iter().enumerate() {
                 let value = T::land(&vertices[vertex as usize], &frames.corner(patch, corner));
-                let [a, b] = [[0, 0], [1, 0], [1, 1], [0, 1]][corner];
+                let (a, b) = on_side(corner, 0, 1);
                 write(patch, shape.finest + 1 + wide, a, b, value);
             }
         }
@@ -246,8 +246,7 @@ fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patche
     (0..patches)
         .into_par_iter()
         .flat_map_iter(|patch| {
-            let (column, row) = (patch % columns as usize, patch / columns as usize);
-            let start = row * cells as usize * row_length + column * cells as usize;
+            let start = shape.layout.first_texel(patch, SOURCE_LEVEL);
             let weights = &weights;
             weights.iter().flat_map(move |down| {
                 weights.iter().map(move |across| {
@@ -264,12 +263,7 @@ fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patche
         .collect()
 }
 
-fn corner_of(a: u32, b: u32, intervals: u32) -> Option<usize> {
-    let end = |k: u32| if k == 0 { Some(0) } else { (k == intervals).then_some(1) };
-    Some([[0, 1], [3, 2]][end(b)?][end(a)?])
-}
-
-/// The side on which a border sample lies, and its position along that side.
+/// The side on which a border sample lies, and its position along that side, from its first corner.
 fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     (0..4).find_map(|side| {
         let along = [a, b, intervals - a, intervals - b][side];

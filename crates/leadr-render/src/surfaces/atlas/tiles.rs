@@ -74,11 +74,7 @@ impl Tiles {
         let side = (layout.tile >> level) as usize;
         let (around, cell) = (side + 2 * margin, (1u32 << level) as f32);
         let (inner, gutter) = (layout.inner() as f32, layout.gutter as f32);
-        let start = |patch: usize| {
-            let (x, y) = layout.origin(patch as u32);
-            (y >> level) as usize * width + (x >> level) as usize
-        };
-        let own = start(patch);
+        let own = layout.first_texel(patch, level);
         let texel = |x: i64, y: i64| {
             let at = (Vec2::new(x as f32, y as f32) + 0.5) * cell - gutter;
             // The gutter of a tile only continues it.
@@ -89,7 +85,7 @@ impl Tiles {
             let at = ((at * inner + gutter) / cell - 0.5).clamp(Vec2::ZERO, Vec2::splat(side as f32 - 1.0));
             let whole = at.floor().min(Vec2::splat(side as f32 - 2.0)).max(Vec2::ZERO);
             let f = at - whole;
-            let first = start(other) + whole.y as usize * width + whole.x as usize;
+            let first = layout.first_texel(other, level) + whole.y as usize * width + whole.x as usize;
             let row = |k: usize| texels[k] * (1.0 - f.x) + texels[k + 1] * f.x;
             row(first) * (1.0 - f.y) + row(first + width) * f.y
         };
