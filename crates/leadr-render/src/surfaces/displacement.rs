@@ -5,6 +5,7 @@
 //! edge and at every vertex are therefore baked once: the mean over the patches that share it, at [`EDGE_LEVELS`]
 //! resolutions, each filtered to its own spacing. On rims, where another object goes on, they are 0.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use super::patch_mesh::{PatchMesh, TileLayout};
@@ -100,18 +101,15 @@ impl HeightField {
 
 /// Box-filtered mip chain of heights on the CPU, sampled as the device samples the LEADR map.
 struct HeightPyramid<'a> {
-    field: &'a HeightField,
-    levels: Vec<HeightField>,
+    /// The field itself is the finest.
+    levels: Vec<Cow<'a, HeightField>>,
 }
 
 impl<'a> HeightPyramid<'a> {
     fn new(field: &'a HeightField) -> Self {
-        let mut levels: Vec<HeightField> = Vec::new();
-        loop {
-            let source = levels.last().unwrap_or(field);
-            if source.map.width == 1 && source.map.height == 1 {
-                break;
-            }
+        let mut pyramid = Self { levels: vec![Cow::Borrowed(field)] };
+        while (pyramid.coarsest().map.width, pyramid.coarsest().map.height) != (1, 1) {
+            let source = pyramid.coarsest();
             let (width, height) = ((source.map.width / 2).max(1), (source.map.height / 2).max(1));
             let mut texels = vec![0.0; width as usize * height as usize];
             texels.par_chunks_mut(width as usize).zip(0..height).for_each(|(row, y)| {
@@ -119,26 +117,31 @@ impl<'a> HeightPyramid<'a> {
                     *texel = box_filter(source, width, height, x, y);
                 }
             });
-            levels.push(HeightField { map: HeightMap { width, height, texels }, border: field.border });
+            let map = HeightMap { width, height, texels };
+            pyramid.levels.push(Cow::Owned(HeightField { map, border: field.border }));
         }
-        Self { field, levels }
+        pyramid
     }
 
-    fn bilinear(&self, level: usize, texcoord: Vec2) -> f32 {
-        if level == 0 { self.field.bilinear(texcoord) } else { self.levels[level - 1].bilinear(texcoord) }
+    fn coarsest(&self) -> &HeightField {
+        &self.levels[self.levels.len() - 1]
+    }
+
+    /// Texels of the finest level, across and down.
+    fn size(&self) -> Vec2 {
+        Vec2::new(self.levels[0].map.width as f32, self.levels[0].map.height as f32)
     }
 
     /// Trilinear samples at a level of detail; with tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
     fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
-        let mut lod = lod.clamp(0.0, self.levels.len() as f32);
+        let mut lod = lod.clamp(0.0, (self.levels.len() - 1) as f32);
         let mut inside = None;
-        if let Border::Tiles(layout) = self.field.border {
+        if let Border::Tiles(layout) = self.levels[0].border {
             lod = lod.min((layout.tile as f32).log2());
-            let size = Vec2::new(self.field.map.width as f32, self.field.map.height as f32);
             let (x, y) = layout.origin(patch as u32);
             let low = Vec2::new(x as f32, y as f32);
             let inset = Vec2::splat((lod.ceil().exp2() * 0.5).min(layout.tile as f32 * 0.5));
-            inside = Some([size, low + inset, low + Vec2::splat(layout.tile as f32) - inset]);
+            inside = Some([self.size(), low + inset, low + Vec2::splat(layout.tile as f32) - inset]);
         }
         let level = lod as usize;
         Lookup { pyramid: self, level, fraction: lod - level as f32, inside }
@@ -158,8 +161,8 @@ impl Lookup<'_> {
     fn at(&self, texcoord: Vec2) -> f32 {
         let texcoord = self.inside.map_or(texcoord, |[size, low, high]| (texcoord * size).clamp(low, high) / size);
         let &Self { pyramid, level, fraction, .. } = self;
-        let fine = pyramid.bilinear(level, texcoord);
-        if fraction == 0.0 { fine } else { fine * (1.0 - fraction) + pyramid.bilinear(level + 1, texcoord) * fraction }
+        let at = |level: usize| pyramid.levels[level].bilinear(texcoord);
+        if fraction == 0.0 { at(level) } else { at(level) * (1.0 - fraction) + at(level + 1) * fraction }
     }
 }
 
@@ -171,12 +174,12 @@ struct Mapped<'a> {
 
 impl Mapped<'_> {
     fn mean(&self) -> f32 {
-        self.pyramid.levels.last().unwrap_or(self.pyramid.field).map.texels[0]
+        self.pyramid.coarsest().map.texels[0]
     }
 
     /// From one corner of a patch to another in texels; along the axes no farther than on the surface.
     fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
-        let size = Vec2::new(self.pyramid.field.map.width as f32, self.pyramid.field.map.height as f32);
+        let size = self.pyramid.size();
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.positions[self.mesh.patches[patch][corner] as usize]);
             return Vec2::new(a.distance(b) / repeat * size.max_element(), 0.0);
@@ -251,7 +254,7 @@ impl BoundaryHeights {
     /// Those of a map that is shown by example, whose heights the device looks up, since all patches have the same texture coordinates
     /// where they meet: `vertices` are the levels of detail in which it does.
     pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
-        let mapped = Mapped { mesh, pyramid: HeightPyramid { field, levels: Vec::new() } };
+        let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] } };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
         let mut edge_texels = vec![1.0f32; topology.edges.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
@@ -384,12 +387,9 @@ fn patch_ranges(mesh: &PatchMesh, field: &HeightField) -> Vec<[f32; 2]> {
         Border::Tiles(layout) => (0..mesh.patches.len())
             .into_par_iter()
             .map(|patch| {
-                let (x, y) = layout.origin(patch as u32);
-                let (x, tile, width) = (x as usize, layout.tile as usize, field.map.width as usize);
-                range(&mut (0..tile).flat_map(|row| {
-                    let start = (y as usize + row) * width + x;
-                    field.map.texels[start..start + tile].iter().copied()
-                }))
+                let (start, tile, width) =
+                    (layout.first_texel(patch, 0), layout.tile as usize, field.map.width as usize);
+                range(&mut (0..tile).flat_map(|row| field.map.texels[start + row * width..][..tile].iter().copied()))
             })
             .collect(),
         _ => vec![range(&mut field.map.texels.iter().copied()); mesh.patches.len()],
@@ -461,7 +461,7 @@ mod tests {
         let mean = texels.iter().sum::<f32>() / 35.0;
         let field = HeightField::repeating(HeightMap { width: 7, height: 5, texels });
         let pyramid = HeightPyramid::new(&field);
-        let last = pyramid.levels.last().unwrap();
+        let last = pyramid.coarsest();
         assert_eq!((last.map.width, last.map.height), (1, 1));
         assert!((last.map.texels[0] - mean).abs() < 1e-5);
     }
