@@ -3,6 +3,7 @@
 
 use super::atlas::levels::CoarseShape;
 use super::displacement::{Border, HeightField};
+use super::horizon::MOST_TEXELS;
 use super::moments::MomentFormat;
 use super::object::with_same_maps;
 use super::relief_color::{ReliefColors, skipped_levels};
@@ -12,9 +13,8 @@ use leadr_gpu::{Gpu, MemoryRoom, Result};
 /// What the targets of a frame, the environment and staging need beside the maps.
 const RESERVE: u64 = 192 << 20;
 
-/// Bytes of a texel of the horizons, and most texels of their finest level.
+/// Bytes of a texel of the horizons.
 const HORIZON: u64 = 10;
-const MOST_HORIZON_TEXELS: u64 = super::horizon::MOST_TEXELS as u64;
 
 /// With all levels of detail.
 fn with_mips(bytes: u64) -> u64 {
@@ -26,7 +26,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     let relief = object.heights.as_ref().map_or(0, |field| {
         let texels = u64::from(field.map.width) * u64::from(field.map.height);
         let mut horizon = texels;
-        while horizon > MOST_HORIZON_TEXELS {
+        while horizon > u64::from(MOST_TEXELS) {
             horizon /= 4;
         }
         let coarse = match field.border {
