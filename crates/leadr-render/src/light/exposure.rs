@@ -2,7 +2,7 @@
 //! way, so that dusk is dimmer than noon and night is dark. Under a panorama, whose unit nobody tells, it is metered.
 
 use super::sky::Sky;
-use super::texels::{Texels, texel_luminance};
+use super::texels::Texels;
 use leadr_maps::RgbImage;
 
 /// Luminance of sun and sky on level ground under the default air at intensity 1, by the sun's elevation in degrees.
@@ -37,14 +37,7 @@ pub fn exposure(sky: &Sky) -> f32 {
 /// Factor on the radiance of a picture under a panorama with which level ground looks as under the sky from mid-morning on; 1 under a
 /// panorama that does not light it.
 pub fn metered(panorama: &RgbImage) -> f32 {
-    let sphere = Texels::new(panorama);
-    let rows = panorama.texels.chunks_exact(panorama.width as usize).enumerate();
-    let irradiance: f64 = rows
-        .map(|(row, texels)| {
-            let cosine = sphere.direction(row, 0).z.max(0.0);
-            cosine * sphere.solid_angles[row] * texels.iter().map(|&t| texel_luminance(t)).sum::<f64>()
-        })
-        .sum();
+    let irradiance = Texels::new(panorama).integral(panorama, |z| z.max(0.0));
     let factor = f64::from(LEVEL[LEVEL.len() - 1].1) / irradiance;
     if (1e-30..=1e30).contains(&factor) { factor as f32 } else { 1.0 }
 }

@@ -118,7 +118,7 @@ struct Candidate {
 pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     let count = how.count.min(MAX_ENVIRONMENT_LIGHTS) as usize;
     let sphere = Texels::new(image);
-    let mean = sphere.mean(image);
+    let mean = sphere.integral(image, |_| 1.0) / (4.0 * PI);
     // Comparisons are written so that what is not a number fails them.
     if count == 0 || !(mean > 0.0 && mean.is_finite() && how.threshold > 0.0) {
         return Split::default();

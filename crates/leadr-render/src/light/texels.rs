@@ -48,10 +48,12 @@ impl Texels {
         (sin * direction.truncate().length() + cos * direction.z).min(1.0).acos() <= reach
     }
 
-    /// Mean luminance over the sphere.
-    pub fn mean(&self, image: &RgbImage) -> f64 {
-        let rows = image.texels.chunks_exact(image.width as usize).zip(&self.solid_angles);
-        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| texel_luminance(t)).sum::<f64>()).sum::<f64>()
-            / (4.0 * PI)
+    /// Integral of the luminance over the sphere, weighted by the height `z` of directions.
+    pub fn integral(&self, image: &RgbImage, weight: impl Fn(f64) -> f64) -> f64 {
+        let rows = image.texels.chunks_exact(image.width as usize).zip(self.rows.iter().zip(&self.solid_angles));
+        rows.map(|(texels, (&(_, z), solid_angle))| {
+            weight(z) * solid_angle * texels.iter().map(|&t| texel_luminance(t)).sum::<f64>()
+        })
+        .sum()
     }
 }
