@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::Affine2;
 
-use super::displacement::Border;
+use super::displacement::{Border, HeightField};
 use super::material::{Codes, MIXED_FORMAT, MaterialImages, halve, halves, write_mips};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
@@ -96,58 +96,45 @@ impl DetailImages {
     pub fn new(gpu: &Arc<Gpu>, name: &str, detail: Option<Detail>, mesh: &PatchMesh, border: Border) -> Result<Self> {
         let name = format!("{name} detail");
         let sampler = Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, AddressMode::Repeat)?;
-        let Some(detail) = detail else {
-            let mask = Image::new(gpu, &format!("{name} no mask"), ImageDesc::new(MIXED_FORMAT, 1, 1))?;
-            mask.write(0, 0, &[u8::MAX; 8])?;
-            return Ok(Self {
-                layout: Buffer::from_slice(
-                    gpu,
-                    &name,
-                    &bytes(head(Affine2::IDENTITY, Affine2::IDENTITY, [1.0; 4]), &[]),
-                )?,
-                maps: field_maps(gpu, None, None, None, None, MomentFormat::Float32)?,
-                material: MaterialImages::new(gpu, &name, None, Border::Wrap)?,
-                mask,
-                sampler,
-            });
-        };
-        let Detail { heights, slopes, material, mapping, transform, mask } = detail;
-        if mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
-            let fault = "a detail cannot follow texture coordinates that end with a tile; see it along the axes".into();
-            return Err(GpuError::Usage { name, fault });
+        let exists = detail.is_some();
+        let Detail { heights, slopes, material, mapping, transform, mask } = detail.unwrap_or_else(|| Detail {
+            heights: HeightField::flat(),
+            slopes: None,
+            material: None,
+            mapping: DetailMapping::Texcoords,
+            transform: Affine2::IDENTITY,
+            mask: None,
+        });
+        if exists && mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
+            let fault = "a detail cannot follow texture coordinates that end with a tile; see it along the axes";
+            return Err(GpuError::usage(name, fault));
         }
-        let colors = match &material {
+        let detail_color = match &material {
             None => [1.0, 1.0, 1.0, 0.04],
             Some((map, DetailColors::Vary)) => per_mean(map),
             Some((_, DetailColors::Cover(f0))) => [1.0, 1.0, 1.0, *f0],
         };
         let onto_mask = mask.as_ref().map_or(Affine2::IDENTITY, |mask| mask.transform);
+        let [d, m] = [transform.translation, onto_mask.translation];
+        let head = DetailHeadGpu {
+            detail_linear: transform.matrix2.to_cols_array(),
+            mask_linear: onto_mask.matrix2.to_cols_array(),
+            detail_offsets: [d.x, d.y, m.x, m.y],
+            detail_color,
+        };
         let rest = match mapping {
             DetailMapping::Texcoords => Vec::new(),
             DetailMapping::Triplanar(metres) => rest_vertices(mesh, metres),
         };
+        let layout = [bytemuck::bytes_of(&head), bytemuck::cast_slice(&rest)].concat();
         Ok(Self {
-            layout: Buffer::from_slice(gpu, &name, &bytes(head(transform, onto_mask, colors), &rest))?,
+            layout: Buffer::from_slice(gpu, &name, &layout)?,
             maps: field_maps(gpu, Some(&heights), slopes, None, None, MomentFormat::Float32)?,
             material: MaterialImages::new(gpu, &name, material.map(|(map, _)| map), Border::Wrap)?,
             mask: mask_image(gpu, &name, mask)?,
             sampler,
         })
     }
-}
-
-fn head(detail: Affine2, mask: Affine2, detail_color: [f32; 4]) -> DetailHeadGpu {
-    let [d, m] = [detail.translation, mask.translation];
-    DetailHeadGpu {
-        detail_linear: detail.matrix2.to_cols_array(),
-        mask_linear: mask.matrix2.to_cols_array(),
-        detail_offsets: [d.x, d.y, m.x, m.y],
-        detail_color,
-    }
-}
-
-fn bytes(head: DetailHeadGpu, rest: &[RestVertexGpu]) -> Vec<u8> {
-    [bytemuck::bytes_of(&head), bytemuck::cast_slice(rest)].concat()
 }
 
 fn rest_vertices(mesh: &PatchMesh, metres: f32) -> Vec<RestVertexGpu> {
@@ -174,7 +161,7 @@ fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<DetailMask>) -> Result<Im
     let DetailMask { width, height, texels, .. } = mask.unwrap_or(none);
     if u64::from(width) * u64::from(height) != texels.len() as u64 {
         let fault = format!("{} texels of its mask do not fill {width}x{height}", texels.len());
-        return Err(GpuError::Usage { name: name.to_owned(), fault });
+        return Err(GpuError::usage(name, fault));
     }
     let desc = ImageDesc::new(MIXED_FORMAT, width, height).full_mips();
     let image = Image::new(gpu, &format!("{name} mask"), desc)?;

@@ -47,6 +47,11 @@ impl HeightField {
         Self { map, border: Border::Wrap }
     }
 
+    /// One height of 0: a placeholder for maps that are never sampled.
+    pub(super) fn flat() -> Self {
+        Self { map: HeightMap { width: 1, height: 1, texels: vec![0.0] }, border: Border::Clamp }
+    }
+
     /// The texel that stands for number `i` along an axis of `n` texels.
     fn within(&self, i: i64, n: u32) -> usize {
         match self.border {
