@@ -16,7 +16,8 @@ use rayon::prelude::*;
 use super::atlas::tiles::Tiles;
 use super::displacement::Border;
 use super::moments::LeadrMapGpu;
-use super::patch_mesh::{PatchMesh, TileLayout};
+use super::patch_mesh::PatchMesh;
+use super::placeholder;
 use super::topology::Topology;
 use crate::constants::SOURCE_LEVEL;
 use leadr_gpu::vk::Format;
@@ -88,8 +89,10 @@ const TEXEL_BYTES: [usize; 2] = [8, 2];
 
 /// The horizon maps of an object.
 pub struct HorizonMaps {
-    leans: Image,
-    correlations: Image,
+    /// `lean` and the deviations of `spread`, with mips.
+    pub leans: Image,
+    /// The correlations of `spread`, with mips.
+    pub correlations: Image,
 }
 
 /// A level of the LEADR maps on the CPU.
@@ -103,9 +106,9 @@ struct HeightLevel {
 impl HeightLevel {
     /// Reads a level back. `sign`: -1 for heights that point inwards.
     fn read(maps: &LeadrMapGpu, level: u32, sign: f32) -> Result<Self> {
-        let size = maps.heights().mip_extent(level);
+        let size = maps.heights.mip_extent(level);
         let [w, h] = size.map(|n| sign / n as f32);
-        let heights: Vec<f32> = maps.heights().read(level, 0)?;
+        let heights: Vec<f32> = maps.heights.read(level, 0)?;
         let slopes = maps.read_slopes(level)?;
         Ok(Self {
             size,
@@ -135,7 +138,7 @@ impl HeightLevel {
                 let texels = atlas.around(&self.heights, width, level, patch, margin);
                 let around = side + 2 * margin;
                 let heights = Heights::new(around, around, &texels, Wrap::Clamp);
-                let start = self.start(level, layout, patch);
+                let start = layout.first_texel(patch, level);
                 let rows = (0..side).flat_map(|y| &self.slopes[start + y * width..][..side]);
                 let slopes: Vec<[f32; 2]> = rows.copied().collect();
                 let window = Window { x: margin, y: margin, width: side, height: side };
@@ -144,7 +147,7 @@ impl HeightLevel {
             .collect();
         let mut texels = vec![HorizonTexel::default(); width * height];
         for (patch, tile) in tiles.iter().enumerate() {
-            let start = self.start(level, layout, patch);
+            let start = layout.first_texel(patch, level);
             let gutter = (layout.gutter >> level) as usize;
             let inside = |k: usize| k.clamp(gutter, side - 1 - gutter);
             for y in 0..side {
@@ -158,25 +161,14 @@ impl HeightLevel {
         }
         texels
     }
-
-    /// Index of the first texel of a tile.
-    fn start(&self, level: u32, layout: TileLayout, patch: usize) -> usize {
-        let (x, y) = layout.origin(patch as u32);
-        ((y >> level) * self.size[0] + (x >> level)) as usize
-    }
 }
 
 impl HorizonMaps {
     /// Placeholders for an object without relief; they are never read.
     pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
-        let image = |what: &str, format| {
-            let image = Image::new(gpu, &format!("{name} no {what}"), ImageDesc::new(format, 1, 1))?;
-            image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
-            Ok::<_, GpuError>(image)
-        };
         Ok(Self {
-            leans: image("horizon", Format::R16G16B16A16_SFLOAT)?,
-            correlations: image("horizon correlation", Format::R16_SFLOAT)?,
+            leans: placeholder(gpu, &format!("{name} no horizon"), Format::R16G16B16A16_SFLOAT)?,
+            correlations: placeholder(gpu, &format!("{name} no horizon correlation"), Format::R16_SFLOAT)?,
         })
     }
 
@@ -193,15 +185,15 @@ impl HorizonMaps {
             // The filter pass uses no more of the tiles.
             Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
         };
-        let small = |&level: &u32| maps.heights().mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
+        let small = |&level: &u32| maps.heights.mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
         let first = (0..levels).find(small).unwrap_or(levels - 1);
-        let [width, height] = maps.heights().mip_extent(first);
+        let [width, height] = maps.heights.mip_extent(first);
         let desc = ImageDesc::new(Format::R16G16B16A16_SFLOAT, width, height).mips(levels - first);
         let leans = Image::new(gpu, &format!("{name} horizon"), desc)?;
         let single = ImageDesc { format: Format::R16_SFLOAT, ..desc };
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
         let sizes: Vec<usize> =
-            (first..levels).map(|level| maps.heights().mip_extent(level).iter().product::<u32>() as usize).collect();
+            (first..levels).map(|level| maps.heights.mip_extent(level).iter().product::<u32>() as usize).collect();
         // All levels, one behind the other; both images of each.
         let find = || {
             let mut bytes = Vec::new();
@@ -222,7 +214,7 @@ impl HorizonMaps {
         let length = texels * TEXEL_BYTES.iter().sum::<usize>();
         match cache {
             Some((cache, heights)) if texels >= LEAST_CACHED => {
-                let key = relief.key(maps.heights().mip_extent(0), heights);
+                let key = relief.key(maps.heights.mip_extent(0), heights);
                 // What was read goes to the device without a copy.
                 let read = |bytes: &[u8]| match bytes.len().cmp(&length) {
                     Ordering::Less => Err("it is too short"),
@@ -250,15 +242,5 @@ impl HorizonMaps {
         put(bytes, &leans);
         put(bytes, &correlations);
         Ok(())
-    }
-
-    /// `lean` and the deviations of `spread`, with mips.
-    pub fn leans(&self) -> &Image {
-        &self.leans
-    }
-
-    /// The correlations of `spread`, with mips.
-    pub fn correlations(&self) -> &Image {
-        &self.correlations
     }
 }

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use half::f16;
 
 use super::displacement::{Border, HeightField};
+use super::floats;
 use crate::constants::{MOMENTS_ATLAS, MOMENTS_CLAMP, MOMENTS_REPEAT};
 use leadr_gpu::vk::Format;
 use leadr_gpu::{
@@ -92,42 +93,15 @@ shared_struct! {
     }
 }
 
-/// The pass: pipelines for one kind of border and one format, shared by any number of maps.
-pub struct MomentsPass {
-    level0: ComputePipeline,
-    /// From levels of which a side is odd, and from others.
-    mips: [ComputePipeline; 2],
-    border: Border,
-    format: MomentFormat,
-}
-
-impl MomentsPass {
-    /// Creates the pipelines.
-    pub fn new(gpu: &Arc<Gpu>, border: Border, format: MomentFormat) -> Result<Self> {
-        let kind = match border {
-            Border::Wrap => MOMENTS_REPEAT,
-            Border::Clamp => MOMENTS_CLAMP,
-            Border::Tiles(_) => MOMENTS_ATLAS,
-        };
-        let [level0, mips] = format.shaders();
-        let mip = |even| ComputePipeline::new(gpu, mips, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
-        Ok(Self {
-            level0: ComputePipeline::new(gpu, level0, &[("EDGES", SpecValue::U32(kind))], &[Push::LAYOUT])?,
-            mips: [mip(false)?, mip(true)?],
-            border,
-            format,
-        })
-    }
-}
-
 /// LEADR maps on the GPU.
 pub struct LeadrMapGpu {
-    pass: Arc<MomentsPass>,
-    slopes: Image,
-    joint: Image,
-    heights: Image,
-    /// Views of every level of the images, for the dispatches.
-    levels: Vec<[ImageView; 3]>,
+    /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
+    pub slopes: Image,
+    /// `E[hs·ht]` with mips, ready to be sampled.
+    pub joint: Image,
+    /// Mean heights with mips, ready to be sampled.
+    pub heights: Image,
+    format: MomentFormat,
 }
 
 impl LeadrMapGpu {
@@ -140,11 +114,22 @@ impl LeadrMapGpu {
         let &HeightMap { width, height, ref texels } = heights;
         if u64::from(width) * u64::from(height) != texels.len() as u64 {
             let fault = format!("{} heights do not fill {width}x{height} texels", texels.len());
-            return Err(GpuError::Usage { name: "height map".to_owned(), fault });
+            return Err(GpuError::usage("height map", fault));
         }
-        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, border, format)?), width, height)?;
+        let map = Self::empty(gpu, [width, height], border, format)?;
         map.heights.write(0, 0, texels)?;
-        gpu.submit("moments", |cmd| map.record(cmd))?;
+        let (kind, tile) = match border {
+            Border::Wrap => (MOMENTS_REPEAT, 0),
+            Border::Clamp => (MOMENTS_CLAMP, 0),
+            Border::Tiles(tiles) => (MOMENTS_ATLAS, tiles.tile),
+        };
+        let [shader, _] = format.shaders();
+        let finest = ComputePipeline::new(gpu, shader, &[("EDGES", SpecValue::U32(kind))], &[Push::LAYOUT])?;
+        map.compute(gpu, |cmd, level| {
+            cmd.bind(&finest, &bindings(["slopes", "joint", "heights"], level));
+            cmd.push_constants(&Push { tile, limit: format.limit() });
+            cmd.dispatch_invocations(&finest, [width, height, 1]);
+        })?;
         Ok(map)
     }
 
@@ -168,9 +153,9 @@ impl LeadrMapGpu {
         if [texels.len(), slopes.len(), spreads].iter().any(|&count| count as u64 != expected) {
             let fault =
                 format!("{} heights and {} slopes do not fill {width}x{height} texels", texels.len(), slopes.len());
-            return Err(GpuError::Usage { name: "height map".to_owned(), fault });
+            return Err(GpuError::usage("height map", fault));
         }
-        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, border, format)?), width, height)?;
+        let map = Self::empty(gpu, [width, height], border, format)?;
         let about = |i: usize| spread.map_or([0.0; 3], |spread| spread[i]);
         let moments = |(i, &[x, y]): (usize, &[f32; 2])| {
             let [ss, tt, st] = about(i);
@@ -178,12 +163,7 @@ impl LeadrMapGpu {
         };
         map.write(0, slopes.iter().enumerate().map(moments))?;
         map.heights.write(0, 0, texels)?;
-        gpu.submit("moments of slopes", |cmd| {
-            for image in [&map.slopes, &map.joint, &map.heights] {
-                cmd.transition(image, Use::ComputeReadWrite);
-            }
-            map.record_mips(cmd);
-        })?;
+        map.compute(gpu, |_, _| ())?;
         Ok(map)
     }
 
@@ -192,12 +172,11 @@ impl LeadrMapGpu {
     /// # Errors
     /// As [`new`](Self::new), and [`GpuError::Usage`] when levels are missing or of other sizes.
     pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, border: Border, format: MomentFormat) -> Result<Self> {
-        let wrong = |fault: String| GpuError::Usage { name: "LEADR map".to_owned(), fault };
+        let wrong = |fault: String| GpuError::usage("LEADR map", fault);
         let Some(first) = moments.levels.first() else { return Err(wrong("it has no levels".to_owned())) };
-        let pass = Arc::new(MomentsPass::new(gpu, border, format)?);
-        let map = Self::empty(gpu, &pass, first.width, first.height)?;
-        if moments.levels.len() != map.levels.len() {
-            return Err(wrong(format!("it has {} levels, not {}", moments.levels.len(), map.levels.len())));
+        let map = Self::empty(gpu, [first.width, first.height], border, format)?;
+        if moments.levels.len() != map.levels() as usize {
+            return Err(wrong(format!("it has {} levels, not {}", moments.levels.len(), map.levels())));
         }
         for (mip, level) in (0..).zip(&moments.levels) {
             let [width, height] = map.heights.mip_extent(mip);
@@ -214,7 +193,7 @@ impl LeadrMapGpu {
 
     /// Stores the moments of a level.
     fn write(&self, mip: u32, moments: impl Iterator<Item = ([f32; 4], f32)>) -> Result<()> {
-        match self.pass.format {
+        match self.format {
             MomentFormat::Float32 => {
                 let (slopes, joint): (Vec<[f32; 4]>, Vec<f32>) = moments.unzip();
                 self.slopes.write(mip, 0, &slopes)?;
@@ -231,116 +210,77 @@ impl LeadrMapGpu {
 
     /// Reads the slopes of a level back: `E[hs], E[ht], E[hs²], E[ht²]`.
     pub fn read_slopes(&self, mip: u32) -> Result<Vec<[f32; 4]>> {
-        Ok(match self.pass.format {
-            MomentFormat::Float32 => self.slopes.read(mip, 0)?,
-            MomentFormat::Float16 => {
-                self.slopes.read::<[f16; 4]>(mip, 0)?.into_iter().map(|texel| texel.map(f16::to_f32)).collect()
-            }
-        })
+        match self.format {
+            MomentFormat::Float32 => self.slopes.read(mip, 0),
+            MomentFormat::Float16 => floats(&self.slopes, mip, 0),
+        }
     }
 
     /// Reads their mixed moments back.
     pub fn read_joint(&self, mip: u32) -> Result<Vec<f32>> {
-        Ok(match self.pass.format {
+        Ok(match self.format {
             MomentFormat::Float32 => self.joint.read(mip, 0)?,
             MomentFormat::Float16 => self.joint.read::<f16>(mip, 0)?.into_iter().map(f16::to_f32).collect(),
         })
     }
 
-    /// Maps of this size with undefined content, for [`record`](Self::record) to fill.
-    pub fn empty(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, width: u32, height: u32) -> Result<Self> {
-        let [slopes, joint] = pass.format.formats();
+    /// Maps of this size with undefined content.
+    fn empty(gpu: &Arc<Gpu>, [width, height]: [u32; 2], border: Border, format: MomentFormat) -> Result<Self> {
+        let [slopes, joint] = format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
-        if let Border::Tiles(tiles) = pass.border {
+        if let Border::Tiles(tiles) = border {
             if tiles.size() != (width, height) || !tiles.tile.is_power_of_two() {
                 let (w, h) = tiles.size();
                 let fault = format!("{width}x{height} texels are not the atlas's {w}x{h} of tiles of {}", tiles.tile);
-                return Err(GpuError::Usage { name: "height atlas".to_owned(), fault });
+                return Err(GpuError::usage("height atlas", fault));
             }
             desc = desc.mips(tiles.tile.ilog2() + 1);
         }
-        let slopes = Image::new(gpu, "LEADR slopes", desc)?;
-        let joint = Image::new(gpu, "LEADR joint", ImageDesc { format: joint, ..desc })?;
-        let heights = Image::new(gpu, "LEADR heights", ImageDesc { format: Format::R32_SFLOAT, ..desc })?;
-        let levels = (0..desc.mips)
-            .map(|mip| Ok([slopes.mip_layer(mip, 0)?, joint.mip_layer(mip, 0)?, heights.mip_layer(mip, 0)?]))
-            .collect::<Result<Vec<_>>>()?;
-        Ok(Self { pass: pass.clone(), slopes, joint, heights, levels })
+        Ok(Self {
+            slopes: Image::new(gpu, "LEADR slopes", desc)?,
+            joint: Image::new(gpu, "LEADR joint", ImageDesc { format: joint, ..desc })?,
+            heights: Image::new(gpu, "LEADR heights", ImageDesc { format: Format::R32_SFLOAT, ..desc })?,
+            format,
+        })
     }
 
-    /// Computes the moments, and all levels but the finest of the heights, from that; and leaves the images in [`Use::Sampled`]. It may
-    /// be recorded again whenever the heights change.
-    pub fn record(&self, cmd: &mut Commands) {
-        let MomentsPass { level0, border, format, .. } = &*self.pass;
-        for image in [&self.slopes, &self.joint] {
-            // the earlier content is not needed, but its readers must be done
-            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
-        }
-        cmd.transition(&self.heights, Use::ComputeReadWrite);
-        let tile = if let Border::Tiles(tiles) = border { tiles.tile } else { 0 };
-        let [slopes, joint, heights] = &self.levels[0];
-        let [width, height] = slopes.extent();
-        cmd.bind(
-            level0,
-            &[
-                ("heights", Descriptor::StorageImage(heights)),
-                ("slopes", Descriptor::StorageImage(slopes)),
-                ("joint", Descriptor::StorageImage(joint)),
-            ],
-        );
-        cmd.push_constants(&Push { tile, limit: format.limit() });
-        cmd.dispatch_invocations(level0, [width, height, 1]);
-        self.record_mips(cmd);
-    }
-
-    /// Computes the levels below the finest, which compute passes may still be writing, and leaves the images in
-    /// [`Use::Sampled`].
-    fn record_mips(&self, cmd: &mut Commands) {
-        for pair in self.levels.windows(2) {
-            let [[fine_slopes, fine_joint, fine_means], [slopes, joint, means]] = pair else { continue };
-            let fine = fine_slopes.extent();
-            let even = fine.iter().all(|side| side % 2 == 0);
-            let mips = &self.pass.mips[usize::from(even)];
-            let [width, height] = slopes.extent();
-            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
-            cmd.bind(
-                mips,
-                &[
-                    ("fine_slopes", Descriptor::StorageImage(fine_slopes)),
-                    ("fine_joint", Descriptor::StorageImage(fine_joint)),
-                    ("fine_height", Descriptor::StorageImage(fine_means)),
-                    ("slopes", Descriptor::StorageImage(slopes)),
-                    ("joint", Descriptor::StorageImage(joint)),
-                    ("mean_height", Descriptor::StorageImage(means)),
-                ],
-            );
-            cmd.push_constants(&MipPush { share: fine.map(|side| 1.0 / side as f32) });
-            cmd.dispatch_invocations(mips, [width, height, 1]);
-        }
-        for image in [&self.slopes, &self.joint, &self.heights] {
-            cmd.transition(image, Use::Sampled);
-        }
-    }
-
-    /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
-    pub fn slopes(&self) -> &Image {
-        &self.slopes
-    }
-
-    /// `E[hs·ht]` with mips, ready to be sampled.
-    pub fn joint(&self) -> &Image {
-        &self.joint
-    }
-
-    /// Mean heights with mips, ready to be sampled.
-    pub fn heights(&self) -> &Image {
-        &self.heights
+    /// Records `finest`, which completes the finest level, then makes the others from it and leaves the images in [`Use::Sampled`].
+    fn compute(&self, gpu: &Arc<Gpu>, finest: impl FnOnce(&mut Commands, &[ImageView; 3])) -> Result<()> {
+        let images = [&self.slopes, &self.joint, &self.heights];
+        let level =
+            |mip| Ok([images[0].mip_layer(mip, 0)?, images[1].mip_layer(mip, 0)?, images[2].mip_layer(mip, 0)?]);
+        let levels = (0..self.levels()).map(level).collect::<Result<Vec<_>>>()?;
+        let [_, shader] = self.format.shaders();
+        let pipeline = |even| ComputePipeline::new(gpu, shader, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
+        // From levels of which a side is odd, and from others.
+        let pipelines = [pipeline(false)?, pipeline(true)?];
+        gpu.submit("moments", |cmd| {
+            images.into_iter().for_each(|image| cmd.transition(image, Use::ComputeReadWrite));
+            finest(cmd, &levels[0]);
+            for pair in levels.windows(2) {
+                let [fine, coarse] = pair else { continue };
+                let size = fine[0].extent();
+                let pipeline = &pipelines[usize::from(size.iter().all(|side| side % 2 == 0))];
+                let [width, height] = coarse[0].extent();
+                cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+                let sources = bindings(["fine_slopes", "fine_joint", "fine_height"], fine);
+                cmd.bind(pipeline, &[sources, bindings(["slopes", "joint", "mean_height"], coarse)].concat());
+                cmd.push_constants(&MipPush { share: size.map(|side| 1.0 / side as f32) });
+                cmd.dispatch_invocations(pipeline, [width, height, 1]);
+            }
+            images.into_iter().for_each(|image| cmd.transition(image, Use::Sampled));
+        })
     }
 
     /// Number of mip levels of the images.
     pub fn levels(&self) -> u32 {
-        self.levels.len() as u32
+        self.slopes.desc().mips
     }
+}
+
+/// The three images of a level under their names in a shader.
+fn bindings<'a>(names: [&'static str; 3], level: &'a [ImageView; 3]) -> [(&'static str, Descriptor<'a>); 3] {
+    std::array::from_fn(|i| (names[i], Descriptor::StorageImage(&level[i])))
 }
 
 /// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
@@ -352,7 +292,7 @@ pub(super) fn field_maps(
     moments: Option<LeadrMap>,
     format: MomentFormat,
 ) -> Result<LeadrMapGpu> {
-    let none = HeightField { map: HeightMap { width: 1, height: 1, texels: vec![0.0] }, border: Border::Clamp };
+    let none = HeightField::flat();
     let HeightField { map, border } = field.unwrap_or(&none);
     match (moments, slopes) {
         (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, *border, format),

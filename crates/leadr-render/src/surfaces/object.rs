@@ -306,11 +306,11 @@ impl ObjectMaps {
         let Self { leadr, horizons, atlas, material, detail, relief_color, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
         let images: [(&str, &Image, &Sampler); 23] = [
-            ("height_map", leadr.heights(), sampler),
-            ("moments_a", leadr.slopes(), sampler),
-            ("moments_b", leadr.joint(), sampler),
-            ("horizon_a", horizons.leans(), sampler),
-            ("horizon_b", horizons.correlations(), sampler),
+            ("height_map", &leadr.heights, sampler),
+            ("moments_a", &leadr.slopes, sampler),
+            ("moments_b", &leadr.joint, sampler),
+            ("horizon_a", &horizons.leans, sampler),
+            ("horizon_b", &horizons.correlations, sampler),
             ("color_map", &material.color, colors),
             ("f0_map", &material.f0, colors),
             ("mixed_map", &material.mixed, colors),
@@ -325,8 +325,8 @@ impl ObjectMaps {
             ("coarse_mixed", &atlas.mixed, of_coarse_levels),
             ("coarse_weighted", &atlas.weighted, of_coarse_levels),
             ("coarse_light", &atlas.light, of_coarse_levels),
-            ("detail_a", detail.maps.slopes(), &detail.sampler),
-            ("detail_b", detail.maps.joint(), &detail.sampler),
+            ("detail_a", &detail.maps.slopes, &detail.sampler),
+            ("detail_b", &detail.maps.joint, &detail.sampler),
             ("detail_colors", &detail.material.color, &detail.sampler),
             ("detail_mask", &detail.mask, &detail.sampler),
         ];

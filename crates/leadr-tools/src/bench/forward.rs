@@ -226,10 +226,10 @@ impl ForwardPass {
         let mut bound =
             vec![("forward", Descriptor::Uniform(&self.block)), ("Corners", Descriptor::Storage(&self.corners))];
         if kind != Forward::Constant {
-            bound.push(("slope_map", Descriptor::Sampled(self.maps.slopes().whole(), &self.repeat)));
+            bound.push(("slope_map", Descriptor::Sampled(self.maps.slopes.whole(), &self.repeat)));
         }
         if !matches!(kind, Forward::Constant | Forward::BlinnPhong) {
-            bound.push(("joint_map", Descriptor::Sampled(self.maps.joint().whole(), &self.repeat)));
+            bound.push(("joint_map", Descriptor::Sampled(self.maps.joint.whole(), &self.repeat)));
         }
         if let Forward::Environment(_) = kind {
             bound.push(("environment_cube", Descriptor::Sampled(cube, &self.clamp)));

@@ -25,6 +25,7 @@ use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, ha
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
+use super::{floats, placeholder};
 use crate::constants::{NO_NEIGHBOR, SOURCE_LEVEL};
 use leadr_gpu::vk::Format;
 use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
@@ -75,11 +76,7 @@ pub struct AtlasGpu {
 impl AtlasGpu {
     /// Placeholders for an object whose maps are not an atlas; they are never read.
     pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
-        let image = |what: &str, format| {
-            let image = Image::new(gpu, &format!("{name} no coarse {what}"), ImageDesc::new(format, 1, 1))?;
-            image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
-            Ok::<_, GpuError>(image)
-        };
+        let image = |what: &str, format| placeholder(gpu, &format!("{name} no coarse {what}"), format);
         Ok(Self {
             links: Buffer::from_slice(gpu, &format!("{name} no links"), &[0u32; 40])?,
             slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
@@ -106,15 +103,14 @@ impl AtlasGpu {
         maps: &LeadrMapGpu,
         material: Option<(&MaterialImages, &ReliefColorImages)>,
     ) -> Result<Self> {
-        let size = maps.slopes().mip_extent(0);
+        let size = maps.slopes.mip_extent(0);
         if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
             let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
             let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
-            return Err(GpuError::Usage { name: format!("atlas of {name}"), fault });
+            return Err(GpuError::usage(format!("atlas of {name}"), fault));
         }
         let frames = AtlasFrames::new(mesh, layout);
-        let neighbors = topology.neighbors();
-        let star = Star::new(mesh, neighbors);
+        let star = Star::new(mesh, topology.neighbors());
         let shape = CoarseShape::new(layout);
 
         let (slopes, joint) = (maps.read_slopes(SOURCE_LEVEL)?, maps.read_joint(SOURCE_LEVEL)?);
@@ -124,10 +120,11 @@ impl AtlasGpu {
         let image = |what: &str, format| {
             Image::new(gpu, &format!("{name} coarse {what}"), ImageDesc::new(format, width, height))
         };
-        let coarse_slopes = image("slopes", Format::R32G32B32A32_SFLOAT)?;
-        coarse_slopes.write(0, 0, &moments.iter().map(|m| [m[0], m[1], m[2], m[3]]).collect::<Vec<_>>())?;
-        let coarse_joint = image("joint", Format::R32_SFLOAT)?;
-        coarse_joint.write(0, 0, &moments.iter().map(|m| m[4]).collect::<Vec<_>>())?;
+        let mut atlas = Self::none(gpu, name)?;
+        atlas.slopes = image("slopes", Format::R32G32B32A32_SFLOAT)?;
+        atlas.slopes.write(0, 0, &moments.iter().map(|m| [m[0], m[1], m[2], m[3]]).collect::<Vec<_>>())?;
+        atlas.joint = image("joint", Format::R32_SFLOAT)?;
+        atlas.joint.write(0, 0, &moments.iter().map(|m| m[4]).collect::<Vec<_>>())?;
 
         let coarse = |what: &str, texels: Vec<[f32; 4]>, stored: fn([f32; 4]) -> [f32; 4]| {
             let levels = coarse_levels(&star, &frames, shape, &texels);
@@ -136,19 +133,14 @@ impl AtlasGpu {
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
         };
-        let AtlasGpu { mut color, mut f0, mut mixed, mut light, mut weighted, .. } = Self::none(gpu, name)?;
-        let floats = |image: &Image, level: u32, layer: u32| {
-            let texels: Vec<[f16; 4]> = image.read(level, layer)?;
-            Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect())
-        };
         if let Some((images, relief_color)) = material {
             if relief_color.follows.heights {
                 let layers = relief_color.weighted.desc().layers;
                 let desc = ImageDesc::new(MIXED_FORMAT, width, height).layers(layers);
-                weighted = Image::new(gpu, &format!("{name} coarse weighted colours"), desc)?;
+                atlas.weighted = Image::new(gpu, &format!("{name} coarse weighted colours"), desc)?;
                 for layer in 0..layers {
                     let texels = floats(&relief_color.weighted, SOURCE_LEVEL - relief_color.skipped, layer)?;
-                    weighted.write(0, layer, &halves(&coarse_levels(&star, &frames, shape, &texels)))?;
+                    atlas.weighted.write(0, layer, &halves(&coarse_levels(&star, &frames, shape, &texels)))?;
                 }
             }
             let codes = Codes::new();
@@ -157,15 +149,16 @@ impl AtlasGpu {
                 Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| codes.linear(texel)).collect())
             };
             // The shader finds the root of the roughness in both kinds of levels.
-            color = coarse("colour", decoded(&images.color)?, |[r, g, b, variance]| [r, g, b, variance.sqrt().sqrt()])?;
+            let root = |[r, g, b, variance]: [f32; 4]| [r, g, b, variance.sqrt().sqrt()];
+            atlas.color = coarse("colour", decoded(&images.color)?, root)?;
             if images.has.f0 {
-                f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
+                atlas.f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
             if images.has.bases.mixed {
-                mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
+                atlas.mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
             }
             if images.has.emission || images.has.occlusion {
-                light = coarse("light", light_texels(images)?, |texel| texel)?;
+                atlas.light = coarse("light", light_texels(images)?, |texel| texel)?;
             }
         }
 
@@ -194,16 +187,8 @@ impl AtlasGpu {
         };
         let mut bytes = bytemuck::bytes_of(&head).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&links));
-        Ok(Self {
-            links: Buffer::from_slice(gpu, &format!("{name} links"), &bytes)?,
-            slopes: coarse_slopes,
-            joint: coarse_joint,
-            color,
-            f0,
-            mixed,
-            light,
-            weighted,
-        })
+        atlas.links = Buffer::from_slice(gpu, &format!("{name} links"), &bytes)?;
+        Ok(atlas)
     }
 }
 
@@ -212,9 +197,7 @@ fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
     let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];
     if images.has.emission {
-        let emission: Vec<[f16; 4]> = images.emission.read(SOURCE_LEVEL, 0)?;
-        for (texel, emission) in texels.iter_mut().zip(emission) {
-            let [r, g, b, _] = emission.map(f16::to_f32);
+        for (texel, [r, g, b, _]) in texels.iter_mut().zip(floats(&images.emission, SOURCE_LEVEL, 0)?) {
             *texel = [r, g, b, 1.0];
         }
     }
