@@ -84,19 +84,15 @@ impl Star {
         let weight = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
             let area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length();
-            let open = |&v: &u32| mesh.accessibility.get(v as usize).copied().unwrap_or(1.0).max(LEAST_ACCESSIBILITY);
+            let open = |&v: &u32| mesh.accessibility_of(v as usize).max(LEAST_ACCESSIBILITY);
             (area * (patch.iter().map(open).sum::<f32>() / 4.0).powi(4)).max(1e-20)
         };
         let weights: Vec<f32> = mesh.patches.iter().map(weight).collect();
         let mut vertex_weights = vec![0.0; mesh.positions.len()];
-        for (patch, &weight) in mesh.patches.iter().zip(&weights) {
-            for &vertex in patch {
-                vertex_weights[vertex as usize] += weight;
-            }
-        }
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
         for (patch, vertices) in mesh.patches.iter().enumerate() {
             for (corner, &vertex) in vertices.iter().enumerate() {
+                vertex_weights[vertex as usize] += weights[patch];
                 corners[vertex as usize].push((patch as u32, corner as u8));
             }
         }
