@@ -29,12 +29,10 @@ shared_struct! {
 
 impl Push {
     fn new(sky: &Sky, stage: u32) -> Self {
-        let albedo = sky.albedo().as_vec3();
-        let sunlight = sky.sunlight().as_vec3();
         Self {
             sun: sky.sun().as_vec3().extend(sky.haze() as f32).to_array(),
-            albedo: albedo.extend(0.0).to_array(),
-            sunlight: sunlight.extend(0.0).to_array(),
+            albedo: sky.albedo().as_vec3().extend(0.0).to_array(),
+            sunlight: sky.sunlight().as_vec3().extend(0.0).to_array(),
             stage,
         }
     }

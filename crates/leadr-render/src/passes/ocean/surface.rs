@@ -127,9 +127,7 @@ impl RingBuffers {
         let vertices: Vec<VertexGpu> = positions.iter().zip(spacing).map(vertex).collect();
         self.vertices.write(0, &vertices)?;
         self.edge_factors.write(0, factors)?;
-        if !list.visible.is_empty() {
-            self.visible.write(0, &list.visible)?;
-        }
+        self.visible.write(0, &list.visible)?;
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         let view = ViewGpu {
             clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
