@@ -184,7 +184,7 @@ fn panorama_arrives_in_the_documented_directions() {
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], [1.0, -1.0][i as usize >> 2], 0.0]);
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], i as f32 / 4.0 - 1.0, 0.0]);
     }
-    let sampler = Sampler::new(&gpu, "cube", Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
+    let sampler = Sampler::new(&gpu, Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
     let cube = [("cube", Descriptor::Sampled(environment.cube(), &sampler))];
     let sampled = run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
     let mut worst = 0.0f64;
@@ -249,7 +249,7 @@ fn pictures() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("light");
     std::fs::create_dir_all(&folder).unwrap();
     let (w, h) = (768u32, 384u32);
-    let sampler = Sampler::new(&gpu, "cube", Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
+    let sampler = Sampler::new(&gpu, Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
     let view = |environment: &Environment, lod: f32, exposure: f32, name: &str| {
         let directions = panorama(w, |d| d);
         let inputs: Vec<[f32; 4]> = directions.texels.iter().map(|d| [d[0], d[1], d[2], lod]).collect();

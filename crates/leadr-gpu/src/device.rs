@@ -11,6 +11,7 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use super::error::Doing;
 use super::faults::Faults;
 use super::reload::Remake;
+use super::sampler::Samplers;
 use super::sets::{SetLayout, SetLayouts};
 use super::shaders::{Shader, Shaders};
 use super::{DriverCall, GpuError, Result, select, validation};
@@ -45,6 +46,7 @@ pub struct Gpu {
     pub(super) recipes: Mutex<Vec<Weak<dyn Remake>>>,
     shaders: Shaders,
     set_layouts: SetLayouts,
+    samplers: Samplers,
     faults: Faults,
     device: ash::Device,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -155,6 +157,7 @@ impl Gpu {
             recipes: Mutex::default(),
             shaders: Shaders::new(options.shaders.clone()),
             set_layouts: SetLayouts::new(options.sets.clone()),
+            samplers: Samplers::default(),
             faults: Faults::wanted(),
             device,
             messenger: unfinished.messenger.take(),
@@ -288,6 +291,10 @@ impl Gpu {
 
     pub(super) fn shaders(&self) -> &Shaders {
         &self.shaders
+    }
+
+    pub(super) fn samplers(&self) -> &Samplers {
+        &self.samplers
     }
 
     pub(super) fn set_layouts(&self) -> &SetLayouts {

@@ -41,7 +41,7 @@
 //! - **[`Image`]**: `new(gpu, name, ImageDesc::new(format, w, h).full_mips().layers(n).cube().storage().color_target()
 //!   .depth_target())`, `write(mip, layer, &texels)`, `read(mip, layer)`; views `whole()`, `mip_layer(mip, layer)`,
 //!   `mip_array(mip)`, `array()`.
-//! - **[`Sampler`]**: `new(gpu, name, Filter::{Nearest, Bilinear, Trilinear}, AddressMode::{Repeat, ClampToEdge})`.
+//! - **[`Sampler`]**: `new(gpu, Filter::{Nearest, Bilinear, Trilinear}, AddressMode::{Repeat, ClampToEdge})`.
 //! - **[`ComputePipeline`]**`::new(gpu, shader, spec, structs)`, **[`GraphicsPipeline`]**`::new(gpu, name,
 //!   &GraphicsDesc { spec, structs, .. })`; `spec` is `&[("SAMPLES", SpecValue::I32(5))]`.
 //! - **[`Commands`]** inside [`Gpu::submit`] (waits) or [`CommandRecorder`] (frames in flight): `bind`, `push_constants`,

@@ -1,6 +1,7 @@
 //! Samplers.
 
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use ash::vk;
 
@@ -8,7 +9,7 @@ use super::error::Doing;
 use super::{Gpu, Result};
 
 /// What a sampler returns outside [0, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {
     /// The texture, repeated.
     Repeat,
@@ -19,7 +20,7 @@ pub enum AddressMode {
 }
 
 /// How texels and mip levels are mixed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Filter {
     /// The nearest texel of the nearest level.
     Nearest,
@@ -29,7 +30,14 @@ pub enum Filter {
     Trilinear,
 }
 
-/// A sampler. Clones share the same sampler.
+/// What a sampler does: filter, and address modes across and down.
+type Kind = (Filter, [AddressMode; 2]);
+
+/// The samplers of a device that are in use: objects need few kinds, and devices have as few as 4,000 samplers.
+#[derive(Default)]
+pub(crate) struct Samplers(Mutex<HashMap<Kind, Weak<SamplerInner>>>);
+
+/// A sampler. Those of one kind are the same.
 #[derive(Clone)]
 pub struct Sampler {
     pub(crate) inner: Arc<SamplerInner>,
@@ -49,38 +57,48 @@ impl Drop for SamplerInner {
 
 impl Sampler {
     /// A sampler with the same address mode on all axes. Cube maps are seamless whatever the mode.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, filter: Filter, mode: AddressMode) -> Result<Self> {
-        Self::with_modes(gpu, name, filter, [mode; 2])
+    pub fn new(gpu: &Arc<Gpu>, filter: Filter, mode: AddressMode) -> Result<Self> {
+        Self::with_modes(gpu, filter, [mode; 2])
     }
 
     /// A sampler of images, with address modes across and down.
-    pub fn with_modes(gpu: &Arc<Gpu>, name: &str, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
-        let [across, down] = modes.map(|mode| match mode {
-            AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,
-            AddressMode::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
-            AddressMode::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-        });
-        let texels = if filter == Filter::Nearest { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
-        let levels = match filter {
-            Filter::Nearest | Filter::Bilinear => vk::SamplerMipmapMode::NEAREST,
-            Filter::Trilinear => vk::SamplerMipmapMode::LINEAR,
-        };
-        let info = vk::SamplerCreateInfo::default()
-            .mag_filter(texels)
-            .min_filter(texels)
-            .mipmap_mode(levels)
-            .address_mode_u(across)
-            .address_mode_v(down)
-            .address_mode_w(down)
-            .max_lod(vk::LOD_CLAMP_NONE);
-        // SAFETY: the device is alive.
-        let raw = unsafe { gpu.raw().create_sampler(&info, None) }.doing(format!("creating sampler {name}"))?;
-        gpu.name(raw, name);
-        Ok(Self { inner: Arc::new(SamplerInner { gpu: gpu.clone(), raw }) })
+    pub fn with_modes(gpu: &Arc<Gpu>, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
+        let mut known = gpu.samplers().0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(inner) = known.get(&(filter, modes)).and_then(Weak::upgrade) {
+            return Ok(Self { inner });
+        }
+        let inner = Arc::new(SamplerInner { gpu: gpu.clone(), raw: create(gpu, filter, modes)? });
+        known.insert((filter, modes), Arc::downgrade(&inner));
+        Ok(Self { inner })
     }
 
     /// The raw handle.
     pub fn raw(&self) -> vk::Sampler {
         self.inner.raw
     }
+}
+
+fn create(gpu: &Gpu, filter: Filter, modes: [AddressMode; 2]) -> Result<vk::Sampler> {
+    let [across, down] = modes.map(|mode| match mode {
+        AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,
+        AddressMode::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
+        AddressMode::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+    });
+    let texels = if filter == Filter::Nearest { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
+    let levels = match filter {
+        Filter::Nearest | Filter::Bilinear => vk::SamplerMipmapMode::NEAREST,
+        Filter::Trilinear => vk::SamplerMipmapMode::LINEAR,
+    };
+    let info = vk::SamplerCreateInfo::default()
+        .mag_filter(texels)
+        .min_filter(texels)
+        .mipmap_mode(levels)
+        .address_mode_u(across)
+        .address_mode_v(down)
+        .address_mode_w(down)
+        .max_lod(vk::LOD_CLAMP_NONE);
+    // SAFETY: the device is alive.
+    let raw = unsafe { gpu.raw().create_sampler(&info, None) }.doing("creating a sampler")?;
+    gpu.name(raw, &format!("{filter:?}, {modes:?}"));
+    Ok(raw)
 }

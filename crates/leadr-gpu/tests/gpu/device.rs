@@ -249,7 +249,7 @@ fn cubes_have_their_faces_where_vulkan_puts_them() {
         cube.write(0, face, &vec![[face as f32, 0.0, 0.0, 1.0]; 64]).unwrap();
         cube.write(1, face, &vec![[face as f32 + 10.0, 0.0, 0.0, 1.0]; 16]).unwrap();
     }
-    let sampler = Sampler::new(&gpu, "trilinear", Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
+    let sampler = Sampler::new(&gpu, Filter::Trilinear, AddressMode::ClampToEdge).unwrap();
     let axes =
         [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
     for (lod, added) in [(0.0, 0.0), (1.0, 10.0), (0.5, 5.0)] {
@@ -433,7 +433,7 @@ fn timestamps_rise_and_carry_their_names() {
 fn validation_reports_a_wrong_layout() {
     let Some(gpu) = test_gpu() else { return };
     let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
-    let sampler = Sampler::new(&gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge).unwrap();
+    let sampler = Sampler::new(&gpu, Filter::Nearest, AddressMode::ClampToEdge).unwrap();
     // Never written and never brought to Use::Sampled.
     let further = [("cube", Descriptor::Sampled(cube.whole(), &sampler))];
     run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &[[1.0, 0.0, 0.0, 0.0]], 4, &[], &further, &[]);
@@ -471,7 +471,7 @@ fn validation_reports_a_missing_barrier() {
 fn the_guard_fails_a_test_that_validation_complains_about() {
     let Some(gpu) = test_gpu() else { return };
     let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
-    let sampler = Sampler::new(&gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge).unwrap();
+    let sampler = Sampler::new(&gpu, Filter::Nearest, AddressMode::ClampToEdge).unwrap();
     let further = [("cube", Descriptor::Sampled(cube.whole(), &sampler))];
     run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &[[1.0, 0.0, 0.0, 0.0]], 4, &[], &further, &[]);
     let failure = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || drop(gpu))).unwrap_err();
@@ -524,4 +524,19 @@ fn child_without_a_driver() {
     }
     let error = Gpu::new(&GpuOptions::default()).map(drop).unwrap_err();
     println!("{error}");
+}
+
+/// Objects of a large scene have a few samplers each; devices have as few as 4,000.
+#[test]
+fn samplers_of_a_kind_are_one() {
+    let Some(gpu) = test_gpu() else { return };
+    let sampler = |filter, mode| Sampler::new(&gpu, filter, mode).unwrap();
+    let many: Vec<Sampler> = (0..5000).map(|_| sampler(Filter::Trilinear, AddressMode::Repeat)).collect();
+    assert!(many.iter().all(|other| other.raw() == many[0].raw()));
+    let others = [(Filter::Bilinear, AddressMode::Repeat), (Filter::Trilinear, AddressMode::Mirror)];
+    for other in others.map(|(filter, mode)| sampler(filter, mode)) {
+        assert_ne!(other.raw(), many[0].raw());
+    }
+    drop(many);
+    assert_ne!(sampler(Filter::Trilinear, AddressMode::Repeat).raw(), leadr_gpu::vk::Sampler::null());
 }

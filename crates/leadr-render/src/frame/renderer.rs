@@ -22,6 +22,7 @@ use crate::settings::RenderSettings;
 use crate::surfaces::fits::Fits;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::Upload;
+use crate::surfaces::placeholders::Placeholders;
 use leadr_gpu::{Buffer, Gpu, Image, Result};
 
 /// Renders a scene on a device.
@@ -103,7 +104,8 @@ impl Renderer {
             (state, drawing(*settings, kind, Purpose::Picture))
         });
         let fits = Fits::of(&objects)?;
-        let upload = Upload { cache: cache.as_ref(), format: map_precision, fits: &fits };
+        let none = Placeholders::new(gpu)?;
+        let upload = Upload { cache: cache.as_ref(), format: map_precision, fits: &fits, none: &none };
         let of_meshes = |pipelines: &mut MeshPipelines| match &first {
             Some((state, (settings, drawing))) => pipelines.prepare(state, settings, *drawing).map(|_| ()),
             None => Ok(()),

@@ -39,8 +39,8 @@ impl SceneTables {
             energies: Buffer::from_slice(gpu, "energies of facets", &energies)?,
             fits: Buffer::from_slice(gpu, "measured materials", if fits.is_empty() { &[0.0] } else { &fits[..] })?,
             no_sky: Buffer::new(gpu, "no sky visibility", size_of::<SkyVisibilityGpu>() as u64, Memory::Upload)?,
-            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
-            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
 

@@ -85,7 +85,7 @@ impl CubeLobes {
             places,
             steps: steps(mip, size, smooth),
             pipeline: ComputePipeline::new(gpu, shader, &[], &[Push::LAYOUT])?,
-            sampler: Sampler::new(gpu, "environment lobes", Filter::Trilinear, AddressMode::ClampToEdge)?,
+            sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
 

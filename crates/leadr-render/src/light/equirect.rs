@@ -120,7 +120,7 @@ impl EquirectPass {
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/light/equirect.comp", &[], &[Push::LAYOUT])?,
-            sampler: Sampler::new(gpu, "equirect", Filter::Bilinear, AddressMode::Repeat)?,
+            sampler: Sampler::new(gpu, Filter::Bilinear, AddressMode::Repeat)?,
         })
     }
 

@@ -41,7 +41,7 @@ impl IrradiancePass {
         Ok(Self {
             rows: ComputePipeline::new(gpu, "passes/light/irradiance_rows.comp", &[], &[])?,
             sum: ComputePipeline::new(gpu, "passes/light/irradiance.comp", &[], &[Push::LAYOUT])?,
-            sampler: Sampler::new(gpu, "irradiance", Filter::Nearest, AddressMode::ClampToEdge)?,
+            sampler: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
             partials: Buffer::new(gpu, "irradiance partials", 9 * 16 * 6 * u64::from(FACE_SIZE), Memory::Device)?,
             coefficients: Buffer::new(gpu, "irradiance", 9 * 16, Memory::Device)?,
         })

@@ -30,7 +30,7 @@ impl IrradianceRest {
             faces: cube.mip_array(0)?,
             cube,
             pipeline: ComputePipeline::new(gpu, "passes/light/irradiance_rest.comp", &[], &[])?,
-            sampler: Sampler::new(gpu, "irradiance rest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            sampler: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

@@ -59,7 +59,7 @@ impl AccumulatePass {
         let spec = [("EDGES", SpecValue::Bool(edges)), ("MSAA", SpecValue::I32(msaa.cast_signed()))];
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/accumulate.comp", &spec, &[Weights::LAYOUT])?,
-            nearest: Sampler::new(gpu, "accumulate", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

@@ -124,7 +124,7 @@ impl FilterPass {
         let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind, numbering)?));
         Ok(Self {
             pipelines: kinds.into_par_iter().map(pipeline).collect::<Result<_>>()?,
-            nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

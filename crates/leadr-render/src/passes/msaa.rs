@@ -39,7 +39,7 @@ impl MsaaPass {
         let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed())), numbering.spec()];
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/msaa.comp", &spec, &[MsaaRays::LAYOUT])?,
-            nearest: Sampler::new(gpu, "multisampling", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

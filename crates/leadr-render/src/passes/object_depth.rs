@@ -41,7 +41,7 @@ impl ObjectDepthPass {
         Ok(Self {
             pixels: pipeline("passes/object_depth.frag")?,
             slots: pipeline("passes/slot_depth.frag")?,
-            nearest: Sampler::new(gpu, "object depth", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

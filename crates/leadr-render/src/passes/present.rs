@@ -55,7 +55,7 @@ impl PresentPass {
                 ..Default::default()
             },
         )?;
-        let sampler = |filter| Sampler::new(gpu, "present", filter, AddressMode::ClampToEdge);
+        let sampler = |filter| Sampler::new(gpu, filter, AddressMode::ClampToEdge);
         Ok(Self { pipeline, samplers: [sampler(Filter::Nearest)?, sampler(Filter::Bilinear)?] })
     }
 

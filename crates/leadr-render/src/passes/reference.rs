@@ -135,8 +135,8 @@ impl ReferencePass {
         Ok(Self {
             pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
             shadows: ReliefShadowPass::new(gpu, kind.casters)?,
-            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
-            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
 

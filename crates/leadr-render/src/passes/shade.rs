@@ -210,7 +210,7 @@ impl ShadeKind {
 pub const SCENE_STRUCTS: [StructLayout; 2] = [LightingGpu::LAYOUT, SkyVisibilityGpu::LAYOUT];
 
 fn nearest(gpu: &Arc<Gpu>) -> Result<Sampler> {
-    Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)
+    Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)
 }
 
 /// The pipeline that shades the pixels of the G-buffer.

@@ -17,7 +17,7 @@ impl TilePass {
     pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[numbering.spec()], &[])?,
-            nearest: Sampler::new(gpu, "tiles", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

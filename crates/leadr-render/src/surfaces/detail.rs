@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::Affine2;
 
-use super::displacement::{Border, HeightField};
+use super::displacement::Border;
 use super::material::{Codes, MIXED_FORMAT, MaterialImages, halve, halves, write_mips};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
@@ -88,24 +88,33 @@ pub struct DetailImages {
 }
 
 impl DetailImages {
-    /// Uploads a detail of a surface with this mesh and these borders.
+    /// What stands for a detail, of placeholders for its maps.
+    pub fn none(gpu: &Arc<Gpu>, leadr: &LeadrMapGpu, material: &MaterialImages) -> Result<Self> {
+        Ok(Self {
+            layout: Buffer::from_slice(gpu, "no detail", &[0u8; size_of::<DetailHeadGpu>()])?,
+            maps: leadr.clone(),
+            material: material.clone(),
+            mask: mask_image(gpu, "no detail", None)?,
+            sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
+        })
+    }
+
+    /// Uploads a detail of a surface with this mesh and these borders. `none`: what stands for the parts of a material that it lacks.
     ///
     /// # Errors
     /// [`GpuError::Usage`] where it follows texture coordinates that end with a tile, or its maps do not fill their size; memory that is
     /// short, or a Vulkan call that failed.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, detail: Option<Detail>, mesh: &PatchMesh, border: Border) -> Result<Self> {
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        detail: Detail,
+        mesh: &PatchMesh,
+        border: Border,
+        none: &MaterialImages,
+    ) -> Result<Self> {
         let name = format!("{name} detail");
-        let sampler = Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, AddressMode::Repeat)?;
-        let exists = detail.is_some();
-        let Detail { heights, slopes, material, mapping, transform, mask } = detail.unwrap_or_else(|| Detail {
-            heights: HeightField::flat(),
-            slopes: None,
-            material: None,
-            mapping: DetailMapping::Texcoords,
-            transform: Affine2::IDENTITY,
-            mask: None,
-        });
-        if exists && mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
+        let Detail { heights, slopes, material, mapping, transform, mask } = detail;
+        if mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
             let fault = "a detail cannot follow texture coordinates that end with a tile; see it along the axes";
             return Err(GpuError::usage(name, fault));
         }
@@ -129,10 +138,13 @@ impl DetailImages {
         let layout = [bytemuck::bytes_of(&head), bytemuck::cast_slice(&rest)].concat();
         Ok(Self {
             layout: Buffer::from_slice(gpu, &name, &layout)?,
-            maps: field_maps(gpu, Some(&heights), slopes, None, None, MomentFormat::Float32)?,
-            material: MaterialImages::new(gpu, &name, material.map(|(map, _)| map), Border::Wrap)?,
+            material: match material {
+                Some((map, _)) => MaterialImages::new(gpu, &name, map, Border::Wrap, none)?,
+                None => none.clone(),
+            },
+            maps: field_maps(gpu, &heights, slopes, None, None, MomentFormat::Float32)?,
             mask: mask_image(gpu, &name, mask)?,
-            sampler,
+            sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
         })
     }
 }

@@ -87,7 +87,8 @@ impl HorizonInput<'_> {
 /// Bytes of a texel: its lean and deviations, its correlation, as halves.
 const TEXEL_BYTES: [usize; 2] = [8, 2];
 
-/// The horizon maps of an object.
+/// The horizon maps of an object. Clones share them.
+#[derive(Clone)]
 pub struct HorizonMaps {
     /// `lean` and the deviations of `spread`, with mips.
     pub leans: Image,
@@ -165,10 +166,10 @@ impl HeightLevel {
 
 impl HorizonMaps {
     /// Placeholders for an object without relief; they are never read.
-    pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
+    pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            leans: placeholder(gpu, &format!("{name} no horizon"), Format::R16G16B16A16_SFLOAT)?,
-            correlations: placeholder(gpu, &format!("{name} no horizon correlation"), Format::R16_SFLOAT)?,
+            leans: placeholder(gpu, "no horizon", Format::R16G16B16A16_SFLOAT)?,
+            correlations: placeholder(gpu, "no horizon correlation", Format::R16_SFLOAT)?,
         })
     }
 

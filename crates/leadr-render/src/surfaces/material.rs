@@ -27,6 +27,8 @@ use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 
 /// Format of the two roughnesses and of emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// Format of albedo and reflectance.
+const COLOR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 /// Format of accessibility.
 const SHARE_FORMAT: vk::Format = vk::Format::R8_UNORM;
 /// Format of cones.
@@ -34,7 +36,8 @@ const CONE_FORMAT: vk::Format = vk::Format::R8G8B8A8_SNORM;
 /// Format of coverage.
 const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
 
-/// The images of a material; single texels in place of those that it lacks.
+/// The images of a material; placeholders for those that it lacks. Clones share them.
+#[derive(Clone)]
 pub struct MaterialImages {
     /// Albedo and the root of `α`.
     pub color: Image,
@@ -147,37 +150,39 @@ impl Has {
 }
 
 impl MaterialImages {
-    /// Uploads a material with its mips. In an atlas of tiles the mips end where a tile is one texel.
-    ///
-    /// # Errors
-    /// [`GpuError::Usage`] where reflectance and colours differ in size; memory that is short, or a Vulkan call that failed.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, map: Option<MaterialMap>, border: Border) -> Result<Self> {
+    /// Single texels, white, for what has no material.
+    pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         let none = |what: &str, format| {
-            let image = Image::new(gpu, &format!("{name} no {what}"), ImageDesc::new(format, 1, 1))?;
+            let image = Image::new(gpu, &format!("no {what}"), ImageDesc::new(format, 1, 1))?;
             image.write(0, 0, &vec![u8::MAX; image.texel_bytes()? as usize])?;
             Ok::<_, GpuError>(image)
         };
-        let srgb = vk::Format::R8G8B8A8_SRGB;
+        let any = Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?;
+        Ok(Self {
+            color: none("colour", COLOR_FORMAT)?,
+            f0: none("reflectance", COLOR_FORMAT)?,
+            mixed: none("roughness", MIXED_FORMAT)?,
+            emission: none("emission", MIXED_FORMAT)?,
+            occlusion: none("accessibility", SHARE_FORMAT)?,
+            opacity: none("coverage", COVERAGE_FORMAT)?,
+            samplers: std::array::from_fn(|_| any.clone()),
+            has: Has::default(),
+        })
+    }
+
+    /// Uploads a material with its mips. In an atlas of tiles the mips end where a tile is one texel. `none`: what stands for the
+    /// parts that it lacks.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] where reflectance and colours differ in size; memory that is short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, map: MaterialMap, border: Border, none: &Self) -> Result<Self> {
         let sampler = |wrap: [TextureWrap; 2]| {
             let modes = match border {
                 // Colours of surfaces without relief repeat if nothing else is said.
                 Border::Wrap | Border::Clamp => wrap.map(address_mode),
                 Border::Tiles(_) => [AddressMode::ClampToEdge; 2],
             };
-            Sampler::with_modes(gpu, &format!("{name} material"), Filter::Trilinear, modes)
-        };
-        let Some(map) = map else {
-            let any = sampler([TextureWrap::Repeat; 2])?;
-            return Ok(Self {
-                color: none("colour", srgb)?,
-                f0: none("reflectance", srgb)?,
-                mixed: none("roughness", MIXED_FORMAT)?,
-                emission: none("emission", MIXED_FORMAT)?,
-                occlusion: none("accessibility", SHARE_FORMAT)?,
-                opacity: none("coverage", COVERAGE_FORMAT)?,
-                samplers: std::array::from_fn(|_| any.clone()),
-                has: Has::default(),
-            });
+            Sampler::with_modes(gpu, Filter::Trilinear, modes)
         };
         let has = Has::of(&map);
         let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, cones, opacity, .. } = map;
@@ -206,7 +211,7 @@ impl MaterialImages {
                 write_mips(&mixed, size, texels, halves, halve)?;
                 mixed
             }
-            None => none("roughness", MIXED_FORMAT)?,
+            None => none.mixed.clone(),
         };
         let codes = Codes::new();
         let write = |image: &Image, texels| {
@@ -218,15 +223,15 @@ impl MaterialImages {
                 |texels, from, to| codes.halve(texels, from, to),
             )
         };
-        let color = image("colour", srgb)?;
+        let color = image("colour", COLOR_FORMAT)?;
         write(&color, colors)?;
         let f0 = match f0 {
             Some(texels) => {
-                let f0 = image("reflectance", srgb)?;
+                let f0 = image("reflectance", COLOR_FORMAT)?;
                 write(&f0, texels)?;
                 f0
             }
-            None => none("reflectance", srgb)?,
+            None => none.f0.clone(),
         };
         let emission = match emission {
             Some(PropertyMap { width, height, texels, .. }) => {
@@ -235,7 +240,7 @@ impl MaterialImages {
                 write_mips(&emission, [width, height], texels, halves, halve)?;
                 emission
             }
-            None => none("emission", MIXED_FORMAT)?,
+            None => none.emission.clone(),
         };
         let occlusion = match (occlusion, cones) {
             (_, Some(PropertyMap { width, height, texels, .. })) => {
@@ -248,7 +253,7 @@ impl MaterialImages {
                 write_mips(&occlusion, [width, height], texels, eighths, halve_shares)?;
                 occlusion
             }
-            (None, None) => none("accessibility", SHARE_FORMAT)?,
+            (None, None) => none.occlusion.clone(),
         };
         let opacity = match opacity {
             Some(holes) => {
@@ -259,7 +264,7 @@ impl MaterialImages {
                 write_mips(&opacity, size, texels.collect(), pairs, halve)?;
                 opacity
             }
-            None => none("coverage", COVERAGE_FORMAT)?,
+            None => none.opacity.clone(),
         };
         Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, has })
     }
@@ -276,13 +281,12 @@ pub struct ReliefColorImages {
 }
 
 impl ReliefColorImages {
-    /// Those of an object that still has its heights and its material.
-    pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border) -> Result<Self> {
+    /// Those of an object that still has its heights and its material. `none`: what stands for them.
+    pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border, none: &Image) -> Result<Self> {
         let name = format!("{} weighted colour", object.name);
         let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
         let (Some(colors), Some(map)) = (&colors, &object.material) else {
-            let weighted = none_weighted(gpu, &name)?;
-            return Ok(Self { weighted, follows: Follows::default(), skipped: 0 });
+            return Ok(Self { weighted: none.clone(), follows: Follows::default(), skipped: 0 });
         };
         let skipped = skipped_levels(map, border);
         let size = [map.width, map.height].map(|side| (side >> skipped).max(1));
@@ -297,8 +301,8 @@ impl ReliefColorImages {
 }
 
 /// A placeholder for weighted colours; it is never read.
-pub(super) fn none_weighted(gpu: &Arc<Gpu>, name: &str) -> Result<Image> {
-    let image = Image::new(gpu, &format!("no {name}"), ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
+pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
+    let image = Image::new(gpu, "no weighted colours", ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
     for layer in 0..2 {
         image.write(0, layer, &[[f16::ZERO; 4]])?;
     }

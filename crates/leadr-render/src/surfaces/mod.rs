@@ -17,6 +17,7 @@ pub mod object_view;
 pub mod ocean;
 pub mod patch;
 pub mod patch_mesh;
+pub mod placeholders;
 pub mod posed;
 pub mod records;
 pub mod relief_color;

@@ -93,7 +93,8 @@ shared_struct! {
     }
 }
 
-/// LEADR maps on the GPU.
+/// LEADR maps on the GPU. Clones share them.
+#[derive(Clone)]
 pub struct LeadrMapGpu {
     /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
     pub slopes: Image,
@@ -283,17 +284,16 @@ fn bindings<'a>(names: [&'static str; 3], level: &'a [ImageView; 3]) -> [(&'stat
     std::array::from_fn(|i| (names[i], Descriptor::StorageImage(&level[i])))
 }
 
-/// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
+/// The LEADR maps of a height field.
 pub(super) fn field_maps(
     gpu: &Arc<Gpu>,
-    field: Option<&HeightField>,
+    field: &HeightField,
     slopes: Option<Vec<[f32; 2]>>,
     spread: Option<Vec<[f32; 3]>>,
     moments: Option<LeadrMap>,
     format: MomentFormat,
 ) -> Result<LeadrMapGpu> {
-    let none = HeightField::flat();
-    let HeightField { map, border } = field.unwrap_or(&none);
+    let HeightField { map, border } = field;
     match (moments, slopes) {
         (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, *border, format),
         (None, Some(slopes)) => LeadrMapGpu::with_slopes(gpu, map, &slopes, spread.as_deref(), *border, format),

@@ -14,6 +14,7 @@ use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
+use super::placeholders::Placeholders;
 use super::records::{ObjectRecordGpu, Shown};
 use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
@@ -108,7 +109,7 @@ pub struct ObjectMaps {
     /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
     charts: Buffer,
     /// A finer relief that repeats; placeholders for objects without.
-    detail: DetailImages,
+    detail: Arc<DetailImages>,
     /// How its colours follow its relief.
     relief_color: ReliefColorImages,
     /// Sampler of the maps of its relief.
@@ -125,6 +126,8 @@ pub struct Upload<'a> {
     pub format: MomentFormat,
     /// The measured materials of the scene.
     pub fits: &'a Fits,
+    /// What stands for the maps that an object lacks.
+    pub none: &'a Placeholders,
 }
 
 /// What the filter pass has to fetch for an object: it has a pipeline for each kind.
@@ -258,7 +261,7 @@ impl ObjectMaps {
         relief_color: ReliefColorImages,
         topology: &Topology,
         kind: SurfaceKind,
-        Upload { cache, format, .. }: Upload<'_>,
+        Upload { cache, format, none, .. }: Upload<'_>,
     ) -> Result<Self> {
         let (name, field) = (&object.name, object.heights.as_ref());
         let MapSources { slopes, slope_spread, moments, detail, material, charts } = sources;
@@ -266,25 +269,34 @@ impl ObjectMaps {
         let border = field.map_or(Border::Wrap, |field| field.border);
         let sum = cache.map_or(0, |_| relief_checksum(field, slopes.as_ref(), moments.as_ref()));
         let (leadr, material) = rayon::join(
-            || field_maps(gpu, field, slopes, slope_spread, moments, format),
-            || MaterialImages::new(gpu, name, material, border),
+            || match field {
+                Some(field) => field_maps(gpu, field, slopes, slope_spread, moments, format),
+                None => Ok(none.leadr.clone()),
+            },
+            || match material {
+                Some(map) => MaterialImages::new(gpu, name, map, border, &none.material),
+                None => Ok(none.material.clone()),
+            },
         );
         let (leadr, material) = (leadr?, material?);
-        let detail = DetailImages::new(gpu, name, detail, &object.mesh, border)?;
+        let detail = match detail {
+            Some(detail) => Arc::new(DetailImages::new(gpu, name, detail, &object.mesh, border, &none.material)?),
+            None => none.detail.clone(),
+        };
         let charts: Vec<ChartsGpu> = charts.unwrap_or_default().iter().map(ChartsGpu::of).collect();
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
             Border::Tiles(layout) => {
                 let material = kind.colored.then_some((&material, &relief_color));
-                AtlasGpu::new(gpu, name, &object.mesh, topology, layout, &leadr, material)?
+                AtlasGpu::new(gpu, name, &object.mesh, topology, layout, &leadr, material, &none.atlas)?
             }
-            Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, name)?,
+            Border::Wrap | Border::Clamp => none.atlas.clone(),
         };
         let horizons = if kind.horizon {
             let relief = HorizonInput { mesh: &object.mesh, topology, border, height_scale: object.height_scale };
             HorizonMaps::new(gpu, name, &leadr, &relief, cache.map(|cache| (cache, sum)))?
         } else {
-            HorizonMaps::none(gpu, name)?
+            none.horizons.clone()
         };
         let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
         let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
@@ -296,8 +308,8 @@ impl ObjectMaps {
             charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             detail,
             relief_color,
-            sampler: Sampler::with_modes(gpu, &format!("{name} sampler"), Filter::Trilinear, modes)?,
-            of_coarse_levels: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
+            sampler: Sampler::with_modes(gpu, Filter::Trilinear, modes)?,
+            of_coarse_levels: Sampler::new(gpu, Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -365,7 +377,10 @@ impl GpuObject {
         let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
         let maps = match maps {
             Some(maps) => Ok(maps),
-            None => Err((ReliefColorImages::new(gpu, &object, border)?, MapSources::take(&mut object))),
+            None => Err((
+                ReliefColorImages::new(gpu, &object, border, &upload.none.weighted)?,
+                MapSources::take(&mut object),
+            )),
         };
         let topology = Topology::new(&object.mesh.patches_by_place());
         let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);

@@ -195,8 +195,8 @@ impl ForwardPass {
             block: uniform,
             corners: Buffer::from_slice(gpu, "forward corners", &[0, 1, 2, 3].map(corner))?,
             maps: LeadrMapGpu::new(gpu, &field.map, Border::Wrap, MomentFormat::Float32)?,
-            repeat: Sampler::new(gpu, "forward maps", Filter::Trilinear, AddressMode::Repeat)?,
-            clamp: Sampler::new(gpu, "forward environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+            repeat: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
+            clamp: Sampler::new(gpu, Filter::Trilinear, AddressMode::ClampToEdge)?,
             target: Image::new(gpu, FORWARD, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target())?,
         })
     }

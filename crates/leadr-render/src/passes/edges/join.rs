@@ -38,7 +38,7 @@ impl JoinPass {
                 &spec,
                 &[&[EdgeRays::LAYOUT][..], &SCENE_STRUCTS].concat(),
             )?,
-            nearest: Sampler::new(gpu, "join", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

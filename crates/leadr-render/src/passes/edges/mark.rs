@@ -19,7 +19,7 @@ impl EdgePass {
     pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[numbering.spec()], &[EdgeRays::LAYOUT])?,
-            nearest: Sampler::new(gpu, "edges", Filter::Nearest, AddressMode::ClampToEdge)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

@@ -85,8 +85,8 @@ impl OceanFilterPass {
                     ..Default::default()
                 },
             )?,
-            trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, AddressMode::Repeat)?,
-            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

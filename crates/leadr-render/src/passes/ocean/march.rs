@@ -88,8 +88,8 @@ impl OceanMarch {
             exact: GraphicsPipeline::new(gpu, "ocean exact", &exact)?,
             limits: Buffer::from_slice(gpu, "ocean limits", &limits(&deviations))?,
             bound: (HEIGHT_BOUND * deviations.iter().map(|d| d[0] * d[0]).sum::<f64>().sqrt()) as f32,
-            repeat: Sampler::new(gpu, "ocean", Filter::Trilinear, AddressMode::Repeat)?,
-            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
+            repeat: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
+            nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 

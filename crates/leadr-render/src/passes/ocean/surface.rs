@@ -115,7 +115,7 @@ impl RingBuffers {
             edge_factors: buffer("ocean factors", topology.edges.len(), 4)?,
             visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
-            trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, AddressMode::Repeat)?,
+            trilinear: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
         })
     }
 

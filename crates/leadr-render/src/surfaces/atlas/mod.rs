@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, turn};
 use self::levels::{CoarseShape, Star, coarse_levels};
-use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, halves, none_weighted};
+use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, halves};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -54,6 +54,7 @@ shared_struct! {
 }
 
 /// Links and coarse levels on the device; placeholders for objects without an atlas.
+#[derive(Clone)]
 pub struct AtlasGpu {
     /// `AtlasHeadGpu`, then a `PatchLinkGpu` for every patch.
     pub links: Buffer,
@@ -75,22 +76,22 @@ pub struct AtlasGpu {
 
 impl AtlasGpu {
     /// Placeholders for an object whose maps are not an atlas; they are never read.
-    pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
-        let image = |what: &str, format| placeholder(gpu, &format!("{name} no coarse {what}"), format);
+    pub fn none(gpu: &Arc<Gpu>, weighted: &Image) -> Result<Self> {
+        let image = |what: &str, format| placeholder(gpu, &format!("no coarse {what}"), format);
         Ok(Self {
-            links: Buffer::from_slice(gpu, &format!("{name} no links"), &[0u32; 40])?,
+            links: Buffer::from_slice(gpu, "no links", &[0u32; 40])?,
             slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
             joint: image("joint", Format::R32_SFLOAT)?,
             color: image("colour", MIXED_FORMAT)?,
             f0: image("reflectance", MIXED_FORMAT)?,
             mixed: image("roughness", MIXED_FORMAT)?,
             light: image("light", MIXED_FORMAT)?,
-            weighted: none_weighted(gpu, &format!("{name} coarse weighted colours"))?,
+            weighted: weighted.clone(),
         })
     }
 
     /// Links and levels of `mesh`, whose patches have the tiles of `layout` in `maps` and in the material, if the object has
-    /// one (which has the size of the maps).
+    /// one (which has the size of the maps). `none`: what stands for levels that it lacks.
     ///
     /// # Errors
     /// [`GpuError::Usage`] where the sizes differ; a failed read, or memory that is short.
@@ -102,6 +103,7 @@ impl AtlasGpu {
         layout: TileLayout,
         maps: &LeadrMapGpu,
         material: Option<(&MaterialImages, &ReliefColorImages)>,
+        none: &Self,
     ) -> Result<Self> {
         let size = maps.slopes.mip_extent(0);
         if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
@@ -120,7 +122,7 @@ impl AtlasGpu {
         let image = |what: &str, format| {
             Image::new(gpu, &format!("{name} coarse {what}"), ImageDesc::new(format, width, height))
         };
-        let mut atlas = Self::none(gpu, name)?;
+        let mut atlas = none.clone();
         atlas.slopes = image("slopes", Format::R32G32B32A32_SFLOAT)?;
         atlas.slopes.write(0, 0, &moments.iter().map(|m| [m[0], m[1], m[2], m[3]]).collect::<Vec<_>>())?;
         atlas.joint = image("joint", Format::R32_SFLOAT)?;
