@@ -12,6 +12,7 @@ mod report;
 mod rounds;
 mod rows;
 mod run;
+mod scale;
 mod scene;
 mod soak;
 mod stats;

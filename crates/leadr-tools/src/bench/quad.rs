@@ -156,6 +156,7 @@ fn row(state: &FrameState, size: Size, table: &str, name: &str, base: Option<&st
             ..Default::default()
         },
         sun_hours: 0.0,
+        set_up: None,
         forward: None,
     }
 }

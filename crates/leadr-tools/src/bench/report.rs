@@ -78,6 +78,9 @@ pub struct RowReport {
     repeats: u32,
     /// Rounds in which the row was measured.
     measurements: usize,
+    /// Seconds that setting the scene up took; of rows that are about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    set_up_s: Option<f64>,
     /// What the paper's authors measured on their GPU (NVIDIA GTX 480).
     paper_ms: Option<f64>,
 }
@@ -180,6 +183,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             min_ms: quantile(&times, 0.0),
             repeats: if is_once(pass) { 1 } else { series.repeats },
             measurements: series.measurements(),
+            set_up_s: row.set_up,
             paper_ms: paper_ms(row).filter(|_| *pass == TOTAL),
         }
     };

@@ -25,6 +25,8 @@ pub struct Row {
     pub settings: RenderSettings,
     /// Hours that the sun moves between rounds; if it moves, every round makes the sky, its mips and its irradiance anew.
     pub sun_hours: f64,
+    /// Seconds that setting it up took, where that is of interest.
+    pub set_up: Option<f64>,
     /// The plain forward pass that draws it instead of the renderer; rows that are compared with it are compared with its total.
     pub forward: Option<Forward>,
 }

@@ -9,7 +9,7 @@ use super::report::BenchReport;
 use super::rounds::{self, Frame, Tick};
 use super::rows::{Measured, Row};
 use super::scene::Table;
-use super::{bases, maps, ocean, quad, scene};
+use super::{bases, maps, ocean, quad, scale, scene};
 use crate::bench::full_screen::full_screen_stage;
 use crate::command::output::Output;
 use crate::error::LabError;
@@ -86,7 +86,7 @@ pub fn bench(
         measure(vec![(quad.renderer, rows)], Some(forward))?;
     }
     for (scene, inputs) in config.scenes.iter().zip(inputs) {
-        let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Bases | Table::Waves);
+        let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Bases | Table::Waves | Table::Scale);
         if config.tables.iter().any(one_set) {
             measure(vec![one_scene(config, scene, inputs, &gpu, output)?], None)?;
         }
@@ -99,6 +99,9 @@ pub fn bench(
         }
         if wants(Table::Waves) {
             measure(ocean::seas(scene, &gpu, config.technique, output)?, None)?;
+        }
+        if wants(Table::Scale) {
+            measure(scale::scale(scene, &gpu, config.technique, output)?, None)?;
         }
     }
     if let Some(message) = gpu.validation_messages().first() {
@@ -123,7 +126,7 @@ fn one_scene(
         Table::Distance => scene::distances(scene, &state, only),
         Table::Resolution => scene::resolutions(scene, &state, only),
         Table::Triangles => scene::triangles(scene, &state, only),
-        Table::Maps | Table::Bases | Table::Waves => Vec::new(),
+        Table::Maps | Table::Bases | Table::Waves | Table::Scale => Vec::new(),
     });
     let rows = rows.collect();
     Ok((set.renderer, rows))

@@ -30,6 +30,8 @@ pub enum Table {
     Bases,
     /// The open sea by size of transform and of picture
     Waves,
+    /// Balls by number of objects, of materials, of triangles and of lamps, and how long each takes to set up
+    Scale,
 }
 
 impl Table {
@@ -45,6 +47,7 @@ impl Table {
             Self::Bases => scene.offers(Choice::HeightMap),
             // Beside the objects of a beach, the sea is a small part of a frame.
             Self::Waves => scene.offers(Choice::Waves) && !scene.offers(Choice::Objects),
+            Self::Scale => scene.name == "sphere",
             _ => true,
         }
     }
@@ -74,6 +77,7 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
         settings: SceneConfig { picture: Picture { technique, samples, ..config.picture }, ..config.clone() }
             .render_settings(),
         sun_hours: 0.0,
+        set_up: None,
         forward: None,
     }
 }
@@ -237,6 +241,7 @@ mod tests {
         assert_eq!(of(Table::Views).len(), SCENES.len());
         assert_eq!(of(Table::Waves), ["ocean"]);
         assert_eq!(of(Table::Bases), ["plane", "sphere"]);
+        assert_eq!(of(Table::Scale), ["sphere"]);
         assert_eq!(of(Table::Maps), ["trex", "plane", "sphere", "pillow", "snake", "shore"]);
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::rays::EdgeRays;
-use crate::passes::shade::SCENE_STRUCTS;
+use crate::passes::shade::LightingGpu;
 use crate::passes::targets::{GBuffer, JoinedEdges, SampleTargets};
 use crate::settings::Needs;
 use leadr_gpu::{
@@ -36,7 +36,7 @@ impl JoinPass {
                 gpu,
                 "passes/edges/join.comp",
                 &spec,
-                &[&[EdgeRays::LAYOUT][..], &SCENE_STRUCTS].concat(),
+                &[EdgeRays::LAYOUT, LightingGpu::LAYOUT],
             )?,
             nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
         })

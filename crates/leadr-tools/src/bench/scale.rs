@@ -1,0 +1,117 @@
+//! How frames and set-up grow with a scene: objects, materials, triangles and lights.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{Affine3A, Vec3};
+
+use super::rows::Row;
+use super::scene;
+use crate::command::output::Output;
+use crate::error::LabError;
+use leadr_gpu::Gpu;
+use leadr_render::camera::Camera;
+use leadr_render::frame::Renderer;
+use leadr_render::light::environment::Environment;
+use leadr_render::light::sky::Sky;
+use leadr_render::scene::{FrameState, MAX_POINT_LIGHTS, MaterialMap, Object, PointLight, Pose};
+use leadr_render::settings::Technique;
+use leadr_scenes::config::SceneConfig;
+use leadr_scenes::sphere::{color_code, cube_sphere};
+
+/// Balls of a picture, which they fill alike however many they are.
+const COUNTS: [u32; 4] = [1, 10, 100, 1000];
+/// Triangles of one ball, undivided, by patches along a side of its six faces.
+const SIDES: [(u32, &str); 4] = [(92, "10^5"), (289, "10^6"), (500, "3 10^6"), (913, "10^7")];
+/// Patches along a side of a face of each of many balls.
+const SIDE: u32 = 4;
+/// Texels along a side of each material.
+const TEXELS: u32 = 16;
+/// Half the width of what they fill, metres.
+const HALF: f32 = 5.0;
+
+/// Renderers of more and more balls, of balls with a material each, of one ball of more and more triangles, and of balls under more and
+/// more lamps, each with its rows; every row is compared with the first of its kind.
+///
+/// # Errors
+/// Memory that is short, or a device that fails.
+pub fn scale(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    only: Option<Technique>,
+    output: &Output,
+) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
+    let technique = only.unwrap_or(Technique::Leadr);
+    let row = |of: &str, name: &str, base: &str, state: FrameState, set_up| {
+        let row = scene::row(config, technique, state, [format!("by {of}"), name.to_owned(), base.to_owned()]);
+        Row { set_up, ..row }
+    };
+    let mut all = Vec::new();
+    let mut add = |of: &str, name: &str, base: &str, balls: Vec<Object>| -> Result<(), LabError> {
+        let (renderer, state, seconds) = set_up(gpu, balls)?;
+        output.say(&format!("by {of}, {name}: set up in {seconds:.2} s"));
+        all.push((renderer, vec![row(of, name, base, state, Some(seconds))]));
+        Ok(())
+    };
+    for count in COUNTS {
+        add("objects", &count.to_string(), "1", balls(count, SIDE, false))?;
+    }
+    for count in COUNTS {
+        add("materials", &count.to_string(), "1", balls(count, SIDE, true))?;
+    }
+    for (side, name) in SIDES {
+        add("triangles", name, SIDES[0].1, balls(1, side, false))?;
+    }
+    let (renderer, state, _) = set_up(gpu, balls(100, SIDE, false))?;
+    let lamps = (0..=MAX_POINT_LIGHTS).map(|count| {
+        let place = |i: usize| Vec3::new(HALF * (i as f32 - 1.5), 0.0, HALF);
+        let point_lights = (0..count).map(|i| PointLight::new(place(i), Vec3::splat(50.0))).collect();
+        row("lamps", &count.to_string(), "0", FrameState { point_lights, ..state.clone() }, None)
+    });
+    let lamps = lamps.collect();
+    all.push((renderer, lamps));
+    Ok(all)
+}
+
+/// A renderer of balls, a state that shows all of them, and the seconds that uploading them took.
+fn set_up(gpu: &Arc<Gpu>, balls: Vec<Object>) -> Result<(Renderer, FrameState, f64), LabError> {
+    let sky = Sky::default();
+    let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
+    let camera = Camera::looking_at(Vec3::new(0.0, -0.01, 3.0 * HALF), Vec3::ZERO, 40.0);
+    let state = FrameState::new(camera, places(balls.len() as u32)).under(&sky);
+    gpu.wait_idle()?;
+    let start = Instant::now();
+    let renderer = Renderer::new(gpu, balls, environment)?;
+    gpu.wait_idle()?;
+    Ok((renderer, state, start.elapsed().as_secs_f64()))
+}
+
+/// So many unit balls; with a material each, if they have any.
+fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
+    let mesh = cube_sphere(side, [0.5, 0.5, 0.5, 0.3]);
+    let ball = |i: u32| {
+        let object = Object::new(format!("ball {i}"), mesh.clone());
+        let albedo = [0.2 + 0.6 * i as f32 / count as f32, 0.5, 0.4];
+        let texels = vec![color_code(albedo, 0.3); (TEXELS * TEXELS) as usize];
+        if materials { object.with_material(MaterialMap::new(TEXELS, TEXELS, texels)) } else { object }
+    };
+    (0..count).map(ball).collect()
+}
+
+/// Where they lie: rows of a square.
+fn places(count: u32) -> Vec<Pose> {
+    let columns = f64::from(count).sqrt().ceil() as u32;
+    let spacing = 2.0 * HALF / columns as f32;
+    let place = |i: u32| {
+        let at = |k: u32| (k as f32 + 0.5) * spacing - HALF;
+        Vec3::new(at(i % columns), at(i / columns), 0.0)
+    };
+    let pose = |i| {
+        Pose::Rigid(Affine3A::from_scale_rotation_translation(
+            Vec3::splat(0.45 * spacing),
+            glam::Quat::IDENTITY,
+            place(i),
+        ))
+    };
+    (0..count).map(pose).collect()
+}
