@@ -538,5 +538,5 @@ fn samplers_of_a_kind_are_one() {
         assert_ne!(other.raw(), many[0].raw());
     }
     drop(many);
-    assert_ne!(sampler(Filter::Trilinear, AddressMode::Repeat).raw(), leadr_gpu::vk::Sampler::null());
+    assert_ne!(sampler(Filter::Trilinear, AddressMode::Repeat).raw(), vk::Sampler::null());
 }

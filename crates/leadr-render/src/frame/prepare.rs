@@ -160,7 +160,7 @@ impl Renderer {
                 let shade = self.pipelines.shade.get(kind, || ShadePass::new(gpu, kind))?;
                 let edges = match (settings.edges(), targets.edges.clone()) {
                     (Some(samples), Some(targets)) => {
-                        Some(self.prepare_edges(state, settings, kind, surfaces, samples, targets)?)
+                        Some(Box::new(self.prepare_edges(state, settings, kind, surfaces, samples, targets)?))
                     }
                     _ => None,
                 };

@@ -55,7 +55,7 @@ pub(super) enum FramePath {
         multisample: Option<Multisample>,
     },
     /// What is filtered goes through the G-buffer, where edge samples are joined to it before it is shaded.
-    Deferred { lit: MappedLight, shade: ShadePass, edges: Option<EdgeSamples> },
+    Deferred { lit: MappedLight, shade: ShadePass, edges: Option<Box<EdgeSamples>> },
     /// As the reference, by lights that the relief hides, drawn anew for every sample.
     Reference { pass: ReferencePass, lights: Box<ReliefLights> },
 }
@@ -95,7 +95,7 @@ impl FramePath {
     /// Edge samples, if there are any.
     pub fn edges(&self) -> Option<&EdgeSamples> {
         match self {
-            Self::Deferred { edges, .. } => edges.as_ref(),
+            Self::Deferred { edges, .. } => edges.as_deref(),
             Self::Fused { .. } | Self::Reference { .. } => None,
         }
     }

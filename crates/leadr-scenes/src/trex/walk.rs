@@ -9,7 +9,7 @@ use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
 pub const SPEED: f64 = STRIDE / PERIOD;
 
 /// World-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at
-/// [`SPEED`], repeating every [`PERIOD`] seconds [`STRIDE`] metres further on. At time zero the left foot touches down and the rest
+/// [`SPEED`], repeating every `PERIOD` seconds `STRIDE` metres further on. At time zero the left foot touches down and the rest
 /// pelvis is over the origin.
 pub fn pose(time_seconds: f64) -> Vec<Mat4> {
     let cycles = time_seconds / PERIOD;
