@@ -241,7 +241,9 @@ impl Painter {
             last.extend(before.into_iter().flatten().map(|shown| shown.frame));
             let state = state.or(known).ok_or_else(|| AppError::Failed("the window has no scene".into()))?;
             self.draw_side(current, 0, wanted[0], |renderer| renderer.prepare(&state, &wanted[0]))?;
-            if let (Some(&settings), Some(left)) = (wanted.get(1), self.shown[0].take()) {
+            if let Some(&settings) = wanted.get(1)
+                && let Some(left) = self.shown[0].take()
+            {
                 let right =
                     self.draw_side(current, 1, settings, |renderer| renderer.prepare_beside(&left.frame, &settings));
                 self.shown[0] = Some(left);
