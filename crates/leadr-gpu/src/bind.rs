@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::pipeline_layout::{PipelineCore, Slot};
+use super::pipeline_layout::PipelineCore;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Buffer, Commands, GpuError, ImageView, Pipeline, Result, Sampler, SharedStruct, Use};
 
@@ -76,30 +76,28 @@ impl Commands {
         self.keep(&core);
         self.pipeline = Some(core.clone());
         self.bound = 0;
-        if let Err(error) = check_names(&core, resources) {
-            return self.fail(error);
+        if let Err(error) = self.push_descriptors(&core, resources) {
+            self.fail(error);
         }
-        self.push_descriptors(&core, resources);
     }
 
     /// Writes the descriptor of every slot of the pipeline.
-    fn push_descriptors(&mut self, core: &PipelineCore, resources: &[(&str, Descriptor<'_>)]) {
-        let mut infos = Vec::with_capacity(core.slots.len());
-        for slot in &core.slots {
-            let Some((_, descriptor)) = resources.iter().find(|(name, _)| *name == slot.name) else { continue };
-            if let Err(error) = check_kind(core, slot, descriptor) {
-                return self.fail(error);
-            }
-            infos.push(descriptor.info(&mut |object| self.keep.push(object)));
+    fn push_descriptors(&mut self, core: &PipelineCore, resources: &[(&str, Descriptor<'_>)]) -> Result<()> {
+        let slots = core.slots.iter().map(|slot| (slot.name, slot.kind));
+        let stranger = |name: &str| {
+            format!("no resource {name} is declared by its shaders; they declare {}", core.resource_names())
+        };
+        let descriptors = in_order(&core.name, slots, resources, |name| core.unused.contains(&name), stranger)?;
+        let infos: Vec<_> =
+            descriptors.iter().map(|given| (given.kind(), given.info(&mut |it| self.keep.push(it)))).collect();
+        let numbered = (0u32..).zip(&infos);
+        let writes: Vec<_> = numbered.map(|(number, (kind, info))| write(number, *kind, info)).collect();
+        if !writes.is_empty() {
+            let push = &self.gpu().push_descriptor;
+            // SAFETY: the command buffer is being recorded, the writes fit the layout, and `keep` holds what they refer to.
+            unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout, 0, &writes) };
         }
-        let numbered = (0u32..).zip(core.slots.iter().zip(&infos));
-        let writes: Vec<_> = numbered.map(|(number, (slot, info))| write(number, slot.kind, info)).collect();
-        if writes.is_empty() {
-            return;
-        }
-        let push = &self.gpu().push_descriptor;
-        // SAFETY: the command buffer is being recorded, the writes fit the layout, and `keep` holds what they refer to.
-        unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout, 0, &writes) };
+        Ok(())
     }
 
     /// Sets the push constants of the bound pipeline; the type must be the one that the pipeline was made with.
@@ -126,34 +124,34 @@ pub(crate) enum Info {
     Image(vk::DescriptorImageInfo),
 }
 
-/// Checks that every slot is given, and that the shaders declare every name.
-fn check_names(core: &PipelineCore, resources: &[(&str, Descriptor<'_>)]) -> Result<()> {
-    let given = |name: &str| resources.iter().filter(|(given, _)| *given == name).count();
-    if let Some(missing) = core.slots.iter().find(|slot| given(slot.name) == 0) {
-        let fault = format!("{} ({}) was not given", missing.name, missing.kind.words());
-        return Err(GpuError::usage(&core.name, fault));
+/// What is given for each slot, in their order. `ignored`: names that may be given all the same; `stranger`: the fault of any other.
+///
+/// # Errors
+/// [`GpuError::Usage`] of `owner` for a slot that is missing, given twice or of another kind, and for a stranger.
+pub(crate) fn in_order<'d>(
+    owner: &str,
+    slots: impl ExactSizeIterator<Item = (&'static str, ResourceKind)> + Clone,
+    resources: &[(&str, Descriptor<'d>)],
+    ignored: impl Fn(&str) -> bool,
+    stranger: impl Fn(&str) -> String,
+) -> Result<Vec<Descriptor<'d>>> {
+    let fault = |fault: String| Err(GpuError::usage(owner, fault));
+    let mut descriptors = Vec::with_capacity(slots.len());
+    let is_slot = |name: &str| slots.clone().any(|(slot, _)| slot == name);
+    if let Some((name, _)) = resources.iter().find(|(name, _)| !is_slot(name) && !ignored(name)) {
+        return fault(stranger(name));
     }
-    if resources.len() == core.slots.len() {
-        return Ok(());
+    let twice =
+        |(place, (name, _)): &(usize, &(&str, Descriptor<'d>))| resources[..*place].iter().any(|(n, _)| n == name);
+    if let Some((_, (name, _))) = resources.iter().enumerate().find(twice) {
+        return fault(format!("{name} was given twice"));
     }
-    for (name, _) in resources {
-        let declared = core.slots.iter().map(|slot| slot.name).chain(core.unused.iter().copied());
-        if !declared.into_iter().any(|known| known == *name) {
-            let fault =
-                format!("no resource {name} is declared by its shaders; they declare {}", core.resource_names());
-            return Err(GpuError::usage(&core.name, fault));
+    for (name, kind) in slots.clone() {
+        match resources.iter().find(|(given, _)| *given == name) {
+            Some((_, descriptor)) if descriptor.kind() == kind => descriptors.push(*descriptor),
+            Some((_, other)) => return fault(format!("{name} is {}, not {}", kind.words(), other.kind().words())),
+            None => return fault(format!("{name} ({}) was not given", kind.words())),
         }
-        if given(name) > 1 {
-            return Err(GpuError::usage(&core.name, format!("{name} was given twice")));
-        }
     }
-    Ok(())
-}
-
-fn check_kind(core: &PipelineCore, slot: &Slot, descriptor: &Descriptor<'_>) -> Result<()> {
-    if slot.kind == descriptor.kind() {
-        return Ok(());
-    }
-    let fault = format!("{} is {}, not {}", slot.name, slot.kind.words(), descriptor.kind().words());
-    Err(GpuError::usage(&core.name, fault))
+    Ok(descriptors)
 }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::Doing;
-use super::sets::{SETS, SetLayout};
-use super::shaders::{ConstantKind, ResourceKind, Shader, Stage, descriptor_type, stage_flags};
+use super::sets::{SETS, SetLayout, descriptor_layout};
+use super::shaders::{ConstantKind, ResourceKind, Shader, Stage, stage_flags};
 use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 use leadr_glsl::reflect::{Interface, interface};
@@ -145,27 +145,14 @@ impl PipelineCore {
         if used > most {
             return Err(GpuError::usage(&self.name, format!("its {used} resources are more than the device's {most}")));
         }
-        let bindings: Vec<_> = (0u32..)
-            .zip(&self.slots)
-            .map(|(number, slot)| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(number)
-                    .descriptor_type(descriptor_type(slot.kind))
-                    .descriptor_count(1)
-                    .stage_flags(slot.stages)
-            })
-            .collect();
-        let info = vk::DescriptorSetLayoutCreateInfo::default()
-            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-            .bindings(&bindings);
-        // SAFETY: the device is alive, and `bindings` outlives the call; dropping `self` destroys the layout.
-        self.set_layout = unsafe { self.gpu.raw().create_descriptor_set_layout(&info, None) }
-            .doing(format!("creating the descriptor layout of {}", self.name))?;
-        self.gpu.name(self.set_layout, &self.name);
+        let resources = self.slots.iter().map(|slot| (slot.kind, slot.stages));
+        let flags = vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR;
+        self.set_layout = descriptor_layout(&self.gpu, &self.name, flags, resources)?;
         Ok(())
     }
 
     fn create_layout(&mut self) -> Result<()> {
+        self.check_textures()?;
         // Vulkan wants a layout for each number up to the last.
         let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
         let mut sets = vec![self.set_layout];
@@ -187,6 +174,22 @@ impl PipelineCore {
         self.layout = unsafe { self.gpu.raw().create_pipeline_layout(&info, None) }
             .doing(format!("creating the pipeline layout of {}", self.name))?;
         self.gpu.name(self.layout, &self.name);
+        Ok(())
+    }
+
+    /// Whether a stage may have the textures of all sets, those that it does not read included.
+    fn check_textures(&self) -> Result<()> {
+        let lasting = self.sets.iter().flatten().flat_map(|layout| layout.resources).map(|(_, kind)| *kind);
+        let kinds = self.slots.iter().map(|slot| slot.kind).chain(lasting);
+        let textures = kinds.filter(|kind| *kind == ResourceKind::Sampled).count();
+        let limits = self.gpu.limits();
+        let most = limits.max_per_stage_descriptor_sampled_images.min(limits.max_per_stage_descriptor_samplers);
+        if textures > most as usize {
+            return Err(GpuError::usage(
+                &self.name,
+                format!("its {textures} textures are more than the device's {most}"),
+            ));
+        }
         Ok(())
     }
 

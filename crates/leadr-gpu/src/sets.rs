@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use ash::vk;
 
-use super::bind::{Descriptor, write};
+use super::bind::{Descriptor, in_order, write};
 use super::error::Doing;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
@@ -46,7 +46,9 @@ pub(crate) struct SetLayouts {
 struct Known {
     layout: &'static SetLayout,
     raw: vk::DescriptorSetLayout,
+    /// Where the next set comes from, and how many are left there.
     pool: Weak<SetPool>,
+    left: u32,
 }
 
 impl SetLayouts {
@@ -69,7 +71,7 @@ impl SetLayouts {
         let place = match all.iter().position(|known| std::ptr::eq(known.layout, layout)) {
             Some(place) => place,
             None => {
-                all.push(Known { layout, raw: create(gpu, layout)?, pool: Weak::new() });
+                all.push(Known { layout, raw: create(gpu, layout)?, pool: Weak::new(), left: 0 });
                 all.len() - 1
             }
         };
@@ -89,27 +91,31 @@ impl SetLayouts {
 }
 
 fn create(gpu: &Gpu, layout: &SetLayout) -> Result<vk::DescriptorSetLayout> {
-    let textures = layout.resources.iter().filter(|(_, kind)| *kind == ResourceKind::Sampled).count();
-    let limits = gpu.limits();
-    let most = limits.max_per_stage_descriptor_sampled_images.min(limits.max_per_stage_descriptor_samplers) as usize;
-    if textures > most {
-        return Err(GpuError::usage(layout.name, format!("its {textures} textures are more than the device's {most}")));
-    }
-    let bindings: Vec<_> = (0u32..)
-        .zip(layout.resources)
-        .map(|(number, (_, kind))| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(number)
-                .descriptor_type(descriptor_type(*kind))
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::ALL)
-        })
-        .collect();
-    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-    // SAFETY: the device is alive, and `bindings` outlives the call; the device destroys the layout when it goes.
+    let resources = layout.resources.iter().map(|(_, kind)| (*kind, vk::ShaderStageFlags::ALL));
+    descriptor_layout(gpu, layout.name, vk::DescriptorSetLayoutCreateFlags::empty(), resources)
+}
+
+/// The layout of a descriptor set of these resources and the stages that read them, numbered in their order. Whoever asks for it destroys
+/// it.
+pub(crate) fn descriptor_layout(
+    gpu: &Gpu,
+    name: &str,
+    flags: vk::DescriptorSetLayoutCreateFlags,
+    resources: impl Iterator<Item = (ResourceKind, vk::ShaderStageFlags)>,
+) -> Result<vk::DescriptorSetLayout> {
+    let binding = |(number, (kind, stages))| {
+        vk::DescriptorSetLayoutBinding::default()
+            .binding(number)
+            .descriptor_type(descriptor_type(kind))
+            .descriptor_count(1)
+            .stage_flags(stages)
+    };
+    let bindings: Vec<_> = (0u32..).zip(resources).map(binding).collect();
+    let info = vk::DescriptorSetLayoutCreateInfo::default().flags(flags).bindings(&bindings);
+    // SAFETY: the device is alive, and `bindings` outlives the call.
     let raw = unsafe { gpu.raw().create_descriptor_set_layout(&info, None) }
-        .doing(format!("creating the layout of the set {}", layout.name))?;
-    gpu.name(raw, layout.name);
+        .doing(format!("creating the descriptor layout of {name}"))?;
+    gpu.name(raw, name);
     Ok(raw)
 }
 
@@ -117,8 +123,6 @@ fn create(gpu: &Gpu, layout: &SetLayout) -> Result<vk::DescriptorSetLayout> {
 struct SetPool {
     gpu: Arc<Gpu>,
     raw: vk::DescriptorPool,
-    /// Sets that are left; the lock keeps two threads from taking one at a time.
-    left: Mutex<u32>,
 }
 
 impl Drop for SetPool {
@@ -141,18 +145,28 @@ impl SetPool {
         // SAFETY: the device is alive, and `sizes` outlives the call.
         let made = made.and_then(|()| unsafe { gpu.raw().create_descriptor_pool(&info, None) });
         let raw = made.doing(format!("creating a pool of sets {}", layout.name))?;
-        Ok(Arc::new(Self { gpu: gpu.clone(), raw, left: Mutex::new(POOL_SETS) }))
+        Ok(Arc::new(Self { gpu: gpu.clone(), raw }))
     }
+}
 
-    /// The next set, if there is one.
-    fn take(&self, raw: vk::DescriptorSetLayout) -> Option<Result<vk::DescriptorSet>> {
-        let mut left = self.left.lock().unwrap_or_else(PoisonError::into_inner);
-        *left = left.checked_sub(1)?;
-        let layouts = [raw];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.raw).set_layouts(&layouts);
-        // SAFETY: pool and layout are alive, `left` is held, and the pool has room for another set.
-        let sets = unsafe { self.gpu.raw().allocate_descriptor_sets(&info) };
-        Some(sets.map(|sets| sets[0]).doing("allocating a descriptor set"))
+impl Known {
+    /// Another set, of the pool that has one left or of a new one.
+    fn take(&mut self, gpu: &Arc<Gpu>) -> Result<(Arc<SetPool>, vk::DescriptorSet)> {
+        let pool = match self.pool.upgrade().filter(|_| self.left > 0) {
+            Some(pool) => pool,
+            None => {
+                let pool = SetPool::new(gpu, self.layout)?;
+                (self.pool, self.left) = (Arc::downgrade(&pool), POOL_SETS);
+                pool
+            }
+        };
+        let layouts = [self.raw];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool.raw).set_layouts(&layouts);
+        // SAFETY: pool and layout are alive, the lock of `SetLayouts` is held, and the pool has room for another set.
+        let sets = unsafe { gpu.raw().allocate_descriptor_sets(&info) };
+        let set = sets.doing(format!("allocating a set {}", self.layout.name))?[0];
+        self.left -= 1;
+        Ok((pool, set))
     }
 }
 
@@ -175,35 +189,12 @@ impl ResourceSet {
     /// # Errors
     /// [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout; memory that is short.
     pub fn new(gpu: &Arc<Gpu>, layout: &'static SetLayout, resources: &[(&str, Descriptor<'_>)]) -> Result<Self> {
-        if let Some((stranger, _)) = resources.iter().find(|(name, _)| layout.binding(name).is_none()) {
-            return Err(GpuError::usage(layout.name, format!("its set has no resource {stranger}")));
-        }
-        let (mut kept, mut infos) = (Vec::new(), Vec::new());
-        for (name, kind) in layout.resources {
-            let mut given = resources.iter().filter(|(given, _)| given == name).map(|(_, descriptor)| descriptor);
-            let fault = match (given.next(), given.next()) {
-                (Some(descriptor), None) if descriptor.kind() == *kind => {
-                    infos.push((*kind, descriptor.info(&mut |object| kept.push(object))));
-                    continue;
-                }
-                (Some(other), None) => format!("{name} is {}, not {}", kind.words(), other.kind().words()),
-                (Some(_), Some(_)) => format!("{name} was given twice"),
-                (None, _) => format!("{name} ({}) was not given", kind.words()),
-            };
-            return Err(GpuError::usage(layout.name, fault));
-        }
-        let (pool, raw) = gpu.set_layouts().with(gpu, layout, |known| {
-            if let Some(pool) = known.pool.upgrade()
-                && let Some(set) = pool.take(known.raw)
-            {
-                return Ok((pool, set?));
-            }
-            let pool = SetPool::new(gpu, layout)?;
-            known.pool = Arc::downgrade(&pool);
-            let set =
-                pool.take(known.raw).ok_or_else(|| GpuError::usage(layout.name, "an empty pool has no set"))??;
-            Ok((pool, set))
-        })?;
+        let stranger = |name: &str| format!("its set has no resource {name}");
+        let descriptors = in_order(layout.name, layout.resources.iter().copied(), resources, |_| false, stranger)?;
+        let mut kept = Vec::new();
+        let infos: Vec<_> =
+            descriptors.iter().map(|given| (given.kind(), given.info(&mut |it| kept.push(it)))).collect();
+        let (pool, raw) = gpu.set_layouts().with(gpu, layout, |known| known.take(gpu))?;
         let writes: Vec<_> =
             (0u32..).zip(&infos).map(|(number, (kind, info))| write(number, *kind, info).dst_set(raw)).collect();
         // SAFETY: the set is new, so nothing uses it, and `kept` holds what the writes refer to.
@@ -219,7 +210,7 @@ impl Commands {
         let Some(core) = self.pipeline.clone() else {
             return self.fail(GpuError::usage(layout.name, "its set was given before a pipeline was bound"));
         };
-        let Some(known) = core.sets[layout.number as usize] else { return };
+        let Some(known) = core.sets.get(layout.number as usize).copied().flatten() else { return };
         if !std::ptr::eq(known, *layout) {
             let fault = format!("its set {} is {}, not {}", layout.number, known.name, layout.name);
             return self.fail(GpuError::usage(&core.name, fault));
