@@ -83,7 +83,7 @@ impl Compiler {
             .compiler
             .compile_into_spirv(&source, kind(stage), name, "main", Some(&self.options))
             .map_err(|e| e.to_string())?;
-        let code = reflect::without_lines(compiled.as_binary());
+        let code = reflect::stripped(compiled.as_binary());
         reflect::interface(&code).map_err(|fault| format!("{shown}/{name}: {fault}"))?;
         Ok(code)
     }

@@ -130,7 +130,7 @@ pub fn interface(words: &[u32]) -> Result<Interface, String> {
 
 /// A module without the text of its source, the lines that its instructions come from, and the names of functions and what is in them,
 /// which tell the types of all parameters.
-pub fn without_lines(words: &[u32]) -> Vec<u32> {
+pub fn stripped(words: &[u32]) -> Vec<u32> {
     // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
     const LINES: [u32; 7] = [2, 3, 4, 7, 8, 317, 330];
     const NAME: u32 = 5;
