@@ -251,7 +251,7 @@ impl PipelineSet {
             objects,
             views,
         ];
-        let at_texels = self.at_texels.as_ref().filter(|_| view.at_texels);
+        let at_texels = self.at_texels.as_ref().filter(|_| divided.at_texels);
         let divided = at_texels.unwrap_or(&self.divided);
         let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {

@@ -67,8 +67,6 @@ pub struct ObjectView {
     pub visible: Arc<Buffer>,
     /// Draws over the visible patches.
     pub draws: Draws,
-    /// Whether a vertex stands at the centre of each texel of the heights.
-    pub at_texels: bool,
     /// Upper bound on the triangles of these draws.
     pub triangles: u64,
     /// Number of visible patches.
@@ -78,7 +76,7 @@ pub struct ObjectView {
 impl ObjectView {
     /// A view that has not looked yet, whose patches fit this buffer.
     pub fn new(visible: Arc<Buffer>) -> Self {
-        Self { visible, draws: Draws::default(), at_texels: false, triangles: 0, patches: 0 }
+        Self { visible, draws: Draws::default(), triangles: 0, patches: 0 }
     }
 
     /// A buffer for the patches of an object.
@@ -99,7 +97,6 @@ impl ObjectView {
         self.visible.write(0, &list.visible)?;
         self.patches = list.visible.len() as u32;
         self.draws = list.draws;
-        self.at_texels = divided.at_texels;
         self.triangles = list.triangles;
         Ok(())
     }
