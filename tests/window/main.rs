@@ -280,13 +280,22 @@ mod linux {
     /// Sizes as fast as the server takes them, with the window minimised now and then: afterwards it shows its scene in the size that it
     /// has, validation is silent, and storms that follow take no more memory than those before.
     fn a_storm_of_sizes_leaves_nothing_behind(server: &Server) {
+        assert_eq!(usual_growth(&[274, 290, 290, 295, 295, 295, 295, 357]), 0);
+        assert_eq!(usual_growth(&[274, 290, 293, 297, 300, 303, 306, 380]), 3);
         let sizes = std::env::var("LEADR_WINDOW_SIZES").map_or(40, |sizes| sizes.parse().expect("a number of sizes"));
         storms(server, 1, sizes, true);
-        // The validation layers keep something of every swapchain that ever was, so memory is watched without them. Which sizes are drawn differs
-        // from storm to storm, and the largest of them sets the mark.
+        // The validation layers keep something of every swapchain that ever was, so memory is watched without them.
         let after = storms(server, 10, sizes / 2, false);
         println!("MiB after each of ten storms of {} sizes: {after:?}", sizes / 2);
-        assert!(after[9] < after[5] + 24, "{after:?} MiB");
+        assert!(usual_growth(&after) <= 2, "{after:?} MiB");
+    }
+
+    /// The median growth from one storm to the next. Which sizes are drawn differs between storms, and now and then a storm draws more of them
+    /// at once than any before it and raises the mark; a leak grows with every storm.
+    fn usual_growth(after: &[u64]) -> u64 {
+        let mut steps: Vec<_> = after.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+        steps.sort_unstable();
+        steps[steps.len() / 2]
     }
 
     /// The same storm again and again, and the resident memory after each, in MiB.
