@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec3};
 use leadr::gpu::{Buffer, CommandRecorder, Memory, Timestamps, Use};
 use leadr::render::camera::Camera;
-use leadr::render::frame::{MAX_PASSES, Renderer};
+use leadr::render::frame::{Layer, MAX_PASSES, Renderer};
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose, Scene};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
@@ -21,6 +21,31 @@ fn scene(gpu: &TestGpu) -> (Renderer, FrameState, RenderSettings) {
     let shading = Technique::Leadr.with(ShadingOptions { edge_samples: 4, ..Default::default() });
     let settings = RenderSettings { size: (32, 24), samples: 3, shading, ..Default::default() };
     (under_sky(gpu, vec![sphere], 16), state, settings)
+}
+
+/// Instances share mesh and maps; pictures, shadows and numbers are those of as many objects.
+#[test]
+fn instances_are_drawn_as_objects_of_their_own() {
+    let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
+    let ball = |patches| Object::new("ball", cube_sphere(patches, [0.5, 0.4, 0.3, 0.4]));
+    let rock = || ball(4).with_heights(bumps(32, 4.0, 3), 0.05).with_coarse_mesh(cube_sphere(2, [0.5, 0.4, 0.3, 0.4]));
+    let mut one = under_sky(&gpu, vec![rock().with_instances(3), ball(2)], 16);
+    let mut many = under_sky(&gpu, vec![rock(), rock(), rock(), ball(2)], 16);
+    let at = |x: f32, y: f32, scale: f32| {
+        Pose::Rigid(Affine3A::from_translation(Vec3::new(x, y, 0.0)) * Affine3A::from_scale(Vec3::splat(scale)))
+    };
+    let poses = vec![at(-1.5, 0.0, 1.0), at(0.4, -1.0, 0.5), at(1.5, 3.0, 1.2), at(0.4, 1.0, 0.4)];
+    let camera = Camera::looking_at(Vec3::new(0.0, -6.0, 2.0), Vec3::ZERO, 40.0);
+    let state = FrameState::new(camera, poses).under(&Sky::default());
+    for technique in [Technique::Leadr, Technique::Reference] {
+        let settings = RenderSettings { size: (64, 48), shading: technique.into(), ..Default::default() };
+        let pictures = [&mut one, &mut many].map(|renderer| renderer.render(&state, &settings).unwrap());
+        assert!(pictures[0].color == pictures[1].color, "{technique:?}");
+        let [one, many] = [&mut one, &mut many].map(|renderer| renderer.layer(Layer::Patch).unwrap());
+        assert_eq!(one, many);
+        let seen = |number: f32| one.iter().any(|pixel| pixel[0] == number);
+        assert!([1.0, 2.0, 3.0, 4.0].map(seen) == [true; 4]);
+    }
 }
 
 #[test]

@@ -206,6 +206,8 @@ pub struct Object {
     pub follows_relief: bool,
     /// Whether it casts a shadow.
     pub casts_shadow: bool,
+    /// Number of times it is drawn, each with a pose of its own. The copies share mesh and maps on the device.
+    pub instances: u32,
 }
 
 impl Object {
@@ -231,7 +233,14 @@ impl Object {
             front_only: false,
             follows_relief: false,
             casts_shadow: true,
+            instances: 1,
         }
+    }
+
+    /// The same, drawn in so many poses.
+    #[must_use]
+    pub fn with_instances(self, instances: u32) -> Self {
+        Self { instances, ..self }
     }
 
     /// The same, whose colours may be those of what is seen and lit
@@ -431,7 +440,7 @@ pub struct FrameState {
     pub time: f64,
     /// The viewer.
     pub camera: Camera,
-    /// One pose per object of the scene.
+    /// One pose per instance of each object of the scene, in their order. Instances without a pose are not drawn.
     pub poses: Vec<Pose>,
     /// The place that moves along with what is looked at.
     pub anchor: Vec3,

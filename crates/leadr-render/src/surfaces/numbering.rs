@@ -18,21 +18,22 @@ pub struct Numbering {
 }
 
 impl Numbering {
-    /// That of a scene.
+    /// That of a scene. Each instance of an object counts.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`], and for an object with more patches than there are numbers left for.
     pub fn of(objects: &[Object]) -> Result<Self> {
-        if objects.len() > MAX_OBJECTS {
-            let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
+        let count: usize = objects.iter().map(|object| object.instances as usize).sum();
+        if count > MAX_OBJECTS {
+            let fault = format!("{count} objects are more than {MAX_OBJECTS}");
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
-        let object_bits = (objects.len() as u32 + 2).next_power_of_two().ilog2().max(*OBJECT_BITS.start());
+        let object_bits = (count as u32 + 2).next_power_of_two().ilog2().max(*OBJECT_BITS.start());
         let numbering = Self { object_bits };
         let most = numbering.patches();
         match objects.iter().find(|object| object.mesh.patches.len() > most) {
             Some(object) => {
-                let (patches, count) = (object.mesh.patches.len(), objects.len());
+                let patches = object.mesh.patches.len();
                 let fault =
                     format!("its {patches} patches are more than {most}, as many as each of {count} objects may have");
                 Err(GpuError::Usage { name: object.name.clone(), fault })

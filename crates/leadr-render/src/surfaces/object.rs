@@ -90,8 +90,6 @@ pub struct GpuObject {
     pub set: ResourceSet,
     /// What the filter pass has to fetch for it.
     pub kind: SurfaceKind,
-    /// From 1.
-    number: u32,
     /// The number of its measured material, from 1; 0 for others.
     fit: u32,
 }
@@ -351,14 +349,13 @@ impl ObjectMaps {
 
 impl GpuObject {
     /// Uploads an object and builds its LEADR maps, unless those of another are the same; if it has a coarser mesh, that as well, with the
-    /// same maps. `index` counts the objects of a scene from 0, below [`MAX_OBJECTS`](super::numbering::MAX_OBJECTS).
+    /// same maps.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for a coarser mesh of an object whose maps follow its finer one; memory or a Vulkan call that failed.
     pub fn upload(
         gpu: &Arc<Gpu>,
         mut object: Object,
-        index: usize,
         upload: Upload<'_>,
         maps: Option<Arc<ObjectMaps>>,
     ) -> Result<(Self, Option<Self>)> {
@@ -373,7 +370,6 @@ impl GpuObject {
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let fit = upload.fits.number_of(&object);
-        let number = index as u32 + 1;
         let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
         let maps = match maps {
             Some(maps) => Ok(maps),
@@ -403,16 +399,16 @@ impl GpuObject {
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
-            Self::with_maps(gpu, object, [number, fit], kind, carrier, maps.clone())
+            Self::with_maps(gpu, object, fit, kind, carrier, maps.clone())
         });
         let coarse = coarse.transpose()?;
-        Ok((Self::with_maps(gpu, object, [number, fit], kind, carrier, maps)?, coarse))
+        Ok((Self::with_maps(gpu, object, fit, kind, carrier, maps)?, coarse))
     }
 
     fn with_maps(
         gpu: &Arc<Gpu>,
         object: Object,
-        [number, fit]: [u32; 2],
+        fit: u32,
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
@@ -436,7 +432,6 @@ impl GpuObject {
             object,
             maps,
             kind,
-            number,
             fit,
         })
     }
@@ -445,11 +440,6 @@ impl GpuObject {
     pub(super) fn frame_buffer(&self, gpu: &Arc<Gpu>, what: &str, count: usize, bytes: usize) -> Result<Buffer> {
         let name = format!("{} {what}", self.object.name);
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
-    }
-
-    /// Its number in the scene, from 1.
-    pub(super) fn number(&self) -> u32 {
-        self.number
     }
 
     /// What of its record does not follow from its pose.
@@ -470,7 +460,6 @@ impl GpuObject {
             height_scale,
             specular_f0: self.object.specular_f0,
             flags: flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag),
-            number: self.number,
             fit: self.fit,
             dip: conductor_dip_bits(self.object.conductor_dip),
             relief: self.relief * height_scale.abs(),

@@ -16,6 +16,8 @@ use crate::scene::Tiling;
 pub struct PosedObject {
     /// The object on the device.
     pub object: Arc<GpuObject>,
+    /// Its number in the scene, from 1; instances have numbers of their own.
+    pub number: u32,
     /// Its vertices in the world.
     pub vertices: PosedVertices,
     /// Factor on the object's own height scale for the displacement; 0 leaves the geometry smooth.

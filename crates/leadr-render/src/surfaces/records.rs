@@ -91,13 +91,14 @@ pub struct Shown {
 impl ObjectRecordGpu {
     /// The record of a posed object.
     pub fn new(posed: &PosedObject, shown: &Shown) -> Self {
-        let PosedObject { object, vertices, height_scale, .. } = posed;
+        let PosedObject { object, number, vertices, height_scale, .. } = posed;
         let mesh = &object.object.mesh;
         let chart = if object.kind.flat { Chart::of(mesh, vertices) } else { None };
         let chart = chart.unwrap_or(Chart { tangent_s: Vec3::X, tangent_t: Vec3::Y, outward: true });
         let side = if chart.outward { 1.0 } else { -1.0 };
         let normal = chart.tangent_s.cross(chart.tangent_t).normalize_or_zero() * side;
         Self {
+            number: *number,
             color: mesh.color_of(0),
             tangent_s: chart.tangent_s.extend(side).to_array(),
             tangent_t: chart.tangent_t.extend(mesh.accessibility_of(0)).to_array(),
@@ -191,6 +192,6 @@ impl<'a> Records<'a> {
 
     /// The push constants of a draw of this object.
     pub fn draw(self, posed: &PosedObject) -> DrawGpu {
-        DrawGpu { object: posed.object.number() - 1, view: self.view }
+        DrawGpu { object: posed.number - 1, view: self.view }
     }
 }

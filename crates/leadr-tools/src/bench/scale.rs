@@ -21,8 +21,9 @@ use leadr_scenes::sphere::{color_code, cube_sphere};
 
 /// Balls of a picture, which they fill alike however many they are.
 const COUNTS: [u32; 4] = [1, 10, 100, 1000];
-/// Triangles of one ball, undivided, by patches along a side of its six faces.
-const SIDES: [(u32, &str); 4] = [(92, "10^5"), (289, "10^6"), (500, "3 10^6"), (913, "10^7")];
+/// Patches along a side of a face of a ball with 10^5 undivided triangles, and how many instances of it there are.
+const FINE_SIDE: u32 = 92;
+const INSTANCES: [(u32, &str); 4] = [(1, "10^5"), (10, "10^6"), (100, "10^7"), (1000, "10^8")];
 /// Patches along a side of a face of each of many balls.
 const SIDE: u32 = 4;
 /// Texels along a side of each material.
@@ -30,8 +31,8 @@ const TEXELS: u32 = 16;
 /// Half the width of what they fill, metres.
 const HALF: f32 = 5.0;
 
-/// Renderers of more and more balls, of balls with a material each, of one ball of more and more triangles, and of balls under more and
-/// more lamps, each with its rows; every row is compared with the first of its kind.
+/// Renderers of more and more balls, of balls with a material each, of more and more instances of a fine ball, and of balls under more
+/// and more lamps, each with its rows; every row is compared with the first of its kind.
 ///
 /// # Errors
 /// Memory that is short, or a device that fails.
@@ -59,8 +60,9 @@ pub fn scale(
     for count in COUNTS {
         add("materials", &count.to_string(), "1", balls(count, SIDE, true))?;
     }
-    for (side, name) in SIDES {
-        add("triangles", name, SIDES[0].1, balls(1, side, false))?;
+    for (count, name) in INSTANCES {
+        let ball = balls(1, FINE_SIDE, false).into_iter().map(|ball| ball.with_instances(count));
+        add("triangles", name, INSTANCES[0].1, ball.collect())?;
     }
     let (renderer, state, _) = set_up(gpu, balls(100, SIDE, false))?;
     let lamps = (0..=MAX_POINT_LIGHTS).map(|count| {
@@ -78,7 +80,8 @@ fn set_up(gpu: &Arc<Gpu>, balls: Vec<Object>) -> Result<(Renderer, FrameState, f
     let sky = Sky::default();
     let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
     let camera = Camera::looking_at(Vec3::new(0.0, -0.01, 3.0 * HALF), Vec3::ZERO, 40.0);
-    let state = FrameState::new(camera, places(balls.len() as u32)).under(&sky);
+    let count = balls.iter().map(|ball| ball.instances).sum();
+    let state = FrameState::new(camera, places(count)).under(&sky);
     gpu.wait_idle()?;
     let start = Instant::now();
     let renderer = Renderer::new(gpu, balls, environment)?;

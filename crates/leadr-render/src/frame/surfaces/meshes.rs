@@ -125,6 +125,11 @@ impl DetailLevel {
         Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
     }
 
+    /// The same object again, with buffers of its own for each frame.
+    fn again(&self) -> Self {
+        Self { object: self.object.clone(), closed: self.closed, divisions: Pool::default(), views: Pool::default() }
+    }
+
     /// The object in a pose, with buffers for a frame under so many lights that throw shadows.
     fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
         let Self { object, closed, divisions, views } = self;
@@ -144,15 +149,15 @@ impl DetailLevel {
 
 impl Mesh {
     /// `maps`: those that it has in common with another object.
-    fn new(
-        gpu: &Arc<Gpu>,
-        object: Object,
-        index: usize,
-        upload: Upload<'_>,
-        maps: Option<Arc<ObjectMaps>>,
-    ) -> Result<Self> {
-        let (fine, coarse) = GpuObject::upload(gpu, object, index, upload, maps)?;
+    fn new(gpu: &Arc<Gpu>, object: Object, upload: Upload<'_>, maps: Option<Arc<ObjectMaps>>) -> Result<Self> {
+        let (fine, coarse) = GpuObject::upload(gpu, object, upload, maps)?;
         Ok(Self { fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
+    }
+
+    /// One mesh for each instance of its object.
+    fn instances(self) -> impl Iterator<Item = Self> {
+        let count = self.fine.object.object.instances;
+        (0..count).map(move |_| Self { fine: self.fine.again(), coarse: self.coarse.as_ref().map(DetailLevel::again) })
     }
 
     /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
@@ -209,7 +214,7 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
     let same = with_same_maps(&objects);
     let (own, shared): (Vec<_>, Vec<_>) =
         objects.into_iter().enumerate().partition(|&(index, _)| same[index].is_none());
-    let mesh = |(index, object): (usize, Object), maps| Ok((index, Mesh::new(gpu, object, index, upload, maps)?));
+    let mesh = |(index, object): (usize, Object), maps| Ok((index, Mesh::new(gpu, object, upload, maps)?));
     let mut meshes: BTreeMap<usize, Mesh> =
         own.into_par_iter().map(|object| mesh(object, None)).collect::<Result<_>>()?;
     let with_maps = |object: (usize, Object)| {
@@ -218,7 +223,7 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
     };
     let others: Vec<_> = shared.into_par_iter().map(with_maps).collect::<Result<_>>()?;
     meshes.extend(others);
-    Ok(meshes.into_values().collect())
+    Ok(meshes.into_values().flat_map(Mesh::instances).collect())
 }
 
 impl Meshes {
@@ -242,11 +247,12 @@ impl Meshes {
         let shown =
             Shown { height_scale: state.height_scale, mark_inside: settings.mark_inside, eye: state.camera.position };
         let (mut meshes, mut written) = (Vec::new(), Vec::new());
-        for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
+        for (number, (mesh, pose)) in (1u32..).zip(self.meshes.iter_mut().zip(&state.poses)) {
             let (level, vertices) = mesh.posed(pose, &lens, &settings.tessellation, drawing.edges);
             let lights = if level.object.object.casts_shadow { drawing.shadow_maps as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
-            let posed = PosedObject { vertices, object: level.object.clone(), height_scale, records: records.clone() };
+            let object = level.object.clone();
+            let posed = PosedObject { object, number, vertices, height_scale, records: records.clone() };
             written.push(ObjectRecordGpu::new(&posed, &shown));
             meshes.push(level.prepare(gpu, posed, lights)?);
         }
