@@ -1,10 +1,10 @@
-//! A picture of a displaced sphere in the evening, `out/first_picture.png`: `cargo run --release --example 00_first_picture`.
+//! Renders a displaced sphere in the evening to `out/first_picture.png`: `cargo run --release --example 00_first_picture`.
 
 use leadr::glam::Vec3;
 use leadr::{Camera, Environment, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, Sky, open_gpu, save_png};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let scene = NamedScene::find("sphere").ok_or("no scene of that name")?;
+    let scene = NamedScene::find("sphere").ok_or("the scene is missing")?;
     let mut stage = scene.stage(Default::default(), &|_| ())?;
     let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::with_sun(0.35, -1.92) };
     let camera = Camera::looking_at(Vec3::new(2.9, -2.9, -0.35), Vec3::ZERO, 36.0);

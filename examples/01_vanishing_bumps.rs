@@ -1,4 +1,4 @@
-//! What a LEADR map preserves of a height map at each mip level: bumps vanish, slope variance replaces them. No GPU.
+//! Slopes of a height map at each mip level of its LEADR map: bumps vanish and slope variance replaces them. No GPU.
 //!
 //! ```sh
 //! cargo run --example 01_vanishing_bumps -- bricks.png     # or without a file: a wavy surface
@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(file) => load_height_map(file)?,
         None => waves(256)?,
     };
-    // The relief is 2 % as high as the map is wide.
+    // The height range is 2 % of the map's width.
     let scale = 0.02;
     let map = LeadrMap::new(&heights, Wrap::Repeat);
 
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let count = level.texels.len() as f64;
         let [mean, variance] = [mean / count, variance / count];
-        // What the means lose from level to level, the variances gain: the last column stays constant.
+        // Variance gains what the means lose, so the last column is constant.
         println!(
             "{number:5} {:>10}   {:14.4}   {:19.4}   {:8.4}",
             format!("{}x{}", level.width, level.height),
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A swell with ripples on it.
+/// A swell with ripples.
 fn waves(side: u32) -> Result<HeightMap, leadr::maps::MapFault> {
     let tau = std::f32::consts::TAU;
     let height = |x: u32, y: u32| {

@@ -1,4 +1,4 @@
-//! A displaced sphere in a window: drag to turn it, `space` pauses, the digits change the technique, `e` the environment, `q`
+//! A displaced sphere in a window. Drag to rotate it; `space` pauses, digits select the technique, `e` the environment, `q`
 //! quits.
 //!
 //! ```sh
@@ -26,25 +26,25 @@ use leadr::window::{Display, OneScene, Orbit, Show, Surroundings, WindowOptions,
 /// A displaced sphere in a window.
 #[derive(Parser)]
 struct Arguments {
-    /// Pixels across
+    /// Width in pixels
     #[arg(long, default_value_t = 960)]
     width: u32,
-    /// Pixels down
+    /// Height in pixels
     #[arg(long, default_value_t = 540)]
     height: u32,
-    /// Samples per pixel of a picture that stands still
+    /// Samples per pixel of a still picture
     #[arg(long, default_value_t = 16)]
     samples: u32,
-    /// Ends after so many frames
+    /// Quit after this many frames
     #[arg(long)]
     frames: Option<u64>,
-    /// Where screenshots go; a number and `.png` are appended
+    /// Path prefix of screenshots; a number and `.png` are appended
     #[arg(long, default_value = "out/orbit")]
     screenshots: PathBuf,
-    /// Vulkan device, by part of its name or by index
+    /// Vulkan device: part of its name, or its index
     #[arg(long)]
     device: Option<String>,
-    /// Turn the Vulkan validation layers on; any message is an error
+    /// Enable the Vulkan validation layers; any message is an error
     #[arg(long)]
     validation: bool,
 }
@@ -53,7 +53,7 @@ struct Arguments {
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
 
-    // The device must be able to draw on the display, so the display comes first.
+    // Opened first, because the device must be able to present on the display.
     let display = Display::open()?;
     let gpu = open_gpu(&display.gpu_options(arguments.device, arguments.validation)?)?;
 
@@ -65,11 +65,11 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let renderer = Renderer::new(&gpu, vec![sphere], environment)?;
 
-    // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.
+    // A scene is a pure function of time: a sphere that rotates once in twenty seconds.
     let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
     let scene = move |time: f64| {
-        let turned = Affine3A::from_rotation_z((time * 0.314) as f32);
-        FrameState::new(start.camera(), vec![Pose::Rigid(turned)]).under(&sky)
+        let rotation = Affine3A::from_rotation_z((time * 0.314) as f32);
+        FrameState::new(start.camera(), vec![Pose::Rigid(rotation)]).under(&sky)
     };
 
     let size = (arguments.width, arguments.height);

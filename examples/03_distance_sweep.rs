@@ -1,5 +1,5 @@
-//! Zooms out from a displaced sphere and prints how its mean radiance changes from step to step, for LEADR mapping and
-//! for normal mipmapping.
+//! Zooms out from a displaced sphere and prints the change of its mean radiance per step, for LEADR mapping and normal
+//! mipmapping.
 //!
 //! `cargo run --release --example 03_distance_sweep [HEIGHT_MAP [ENVIRONMENT]]`
 

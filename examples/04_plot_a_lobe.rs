@@ -1,4 +1,4 @@
-//! Polar plots of what rough mirrors reflect in the plane of incidence. No GPU.
+//! Polar plots of rough specular reflection in the plane of incidence. No GPU.
 //!
 //! ```sh
 //! cargo run --example 04_plot_a_lobe -- 50      # degrees of the view from the normal; writes out/lobes.png
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("Lambert", [150, 150, 150], Box::new(Lambert { albedo: DVec3::ONE })),
     ];
 
-    // Radiance by angle, a quarter of a degree apart, also below the horizon: steep facets reflect there.
+    // Radiance by angle in steps of a quarter of a degree, also below the horizon, where steep facets reflect.
     let curves: Vec<Vec<f64>> = lobes
         .iter()
         .map(|(_, _, brdf)| (-480..=480).map(|i| brdf.eval_cos(wo, direction(f64::from(i) / 480.0 * 2.0)).x).collect())

@@ -1,7 +1,7 @@
 //! The albedo of rough gold by importance sampling, compared with quadrature. No GPU.
 //!
-//! Cosine sampling is there for comparison. It converges more slowly, and to a smaller value: the facets of a rough surface
-//! also reflect light from below the macrosurface's horizon, where cosine sampling draws nothing.
+//! Cosine sampling is shown for comparison. It converges more slowly, and to a smaller value: facets of a rough surface also
+//! reflect light from below the macrosurface's horizon, where cosine sampling has no samples.
 //!
 //! ```sh
 //! cargo run --example 05_sample_a_brdf

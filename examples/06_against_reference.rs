@@ -1,9 +1,9 @@
-//! How near one sample comes to the supersampled truth: FLIP and relative RMSE of LEADR mapping and of normal mipmapping
-//! against a reference whose every texel is a vertex and whose maps are read at their finest level.
+//! Error of one sample against a supersampled reference: FLIP and relative RMSE of LEADR mapping and normal mipmapping. In the
+//! reference every texel is a vertex and maps use their finest level.
 //!
 //! `cargo run --release --example 06_against_reference [sphere|trex [SAMPLES [HEIGHT_MAP [ENVIRONMENT]]]]`
 //!
-//! The T-rex stands without its ground here, with a coarse atlas, so that the reference is affordable.
+//! The T-rex has no ground and a coarse atlas here, which keeps the reference affordable.
 
 use std::error::Error;
 

@@ -1,5 +1,5 @@
-//! How the error of the reference falls with the number of samples: relief under a sun and a sky, with and without the
-//! relief's own shadows. Two seeds give independent pictures; the rms of half their difference times √2 is the error of one.
+//! Error of the reference by number of samples: relief under a sun and a sky, with and without its own shadows. Two seeds give
+//! independent pictures; RMS of half their difference times √2 is the error of one.
 //!
 //! `cargo run --release --example 08_reference_convergence [SAMPLES]`
 

@@ -1,4 +1,4 @@
-//! The sea from several heights: `cargo run --release --example 10_ocean [FOLDER]`.
+//! Renders the sea from several heights: `cargo run --release --example 10_ocean [FOLDER]`.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let start = std::time::Instant::now();
     let mut renderer = Renderer::new(&gpu, ocean(&Sea::default(), RESOLUTION, 1), environment)?;
-    println!("sea made in {:.2} s", start.elapsed().as_secs_f64());
+    println!("sea generated in {:.2} s", start.elapsed().as_secs_f64());
     for (name, height, pitch) in
         [("near", 2.5f32, -0.12f32), ("100m", 100.0, -0.25), ("1km", 1000.0, -0.35), ("below", 30.0, -1.2)]
     {

@@ -1,5 +1,5 @@
-//! Fits the exponentials of `reflectance::visible::diffuse` again and prints them beside the ones in use, with the errors
-//! of both over the surfaces of the fit and over others.
+//! Refits the exponentials of `reflectance::visible::diffuse`. Prints them beside those in use, with the errors of both over the
+//! fitted surfaces and over others.
 //!
 //! `cargo run --release --example 11_fit_diffuse_terms [SEED]`
 

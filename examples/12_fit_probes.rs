@@ -1,6 +1,5 @@
-//! Fits the rings for wide lobes of `reflectance::visible::specular` again and prints them, with their errors over the
-//! surfaces of the fit and over others, beside those in use. The rings for narrow lobes stay fixed
-//! (docs/measurements/quadrature.md).
+//! Refits the rings for wide lobes of `reflectance::visible::specular`. Prints them beside those in use, with errors over the
+//! fitted surfaces and over others. The rings for narrow lobes stay fixed (docs/measurements/quadrature.md).
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 
@@ -12,7 +11,7 @@ fn main() {
     let (seed, n) = (number(1, 300), number(2, 1000) as usize);
     let set = |rough: usize, seed| ProbeTraining::new(rough / 5, rough, seed);
     let sets = [set(n, seed), set(n / 2, seed + 1000)];
-    println!("errors: a light without width, with shadows, lobes, with shadows, lit fraction, Fresnel term");
+    println!("errors: directional light, with shadows, lobes, with shadows, lit fraction, Fresnel term");
     for probes in [5, 9, 16] {
         let rule = probe_rule(probes);
         let in_use = FittedRule { kernel: rule.kernel, rings: rule.rings.to_vec() };

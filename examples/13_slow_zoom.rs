@@ -1,5 +1,5 @@
-//! Which pixels jerk when the camera creeps away: pixels inside a surface over steps of 0.05 % of the distance, for the rules
-//! of LEADR's integrals and with edge samples.
+//! Measures temporal jumps of pixels when the camera moves away slowly, in steps of 0.05 % of the distance. Covers pixels inside
+//! a surface, for the rules of LEADR's integrals and with edge samples.
 //!
 //! `cargo run --release --example 13_slow_zoom [plane|sphere [METRES]]`
 
@@ -70,9 +70,9 @@ struct Jerks {
     step: f64,
     /// Largest second difference.
     second: f64,
-    /// Bound that 99.9 % of the second differences stay below.
+    /// 99.9 % quantile of the second differences.
     most: f64,
-    /// Root mean square of the second differences.
+    /// RMS of the second differences.
     rms: f64,
 }
 
@@ -90,7 +90,7 @@ fn jerks(frames: &[Vec<[f32; 4]>]) -> Result<Jerks, Box<dyn Error>> {
         }
     }
     if seconds.is_empty() {
-        return Err("no pixel lies inside the surface: come nearer".into());
+        return Err("no pixel lies inside the surface; use a shorter distance".into());
     }
     seconds.sort_by(f64::total_cmp);
     let (count, mean) = (seconds.len(), sum / seconds.len() as f64);

@@ -1,4 +1,4 @@
-//! The lights that are taken out of panoramas, and what nine spherical harmonics err by with and without them: the table of
+//! Lights extracted from panoramas, and the errors of nine spherical harmonics with and without them: the table of
 //! docs/measurements/panoramas.md.
 //!
 //! `cargo run --release --example 14_panorama_lights FILE.hdr ...`
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let percent = [errors.rms, errors.worst, errors.level].map(|e| 100.0 * e);
             let [rms, worst, level] = percent;
             println!(
-                "  at most {count} lights: irradiance off by {rms:.2} % rms, {worst:+.1} % at worst, {level:+.2} % level"
+                "  at most {count} lights: irradiance error {rms:.2} % RMS, {worst:+.1} % maximum, {level:+.2} % level"
             );
             for light in &errors.lights {
                 let (d, e, r) = (light.direction, light.irradiance, light.radius_degrees());

@@ -1,6 +1,7 @@
-//! Light that bounces between facets (Chan 2018, section 5): walks on rough surfaces, how far the published fits and those
-//! of `reflectance::materials::multiscattering` are from them, and that fit again. With `energy`, writes
-//! `crates/leadr-reflectance/src/materials/energy.bin` to standard output instead, with `walks`, tables of albedo and of mirrors.
+//! Multiple scattering between facets (Chan 2018, section 5): random walks on rough surfaces, errors of the published fits and of
+//! `reflectance::materials::multiscattering`, and a refit. With `energy`, writes
+//! `crates/leadr-reflectance/src/materials/energy.bin` to standard output; with `walks`, tables of albedo and of the specular
+//! term.
 //!
 //! `cargo run --release --example 20_multiscattering_diffuse [energy | walks | WALKS]`
 
@@ -21,7 +22,7 @@ use leadr_lab::energy_table::energy_nodes;
 use leadr_lab::facet_walk::{Facets, facet_walks};
 use leadr_lab::multiscattering_study::{Simulation, fit_bounces, fitted};
 
-/// Levels of gloss of the paper's figures.
+/// Gloss levels of the paper's figures.
 const GLOSS: [f64; 5] = [0.0, 60.0, 120.0, 180.0, 240.0];
 
 fn direction(cosine: f64, azimuth: f64) -> DVec3 {
@@ -48,7 +49,7 @@ fn write_energy() {
     std::io::stdout().write_all(&bytes).expect("stdout takes the table");
 }
 
-/// Directional albedos, and what further bounces between mirrors add.
+/// Directional albedos, and the contribution of further specular bounces.
 fn print_walks() {
     let cosines = [0.05, 0.2, 0.5, 0.8, 1.0];
     println!("directional albedo at cosines {cosines:?}");
@@ -94,20 +95,20 @@ fn print_walks() {
         );
     }
     println!(
-        "mirrors, GGX: albedo of further bounces, walk | lobe | scale, by cosine; rms of π f_r of all of them: lobe, scale, none"
+        "specular, GGX: albedo of further bounces, walk | lobe | scale, by cosine; rms of π f_r of all of them: lobe, scale, none"
     );
     let table = EnergyTable::ggx();
     for (alpha, f0) in [0.1, 0.3, 0.6, 1.0].into_iter().flat_map(|a| [1.0, 0.5, 0.04].map(|f| (a, f))) {
         let facets = Ggx::isotropic(DVec2::ZERO, alpha);
         let (average, f) = (table.average(alpha).ideal, DVec3::splat(f0));
         let further = |c: f64| {
-            let walks = facet_walks(&facets, Facets::Mirrors(f0), direction(c, 0.0), &[], 100_000, 3);
+            let walks = facet_walks(&facets, Facets::Specular(f0), direction(c, 0.0), &[], 100_000, 3);
             let (a, first) = (table.albedo(alpha, c), walks.albedo[0]);
             let lobe = (1.0 - a.ideal) * compensation_color(f, average).x;
             (walks.albedo[1..].iter().sum::<f64>(), lobe, first * (compensation_scale(f, a.ideal).x - 1.0))
         };
         let rows = cosines.map(further);
-        // Directions, even over both cosine-weighted hemispheres.
+        // Directions, cosine-distributed over both hemispheres.
         let nodes = composite_gauss(0.0, 1.0, 1, 8);
         let azimuths = composite_gauss(0.0, PI, 1, 7);
         let mut errors = [0.0; 3];
@@ -115,7 +116,7 @@ fn print_walks() {
             let outwards: Vec<DVec3> =
                 nodes.iter().flat_map(|(c, _)| azimuths.iter().map(|(p, _)| direction(*c, *p))).collect();
             let i = direction(*ci, 0.0);
-            let walks = facet_walks(&facets, Facets::Mirrors(f0), i, &outwards, 40_000, 5);
+            let walks = facet_walks(&facets, Facets::Specular(f0), i, &outwards, 40_000, 5);
             for (k, (o, towards)) in outwards.iter().zip(&walks.towards).enumerate() {
                 let w = wi * nodes[k / azimuths.len()].1 * azimuths[k % azimuths.len()].1 * 4.0 * ci * o.z / PI;
                 let truth = towards[1..].iter().sum::<f64>() / o.z;
@@ -169,8 +170,11 @@ fn main() {
                 walk.error(1.0, |o, i| fitted(&in_use, &table, alpha, 0.04, 1.0, o, i)),
                 walk.error(1.0, |_, _| 1.0),
             ];
-            let noise: f64 =
-                walk.places(1.0).zip(other.places(1.0)).map(|((p, a), (_, b))| p.weight * (a - b).powi(2)).sum();
+            let noise: f64 = walk
+                .direction_pairs(1.0)
+                .zip(other.direction_pairs(1.0))
+                .map(|((p, a), (_, b))| p.weight * (a - b).powi(2))
+                .sum();
             println!("    {gloss}: {errors:.4?}; {:.4}", noise.sqrt());
         }
     }

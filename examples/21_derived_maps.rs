@@ -1,11 +1,11 @@
-//! What is derived from maps, how well and how fast: heights of normals, occlusion of heights, cones.
+//! Quality and speed of derived maps: heights from normals, occlusion from heights, visibility cones.
 //!
 //! ```sh
 //! cargo run --release --no-default-features --example 21_derived_maps -- MAP.png …     # file names with "normal" are normal maps
-//! cargo run --release --no-default-features --example 21_derived_maps -- --speed 4096  # a map of noise of so many texels a side
+//! cargo run --release --no-default-features --example 21_derived_maps -- --speed 4096  # a noise map with this many texels per side
 //! ```
 //!
-//! Height maps without normals are scaled until their slopes have a standard deviation of 0.5.
+//! Height maps without normals are scaled to a slope standard deviation of 0.5.
 
 use std::path::Path;
 use std::time::Instant;
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Texels that rays are cast from, each with so many rays squared.
+/// Number of texels with ray casts, and the square root of the number of rays of each.
 const TEXELS: u32 = 64 * 64;
 const RAYS: u32 = 24;
 
@@ -59,13 +59,13 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Of both axes together.
+/// RMS slope over both axes.
 fn rms(slopes: &Slopes) -> f64 {
     let sum: f64 = slopes.texels().iter().flatten().map(|&v| f64::from(v).powi(2)).sum();
     (0.5 * sum / slopes.texels().len() as f64).sqrt()
 }
 
-/// The slopes of heights with the mean that they could not have.
+/// Slopes of heights plus the mean slope, which repeating heights cannot have.
 fn with_mean(heights: &HeightMap, mean: [f64; 2], difference: Difference) -> Slopes {
     let slopes = slopes_of_heights(heights, 1.0, Wrap::Repeat, difference);
     let texels = slopes.texels().iter().map(|s| [s[0] + mean[0] as f32, s[1] + mean[1] as f32]).collect();
@@ -74,7 +74,7 @@ fn with_mean(heights: &HeightMap, mean: [f64; 2], difference: Difference) -> Slo
 
 fn integrate(slopes: &Slopes, known: Option<&HeightMap>) -> Result<HeightMap, Failure> {
     println!(
-        "  heights by                         seconds  curl, share  degrees rms  in texels: rms height, edge rms; off the heights' file"
+        "  heights by                         seconds  curl, share  degrees rms  in texels: rms height, edge rms; error against the height file"
     );
     let mut kept = None;
     for (difference, smoothness) in [
@@ -101,12 +101,12 @@ fn integrate(slopes: &Slopes, known: Option<&HeightMap>) -> Result<HeightMap, Fa
             kept = Some(found);
         }
     }
-    let kept = kept.ok_or("the default is no row of the table")?;
+    let kept = kept.ok_or("the default is missing in the table")?;
     println!("  mean slope {:.5} {:.5}", kept.mean_slope[0], kept.mean_slope[1]);
     Ok(kept.heights)
 }
 
-/// What heights, and their differences along rows, leave over of those of a file at the scale that fits best.
+/// Unexplained share of a reference file's heights and row differences, at the best-fitting scale.
 fn apart(found: &HeightMap, known: Option<&HeightMap>) -> String {
     let Some(known) = known else { return String::new() };
     let left = |pairs: &[(f64, f64)]| {
@@ -120,7 +120,7 @@ fn apart(found: &HeightMap, known: Option<&HeightMap>) -> String {
     format!("; {:.2} %, edges {:.2} %", left(&heights), left(&edges))
 }
 
-/// Root mean squares of the heights, and of the differences between neighbours.
+/// RMS of the heights and of the differences between neighbours.
 fn sizes(heights: &HeightMap) -> String {
     let w = f64::from(heights.width);
     let square = |v: f64| (w * v).powi(2);
@@ -177,7 +177,7 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
             kept = Some(found);
         }
     }
-    let kept = kept.ok_or("the default is no row of the table")?;
+    let kept = kept.ok_or("the default is missing in the table")?;
     println!("  sun at elevation   lit    wrong: all lit   facing   cone about the normal   about b");
     for elevation in [15.0f64, 30.0, 45.0, 60.0] {
         let wrong: Vec<([u32; 5], [f64; 6])> = texels
@@ -197,7 +197,7 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
                     let cosine = (0..3).map(|i| normal[i] * sun[i]).sum::<f64>().max(0.0);
                     let facing = cosine > 0.0;
                     let lit = facing && rays.is_free(x, y, sun);
-                    // Facets that face away are dark without any cone.
+                    // Facets that face away are dark without a cone.
                     let guesses = [
                         true,
                         facing,
@@ -206,7 +206,7 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
                     ];
                     counts[0] += u32::from(lit);
                     guesses.iter().zip(&mut counts[1..]).for_each(|(guess, count)| *count += u32::from(*guess != lit));
-                    // What of the light gets through: all, and by hard and soft edges.
+                    // Visible share of the light: all, and with hard and soft cone edges.
                     let [about_normal, about_b] = [0, 1].map(|k| cone_light_smooth(&cones[k], sun.into()));
                     let hard = [0, 1].map(|k| cone_light(&cones[k], sun.into()));
                     let shares = [1.0, hard[0], about_normal.sqrt(), about_normal, hard[1], about_b];
@@ -239,9 +239,9 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Heights of many sizes of waves, of a standard deviation of slope of about 0.5.
+/// Times the derivation on waves of many sizes with a slope standard deviation of about 0.5.
 ///
-/// Seconds on the clock, and of all threads together where the system tells them.
+/// Prints elapsed seconds, and CPU seconds of all threads if available.
 fn speed(side: u32) -> Result<(), Failure> {
     let waves = [(1, 3, 0.02f32), (5, -2, 0.008), (17, 23, 0.002), (71, -60, 0.0006), (301, 280, 0.00015)];
     let texel = |i: u32| {
@@ -267,13 +267,12 @@ fn timed<T, E>(what: &str, make: impl FnOnce() -> Result<T, E>) -> Result<T, E> 
     let (start, before) = (Instant::now(), processor_seconds());
     let made = make();
     let (clock, all) = (start.elapsed().as_secs_f64(), processor_seconds());
-    let all =
-        before.zip(all).map_or_else(String::new, |(before, after)| format!(", {:.2} s of processors", after - before));
+    let all = before.zip(all).map_or_else(String::new, |(before, after)| format!(", {:.2} s CPU", after - before));
     println!("{what}: {clock:.2} s{all}");
     made
 }
 
-/// Of all threads of this process, from Linux's table, in ticks of 1/100 s.
+/// CPU seconds of all threads from Linux's process table, in ticks of 1/100 s.
 fn processor_seconds() -> Option<f64> {
     let table = std::fs::read_to_string("/proc/self/stat").ok()?;
     let fields: Vec<&str> = table.rsplit_once(')')?.1.split_whitespace().collect();

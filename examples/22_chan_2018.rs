@@ -1,5 +1,6 @@
-//! Numbers of Chan's *Material Advances in Call of Duty: WWII* (2018) that no other example measures: what a stored length is worth, filtering of gloss and normals
-//! apart, hidden directions, slices of a BRDF, and where diffuse models make light or swallow more than there is. `docs/measurements/chan-2018.md` holds them.
+//! Numbers from Chan's *Material Advances in Call of Duty: WWII* (2018) that no other example measures: precision of stored
+//! lengths, separate filtering of gloss and normals, hidden directions, BRDF slices, and energy gain or loss of diffuse models.
+//! `docs/measurements/chan-2018.md` lists the results.
 //!
 //! `cargo run --release --example 22_chan_2018 [WALKS]`
 
@@ -50,7 +51,7 @@ fn gloss() {
     };
     let most = (0..=1000).map(|i| apart(f64::from(i) / 1000.0)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
     println!(
-        "figure 6: lengths at gloss 0: {:.4} macro, {:.4} micro; most apart {:.4} at {:.3}",
+        "figure 6: lengths at gloss 0: {:.4} macro, {:.4} micro; largest difference {:.4} at {:.3}",
         MACRO.length(1.0),
         MICRO.length(1.0),
         most.0,
@@ -58,10 +59,10 @@ fn gloss() {
     );
     let read = |g: f64| Gloss::Wwii.gloss(MICRO.alpha_of_length(MACRO.length(Gloss::Wwii.alpha(g)))) - g;
     let worst = (0..=1000).map(|i| read(f64::from(i) / 1000.0)).fold(0.0f64, |a, b| a.max(b.abs()));
-    println!("    a macro length read as a micro one: gloss off by {worst:.4} at most");
+    println!("    maximum gloss error of a macro length read as micro: {worst:.4}");
 }
 
-/// Section 2.2: digits of a length.
+/// Section 2.2: precision of a stored length.
 fn stored_lengths() {
     let worst = |store: &dyn Fn(f64) -> f64| {
         (0..=4000).map(|i| f64::from(i) / 4000.0).fold((0.0f64, 0.0), |worst, g| {
@@ -80,14 +81,14 @@ fn stored_lengths() {
         ("6 decimals", worst(&steps(1e6))),
         ("float", worst(&|x| f64::from(x as f32))),
     ] {
-        println!("stored lengths, {name}: gloss off by {error:.4} at most, at {at:.3}");
+        println!("stored lengths, {name}: maximum gloss error {error:.4} at {at:.3}");
     }
 }
 
-/// Section 2.2: halfway between two texels, gloss and normals filtered apart against shortened normals.
+/// Section 2.2: half-way between two texels, separately filtered gloss and normals compared with shortened normals.
 fn filtered_apart() {
     for degrees in [1.0f64, 3.0, 10.0, 30.0, 60.0] {
-        let (mut gloss, mut turn, mut signed) = (0.0f64, 0.0f64, 0.0);
+        let (mut gloss, mut rotation, mut signed) = (0.0f64, 0.0f64, 0.0);
         for (i, j) in (0..=16).flat_map(|i| (0..=16).map(move |j| (i, j))) {
             let [a, b] = [i, j].map(|k| f64::from(k) / 16.0);
             let half = 0.5 * degrees.to_radians();
@@ -98,10 +99,10 @@ fn filtered_apart() {
             let off = 0.5 * (a + b) - whole;
             gloss = gloss.max(off.abs());
             signed += off / 17.0 / 17.0;
-            turn = turn.max(mean.x.atan2(mean.y).to_degrees().abs());
+            rotation = rotation.max(mean.x.atan2(mean.y).to_degrees().abs());
         }
         println!(
-            "filtered apart, normals {degrees}° apart: gloss off by {gloss:.3} at most, {signed:+.3} in the mean; direction by {turn:.2}° at most"
+            "filtered separately, normals {degrees}° apart: gloss error {gloss:.3} maximum, {signed:+.3} mean; direction error {rotation:.2}° at most"
         );
     }
     // Figure 7: rough on the left, smooth on the right.
@@ -109,12 +110,12 @@ fn filtered_apart() {
     let half = 20f64.to_radians();
     let mean = rough * DVec2::new(-half.sin(), half.cos()) + smooth * DVec2::new(half.sin(), half.cos());
     println!(
-        "figure 7, gloss .1 and .9, 40° apart: the mean lies {:+.2}° from the middle, towards the smooth one",
+        "figure 7, gloss .1 and .9, 40° apart: the mean is {:+.2}° from the middle, towards the smooth normal",
         mean.x.atan2(mean.y).to_degrees()
     );
 }
 
-/// Section 4.4: eq. 48 against all bounces, eq. 49.
+/// Section 4.4: eq. 48 compared with all bounces, eq. 49.
 fn hidden_directions() {
     for rho in [0.2, 0.5, 0.8, 0.9] {
         let off = |a: f64| {
@@ -123,7 +124,7 @@ fn hidden_directions() {
         };
         let most =
             (0..=1000).map(|i| off(f64::from(i) / 1000.0)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
-        println!("eq. 49 less eq. 48, albedo {rho}: up to {:.3}, at visibility {:.3}", most.0, most.1);
+        println!("eq. 49 − eq. 48, albedo {rho}: up to {:.3}, at visibility {:.3}", most.0, most.1);
     }
 }
 
@@ -141,7 +142,7 @@ fn disney(wo: DVec3, wi: DVec3, roughness: f64) -> f64 {
     (1.0 + grazing * schlick_weight(wo.z)) * (1.0 + grazing * schlick_weight(wi.z))
 }
 
-/// Oren and Nayar's qualitative model (1994), times π; `sigma` of facets' angles.
+/// Oren and Nayar's qualitative model (1994), times π; `sigma`: standard deviation of the facets' angles.
 fn oren_nayar(wo: DVec3, wi: DVec3, sigma: f64) -> f64 {
     let square = sigma * sigma;
     let (a, b) = (1.0 - 0.5 * square / (square + 0.33), 0.45 * square / (square + 0.09));
@@ -165,7 +166,7 @@ fn diffuse_models() {
         let row = cosines.map(|c| albedo(|wi| oren_nayar(direction(c, 0.0), wi, sigma)));
         println!("Oren-Nayar, σ {sigma}: albedo {row:.3?}");
     }
-    // Figure 23: listing 1 against Lambert's law times what the coat lets in (listing 5), by the light's cosine.
+    // Figure 23: listing 1 compared with Lambert's law times the coat's transmission (listing 5), by the light's cosine.
     let table = EnergyTable::ggx();
     for gloss in [0.25, 0.5, 0.75, 1.0] {
         let left = cosines.map(|c| 1.0 - table.albedo(Gloss::Wwii.alpha(gloss), c).of(DVec3::splat(0.04)).x);
@@ -193,7 +194,7 @@ fn diffuse_models() {
     let negative: Vec<f64> = least.iter().filter(|l| l.0.0 < 0.0).map(|l| l.1).collect();
     let worst = least.iter().min_by(|a, b| a.0.0.total_cmp(&b.0.0)).expect("41 of them");
     println!(
-        "listing 1 is least at gloss {:.3}: {:.3} at cosines {:.4} and {:.4}, azimuth {}°; below 0 from gloss {:?} to {:?}",
+        "minimum of listing 1 at gloss {:.3}: {:.3} at cosines {:.4} and {:.4}, azimuth {}°; below 0 from gloss {:?} to {:?}",
         worst.1,
         worst.0.0,
         worst.0.1,
@@ -207,8 +208,8 @@ fn diffuse_models() {
     println!("    towards the light at gloss .85: below 0 for cosines up to {until:?}");
 }
 
-/// Sections 5.6 and 5.7: how much of the walks' BRDF the slice at `φ_d = 90°` tells, over pairs of directions that are even over both cosine-weighted
-/// hemispheres; root mean squares of `π f_r`.
+/// Sections 5.6 and 5.7: error of the slice at `φ_d = 90°` as a model of the random walks' BRDF. RMS of `π f_r` over pairs of
+/// cosine-distributed directions.
 fn slices(count: u64) {
     let pairs = 160u64;
     for gloss in [0.0, 60.0, 120.0, 180.0, 240.0] {
@@ -227,7 +228,7 @@ fn slices(count: u64) {
                 let (x, y) = (h.z.clamp(0.0, 1.0), wi.dot(h).clamp(0.0, 1.0));
                 let [sx, sy] = [x, y].map(|c| (1.0 - c * c).max(0.0).sqrt());
                 let [o, i] = [1.0, -1.0].map(|side| DVec3::new(sx * y, side * sy, x * y));
-                // Both directions of light, which are one by reciprocity.
+                // Averages both light directions, which are equal by reciprocity.
                 let whole = |o, i, seed| 0.5 * (walked(o, i, seed) + walked(i, o, seed + 1));
                 let (full, again, slice) = (whole(wo, wi, 11), whole(wo, wi, 21), whole(o, i, 31));
                 let rational = PI * chan_rational_rough(x, y);
@@ -236,7 +237,7 @@ fn slices(count: u64) {
             .collect();
         let rms = [0, 1, 2, 3, 4].map(|k| (errors.iter().map(|e| e[k]).sum::<f64>() / pairs as f64).sqrt());
         println!(
-            "gloss {gloss}: slice less walks {:.3}, walks less walks {:.3}, Lambert less walks {:.3}; eq. 63 less slice {:.3}, less walks {:.3}",
+            "gloss {gloss}: slice − walks {:.3}, walks − walks {:.3}, Lambert − walks {:.3}; eq. 63 − slice {:.3}, − walks {:.3}",
             rms[0], rms[1], rms[2], rms[3], rms[4]
         );
     }

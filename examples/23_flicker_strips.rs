@@ -1,10 +1,11 @@
-//! How a polished plate sparkles as the camera drifts past it: a picture by each filter of its normal map, and below it the middle row of
-//! that picture in every frame, one frame a line. Where a filter holds, lines lean evenly; sparkle is broken into dots.
+//! Sparkle of a polished plate as the camera drifts past it. Each column has a picture with one filter of the normal map, and
+//! below it the middle row in every frame, one frame per line. A stable filter gives even slanted lines; sparkle breaks them into
+//! dots.
 //!
 //! `cargo run --release --example 23_flicker_strips [FOLDER [METRES [PICTURE.png]]]`
 //!
-//! FOLDER: a material, taken for polished steel; a hammered plate that is made here if not given, or `-`. Columns: mipmapped normals, Toksvig, shortened normals, LEADR,
-//! and the normal map with 144 samples for each pixel.
+//! FOLDER: a material, rendered as polished steel; a generated hammered plate without it, or with `-`. Columns: mipmapped
+//! normals, Toksvig, shortened normals, LEADR, and the normal map with 144 samples per pixel.
 
 use std::error::Error;
 
@@ -25,16 +26,16 @@ use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::dressed::plane_stage;
 use leadr::scenes::stage::Lights;
 
-/// Pixels along a picture.
+/// Width and height of a picture in pixels.
 const SIZE: u32 = 96;
-/// Frames, each a quarter of a pixel further.
+/// Number of frames; each moves by a quarter of a pixel.
 const FRAMES: u32 = 72;
 const STEP: f32 = 0.25;
-/// Pixels of the result for each of a picture, and between columns.
+/// Result pixels per picture pixel, and between columns.
 const ZOOM: u32 = 2;
 const GUTTER: u32 = 8;
 const FIELD: f32 = 10.0;
-/// As the sun in the plate asks.
+/// Suits the reflected sun.
 const EXPOSURE: f32 = 0.08;
 
 fn polished(mut material: Material) -> Material {
@@ -45,7 +46,7 @@ fn polished(mut material: Material) -> Material {
     material
 }
 
-/// Dents of a few centimetres, with slopes of 0.2, on 2 m.
+/// Dents of a few centimetres with slopes of 0.2, on 2 m.
 fn hammered() -> Material {
     let map = procedural::gaussian(512, 512, 4, 0.2, 0.008);
     let mut material = Material::new("hammered steel");
@@ -62,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let metres = arguments.next().map_or(Ok(30.0), |text| text.parse::<f32>())?;
     let file = arguments.next().unwrap_or_else(|| "out/flicker-strips.png".to_owned());
     let gpu = open_gpu(&GpuOptions::default())?;
-    // The plate mirrors it towards the camera.
+    // The plate reflects this sun towards the camera.
     let sky = Sky::with_sun(37.0f32.to_radians(), 90.0f32.to_radians());
     let mut stage = plane_stage(&polished(material), None);
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
@@ -116,7 +117,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
         println!(
-            "{:<11} a frame changes a pixel by {:.3} of the mean",
+            "{:<11} change of a pixel per frame: {:.3} of the mean",
             technique.name(),
             changes / f64::from(FRAMES - 1)
         );

@@ -1,4 +1,4 @@
-//! Compiles the renderer's shaders, and makes Rust modules of the constants that they share with Rust.
+//! Compiles the renderer's shaders, and generates Rust modules from the shared constants.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ fn constants() -> Result<(), String> {
     module("passes/shade/families.glsl", "families", |glsl| enum_from_glsl(glsl, "FAMILY_"))
 }
 
-/// Writes a Rust module of the constants of a GLSL file.
+/// Writes a Rust module with the constants of a GLSL file.
 fn module(file: &str, name: &str, rust: impl Fn(&str) -> Result<String, String>) -> Result<(), String> {
     let glsl = std::fs::read_to_string(file).map_err(|e| format!("{file}: {e}"))?;
     let rust = rust(&glsl).map_err(|e| format!("{file}: {e}"))?;
-    let out = std::env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR, and it is missing")?;
+    let out = std::env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: run this as a cargo build script")?;
     std::fs::write(Path::new(&out).join(name).with_extension("rs"), rust).map_err(|e| format!("{name}.rs: {e}"))
 }

@@ -1,17 +1,17 @@
 #![doc = include_str!("README.md")]
 
-/// Constants that Rust and the shaders share, generated from `passes/constants.glsl`: change them there.
+/// Constants shared by Rust and the shaders, generated from `passes/constants.glsl`: change them there.
 #[allow(missing_docs, reason = "some comments are about a group of constants")]
 pub mod constants {
     include!(concat!(env!("OUT_DIR"), "/constants.rs"));
 }
 
-/// The numbers of the atmosphere, generated from `passes/light/atmosphere.glsl`: change them there.
+/// Constants of the atmosphere, generated from `passes/light/atmosphere.glsl`: change them there.
 pub mod atmosphere {
     include!(concat!(env!("OUT_DIR"), "/atmosphere.rs"));
 }
 
-/// The functions that shade, generated from the `FAMILY_` constants of `passes/shade/families.glsl`.
+/// The shading functions, generated from the `FAMILY_` constants of `passes/shade/families.glsl`.
 pub mod families {
     include!(concat!(env!("OUT_DIR"), "/families.rs"));
 }
@@ -19,7 +19,7 @@ pub mod families {
 mod table {
     include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-    /// The entry points below `passes/`, sorted by name. A shader's name is its path in this folder.
+    /// The entry points below `passes/`, sorted by name. A shader's name is its path from this folder.
     pub static SHADERS: &[Shader] = &TABLE;
 }
 

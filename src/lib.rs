@@ -1,18 +1,18 @@
-//! A raw-Vulkan renderer in which displaced surfaces keep their look at every distance (LEADR mapping).
+//! A raw-Vulkan renderer for displaced surfaces whose appearance does not change with distance (LEADR mapping).
 //!
-//! A displacement map that is minified loses its bumps, and with them the way it scattered light. LEADR mapping
-//! (Dupuy et al. 2013) stores, beside each displacement texel, the first two moments of its slopes. They filter
-//! linearly, so mip mapping turns vanished bumps into roughness: mean slope and slope covariance
-//! at a pixel's scale feed an anisotropic, off-centre Beckmann microfacet BRDF with a view-dependent projected area.
+//! A minified displacement map loses its bumps, and with them the scattering of light by the bumps. LEADR mapping
+//! (Dupuy et al. 2013) stores the first two moments of slopes with each displacement texel. Moments filter
+//! linearly, so mip mapping turns vanished bumps into roughness. The mean slope and slope covariance
+//! under a pixel are the parameters of an anisotropic, off-centre Beckmann BRDF with a view-dependent projected area.
 //!
-//! # What is here
+//! # Crates
 //!
-//! Each part is a crate of its own, which this one re-exports; a program that needs one part depends on that crate alone.
+//! Each part is a separate crate, which this one re-exports. A program that needs one part can depend on that crate alone.
 //!
-//! | module | crate | holds |
+//! | module | crate | contents |
 //! |---|---|---|
 //! | [`reflectance`] | `leadr-reflectance` | the mathematics: slopes, microfacets, masking, materials, integrals |
-//! | [`maps`] | `leadr-maps` | textures on the processor: load, derive, filter, save |
+//! | [`maps`] | `leadr-maps` | textures on the CPU: load, derive, filter, save |
 //! | [`measured`] | `leadr-measured` | files of measured reflectance and of fits |
 //! | [`models`] | `leadr-models` | glTF files |
 //! | [`gpu`] | `leadr-gpu` | a thin layer over Vulkan |
@@ -20,11 +20,11 @@
 //! | [`scenes`] | `leadr-scenes` | ready-made scenes: a `Stage` each |
 //! | `command` | this one, feature `cli` | the `leadr` command; feature `window` (default) adds its window |
 //!
-//! `examples/00_first_picture.rs` renders a picture; `ARCHITECTURE.md` describes how the crates are built inside.
+//! `examples/00_first_picture.rs` renders a picture. `ARCHITECTURE.md` describes the inside of the crates.
 //!
-//! # What a map keeps
+//! # Moments under minification
 //!
-//! Seen from far away, corrugated iron has no height and no mean slope left, but all of its roughness:
+//! When a map of corrugated iron covers less than one pixel, its height and mean slope average to 0, but its roughness remains:
 //!
 //! ```
 //! use std::f32::consts::TAU;
@@ -45,10 +45,10 @@
 //! # Ok::<(), leadr_maps::MapFault>(())
 //! ```
 //!
-//! Conventions everywhere: metres, z up; linear Rec. 709 radiance; `wi` to the light, `wo` to the viewer, `wh` their
-//! half vector, `wn` a micronormal, in the macro tangent frame unless the name says `world_`.
+//! Conventions: metres, z up; linear Rec. 709 radiance; `wi` points to the light, `wo` to the viewer, `wh` is their
+//! half vector, and `wn` a micronormal. Vectors are in the macro tangent frame unless their name begins with `world_`.
 
-// Vulkan is the only reason for unsafe code, here that of the panel's painter.
+// The painter of the panel calls Vulkan and is the only module that allows unsafe code.
 #![deny(unsafe_code)]
 
 pub use glam;
@@ -92,13 +92,13 @@ pub use self::{
     },
 };
 
-/// The `leadr` command, for programs that contain it.
+/// The `leadr` command, for programs that embed it.
 #[cfg(feature = "cli")]
 pub mod command {
     pub use crate::app::run;
 }
 
-/// The window of `leadr demo`, for programs that show a scene of their own in it.
+/// The window of `leadr demo`, for programs that show their own scenes.
 #[cfg(feature = "window")]
 pub mod window {
     pub use crate::app::demo::orbit::Orbit;

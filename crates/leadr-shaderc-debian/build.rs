@@ -1,9 +1,9 @@
-//! Finds the archives beside the one that the `shaderc` crate finds.
+//! Finds the archives next to the one that the `shaderc` crate finds.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the archive leaves out.
+/// Archives missing from Debian's.
 const LEFT_OUT: [&str; 8] = [
     "glslang",
     "MachineIndependent",
@@ -34,7 +34,7 @@ fn main() {
 fn debian() -> Option<PathBuf> {
     let output = Command::new("gcc").arg("-print-file-name=libshaderc_combined.a").output().ok()?;
     let archive = PathBuf::from(String::from_utf8(output.stdout).ok()?.trim());
-    // Without an archive gcc gives back the bare name.
+    // Without an archive gcc returns the bare name.
     let folder = archive.parent().filter(|folder| *folder != Path::new(""))?.canonicalize().ok()?;
     folder.join("libglslang.a").is_file().then_some(folder)
 }

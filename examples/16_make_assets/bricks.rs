@@ -1,13 +1,13 @@
-//! An old wall in Flemish bond: stretchers and glazed headers, lime mortar, moss in the joints. A square metre that repeats.
+//! An old wall in Flemish bond: stretchers, glazed headers, lime mortar, and moss in the joints. One repeating square metre.
 
 use glam::{Vec2, Vec3};
 
 use crate::noise::{cells, codes, fractal, hash, srgb, step};
 use crate::png::{grey8, grey16, rgb8};
 
-/// Texels along a side.
+/// Texels per side.
 const SIDE: usize = 768;
-/// Rows of bricks in the metre, and pairs of a stretcher and a header in each row.
+/// Rows of bricks per metre, and stretcher-header pairs per row.
 const ROWS: i32 = 14;
 const PAIRS: i32 = 3;
 /// Half the width of a joint, metres.
@@ -15,7 +15,7 @@ const JOINT: f32 = 0.0055;
 /// Metres from black to white in the heights.
 const RELIEF: f32 = 0.02;
 
-/// What is at a place.
+/// Surface properties at a point.
 #[derive(Clone, Copy)]
 struct Texel {
     height: f32,
@@ -23,7 +23,7 @@ struct Texel {
     roughness: f32,
 }
 
-/// A brick: where in it a place lies, from its middle, half its size, and a number of its own.
+/// A brick: position of the point relative to its centre, half its size, and its own number.
 struct Brick {
     at: Vec2,
     half: Vec2,
@@ -53,7 +53,7 @@ fn brick(p: Vec2) -> Brick {
 
 fn texel(p: Vec2) -> Texel {
     let wobble = |cells: i32, seed: u32| fractal(p * cells as f32, [cells; 2], 4, 0.55, seed) - 0.5;
-    // Edges were never straight.
+    // Uneven edges.
     let bent = p + 0.006 * Vec2::new(wobble(24, 11), wobble(24, 12));
     let b = brick(bent);
     let own = |k: i32| hash(b.number as i32, k, 77);
@@ -64,7 +64,7 @@ fn texel(p: Vec2) -> Texel {
     let worn = edge + 0.006 * (wobble(40, 13) + 0.35 * wobble(96, 14));
     let on_brick = 1.0 - step(-0.0012, 0.0012, worn);
 
-    // Bricks: a bulge, a tilt, drag marks of the wire, pits of burnt-out lime.
+    // Bricks: bulge, tilt, drag marks of the wire, pits of burnt-out lime.
     let tilt = Vec2::new(own(2) - 0.5, own(3) - 0.5).dot(b.at / b.half) * 0.0016;
     let rounded = -0.0026 * step(-0.013, 0.0, worn);
     let drag = fractal(Vec2::new(p.x * 20.0, p.y * 160.0), [20, 160], 3, 0.6, 21) - 0.5;
@@ -75,7 +75,7 @@ fn texel(p: Vec2) -> Texel {
     let texture = if glazed { 0.0006 * wobble(14, 24) } else { 0.0009 * drag + 0.0012 * grain };
     let face = 0.0135 + 0.0028 * (own(5) - 0.5) + tilt + rounded + texture - 0.0024 * pitted + 0.0018 * wobble(9, 25);
 
-    // Mortar: struck hollow, sandy, with grit that stands out.
+    // Mortar: struck concave, sandy, with protruding grit.
     let (grit, grit_size) = cells(p * 150.0, [150; 2], 31);
     let sand =
         0.0013 * (fractal(p * 190.0, [190; 2], 2, 0.6, 32) - 0.5) + 0.0011 * (1.0 - step(0.1, 0.42, grit)) * grit_size;
@@ -83,7 +83,7 @@ fn texel(p: Vec2) -> Texel {
     let joint = hollow + sand;
     let mut height = joint + (face - joint) * on_brick;
 
-    // Colours of the kiln: where a brick lay decides.
+    // Kiln colours vary per brick.
     let warm = [srgb(150, 74, 51), srgb(133, 60, 44), srgb(166, 92, 62), srgb(117, 56, 48), srgb(176, 110, 74)];
     let pick = own(6) * warm.len() as f32;
     let (first, second) = (warm[pick as usize % 5], warm[(pick as usize + 2) % 5]);
@@ -103,7 +103,7 @@ fn texel(p: Vec2) -> Texel {
     let mut color = lime.lerp(brick_color, on_brick);
     let mut roughness = 0.93 + (brick_rough - 0.93) * on_brick;
 
-    // Lime blooms on some bricks; moss lives low in the joints, where it is damp.
+    // Lime blooms on some bricks; moss grows deep in the damp joints.
     let bloom = step(0.56, 0.80, fractal(p * 6.0, [6; 2], 5, 0.55, 51)) * (0.4 + 0.6 * step(-0.2, 0.3, grain));
     color = color.lerp(srgb(205, 196, 184), 0.42 * bloom * on_brick);
     roughness += (0.92 - roughness) * bloom * on_brick;
@@ -117,7 +117,7 @@ fn texel(p: Vec2) -> Texel {
     Texel { height, color, roughness: roughness.clamp(0.05, 1.0) }
 }
 
-/// The share of the sky that a place sees, roughly: how far it lies below the mean of its surroundings, at three sizes.
+/// Approximate sky visibility: depth below the mean of the surroundings, at three sizes.
 fn occlusion(heights: &[f32]) -> Vec<f32> {
     let mut open = vec![1.0f32; heights.len()];
     for (radius, depth) in [(3usize, 0.0016), (8, 0.0035), (18, 0.0065)] {
@@ -129,7 +129,7 @@ fn occlusion(heights: &[f32]) -> Vec<f32> {
     open
 }
 
-/// Means over repeating squares.
+/// Periodic box blur.
 fn blur(texels: &[f32], radius: usize) -> Vec<f32> {
     let rows = |source: &[f32]| -> Vec<f32> {
         let mut result = vec![0.0; source.len()];
@@ -144,10 +144,10 @@ fn blur(texels: &[f32], radius: usize) -> Vec<f32> {
     rows(&rows(texels))
 }
 
-/// The pictures of the material.
+/// The texture files of the material.
 pub fn files() -> Vec<(String, Vec<u8>)> {
-    let places = (0..SIDE * SIDE).map(|i| Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32);
-    let texels: Vec<Texel> = places.map(texel).collect();
+    let texcoords = (0..SIDE * SIDE).map(|i| Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32);
+    let texels: Vec<Texel> = texcoords.map(texel).collect();
     let heights: Vec<f32> = texels.iter().map(|t| t.height).collect();
     let slope = |i: usize| {
         let (x, y) = (i % SIDE, i / SIDE);
@@ -157,7 +157,7 @@ pub fn files() -> Vec<(String, Vec<u8>)> {
     };
     let open = occlusion(&heights);
     let normal = |i: usize| {
-        // Green is up, and rows run down.
+        // Green points up, and rows run down.
         let s = slope(i);
         let n = Vec3::new(-s.x, s.y, 1.0).normalize();
         n.to_array().map(|x| (255.0 * (0.5 + 0.5 * x) + 0.5) as u8)

@@ -1,8 +1,8 @@
-//! A binary glTF file, put together part by part.
+//! Builder for a binary glTF file.
 
 use serde_json::{Value, json};
 
-/// The JSON and the bytes beside it.
+/// JSON parts and binary data.
 #[derive(Default)]
 pub struct Glb {
     views: Vec<Value>,
@@ -11,7 +11,7 @@ pub struct Glb {
 }
 
 impl Glb {
-    /// Appends bytes as a view of the buffer; `target` is what a mesh uses them as.
+    /// Appends bytes as a buffer view; `target` is its use in a mesh.
     pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let mut view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
@@ -23,7 +23,7 @@ impl Glb {
         self.views.len() - 1
     }
 
-    /// Appends floats, `N` to an element. `bounds`: whether its least and greatest values are told.
+    /// Appends floats, `N` per element. `bounds`: whether to write `min` and `max`.
     pub fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: Option<u32>, bounds: bool) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"].get(N - 1).copied().unwrap_or("MAT4");
@@ -38,7 +38,7 @@ impl Glb {
         self.accessor(accessor, &bytes, target)
     }
 
-    /// Appends integers of 16 bits, `N` to an element.
+    /// Appends 16-bit integers, `N` per element.
     pub fn shorts<const N: usize>(&mut self, values: &[[u16; N]], target: u32) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let kind = if N == 1 { "SCALAR" } else { "VEC4" };
@@ -52,7 +52,7 @@ impl Glb {
         self.accessors.len() - 1
     }
 
-    /// The file: `rest` has all parts of the JSON but buffers, views and accessors.
+    /// The file. `rest` contains the JSON except buffers, views and accessors.
     pub fn file(mut self, mut rest: Value) -> Vec<u8> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         rest["buffers"] = json!([{ "byteLength": self.bytes.len() }]);

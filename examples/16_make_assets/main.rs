@@ -1,4 +1,4 @@
-//! Makes the files of `assets/`: a material, an environment and an animated model, all of them computed.
+//! Generates the files of `assets/`: a material, an environment and an animated model.
 //!
 //! ```sh
 //! cargo run --release --example 16_make_assets            # writes into assets/
@@ -17,7 +17,7 @@ mod sweep;
 
 use std::path::Path;
 
-/// The files: where they lie under the folder, and how each set is made.
+/// Relative path and content of every file.
 fn files() -> Vec<(String, Vec<u8>)> {
     let mut files = Vec::new();
     files.extend(bricks::files());
@@ -47,7 +47,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
         for (name, bytes) in files() {
             let there = std::fs::read(folder.join(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
-            assert!(there == bytes, "{name} is another file: run the example 16_make_assets");
+            assert!(there == bytes, "{name} is outdated; run the example 16_make_assets");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! A mountain lake on a clear morning after a night of rain: a low sun, torn clouds that it lights from below, ridges in haze,
-//! a wooded shore, and the gravel that one stands on. Equirectangular, +x in the middle, z up.
+//! A mountain lake on a clear morning after rain: a low sun, torn clouds lit from below, hazy ridges, a wooded shore, and gravel
+//! in front. Equirectangular, +x in the middle, z up.
 
 use std::f32::consts::{PI, TAU};
 
@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use crate::noise::{cells, fractal, hash, srgb, step};
 
-/// Texels across; half as many down.
+/// Width in texels; the height is half of it.
 const WIDTH: usize = 1024;
-/// Towards the sun: to the right of what the standard views look at, 14 degrees high.
+/// Azimuth and elevation of the sun, degrees: right of the standard views.
 const SUN: [f32; 2] = [-62.0, 14.0];
-/// Radians of the sun's disc and of its penumbra of haze; a few texels, as a picture has it.
+/// Radius of the sun's disc and hazy penumbra in radians: a few texels.
 const DISC: f32 = 0.0075;
 /// Metres from the eye to the ground.
 const EYE: f32 = 1.5;
@@ -22,7 +22,7 @@ fn direction([azimuth, elevation]: [f32; 2]) -> Vec3 {
     Vec3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin())
 }
 
-/// Smooth noise around the horizon, in `[0, 1]`; `cells` of it to a turn.
+/// Smooth noise around the horizon in `[0, 1]`, with `cells` cells per turn.
 fn around(azimuth: f32, cells: i32, octaves: u32, seed: u32) -> f32 {
     fractal(Vec2::new(azimuth / TAU * cells as f32, 0.5), [cells, 1 << 20], octaves, 0.5, seed)
 }
@@ -33,7 +33,7 @@ fn clear_sky(d: Vec3, sun: Vec3) -> Vec3 {
     let horizon = Vec3::new(0.78, 0.80, 0.80);
     let mut sky = horizon.lerp(zenith, 1.0 - (-up * 4.2).exp());
     let cosine = d.dot(sun).clamp(-1.0, 1.0);
-    // Dawn lies along the horizon towards the sun.
+    // Dawn glow along the horizon towards the sun.
     let towards = 0.5 + 0.5 * Vec2::new(d.x, d.y).normalize_or_zero().dot(Vec2::new(sun.x, sun.y).normalize());
     let band = (-up * 7.0).exp() * towards.powi(3);
     sky = sky.lerp(Vec3::new(1.9, 1.22, 0.66), 0.75 * band);
@@ -43,7 +43,7 @@ fn clear_sky(d: Vec3, sun: Vec3) -> Vec3 {
     sky + Vec3::new(1.6, 1.12, 0.66) * aureole
 }
 
-/// Cover and thickness of the clouds, a layer 1200 m up.
+/// Coverage and thickness of the clouds, a layer at 1200 m.
 fn clouds(d: Vec3) -> (f32, f32) {
     if d.z < 0.02 {
         return (0.0, 0.0);
@@ -53,7 +53,7 @@ fn clouds(d: Vec3) -> (f32, f32) {
     let warp = Vec2::new(fractal(p * 0.9 + 40.0, wide, 3, 0.5, 61), fractal(p * 0.9 + 70.0, wide, 3, 0.5, 62)) - 0.5;
     let streaks = Vec2::new(p.x * 0.75 + p.y * 0.35, p.y * 1.25) + 0.45 * warp;
     let shape = fractal(streaks * 1.1 + 300.0, wide, 7, 0.55, 63);
-    // They break up towards the north-west, where the day comes from.
+    // The clouds break up towards the north-west.
     let break_up = 0.10 * (d.dot(direction([150.0, 20.0])));
     let cover = step(0.475 + break_up, 0.66 + break_up, shape);
     (cover * step(0.02, 0.10, d.z), shape)
@@ -63,7 +63,7 @@ fn sky(d: Vec3, sun: Vec3) -> Vec3 {
     let clear = clear_sky(d, sun);
     let (cover, shape) = clouds(d);
     let cosine = d.dot(sun).max(0.0);
-    // Thin edges glow, thick parts are grey and blue below, warm on the side of the sun.
+    // Thin edges glow; thick parts are grey-blue below and warm on the sun's side.
     let toward = (d + 0.06 * (sun - d * d.dot(sun)).normalize_or_zero()).normalize();
     let lit = (shape - clouds(toward).1) * 9.0;
     let thick = step(0.35, 1.0, cover);
@@ -75,7 +75,7 @@ fn sky(d: Vec3, sun: Vec3) -> Vec3 {
     clear.lerp(cloud.lerp(clear, 0.6 * hazy), 0.93 * cover)
 }
 
-/// Elevation of a ridge's crest at an azimuth, radians.
+/// Elevation of a ridge crest at an azimuth, radians.
 fn crest(azimuth: f32, layer: usize) -> f32 {
     let a = azimuth.rem_euclid(TAU);
     let (low, high, cells, seed) = [(0.040, 0.430, 7, 81), (0.020, 0.200, 9, 82), (0.012, 0.090, 13, 83)][layer];
@@ -87,7 +87,7 @@ fn crest(azimuth: f32, layer: usize) -> f32 {
     (low + (high - low) * (0.6 * shape + 0.4 * peaks * peaks)) * open
 }
 
-/// Height of the woods on the far shore, radians: spruces side by side.
+/// Elevation of the woods on the far shore, radians: adjacent spruces.
 fn woods(azimuth: f32) -> f32 {
     let a = azimuth.rem_euclid(TAU);
     let mut top = 0.0f32;
@@ -100,7 +100,7 @@ fn woods(azimuth: f32) -> f32 {
             let stand = step(0.42, 0.62, around(a, 11, 3, 95));
             let height = tall * (0.45 + 0.55 * own) * stand;
             let side = (at - middle).abs();
-            // Branches in steps.
+            // Stepped branches.
             let tip = (1.0 - side * 1.5 - 0.12 * ((at * 9.0).fract() - 0.5)).max(0.0);
             top = top.max(height * tip);
         }
@@ -108,29 +108,30 @@ fn woods(azimuth: f32) -> f32 {
     top + 0.004 + 0.003 * around(a, 60, 3, 96)
 }
 
-/// The skyline: crests of the ridges and tops of the woods, by azimuth.
+/// The skyline: ridge crests and tree tops by azimuth.
 struct Skyline {
     crests: [Vec<f32>; 3],
     woods: Vec<f32>,
 }
 
 impl Skyline {
-    /// Places around the horizon, eight to a texel.
-    const PLACES: usize = 8 * WIDTH;
+    /// Samples around the horizon, eight per texel.
+    const AZIMUTHS: usize = 8 * WIDTH;
 
     fn new() -> Self {
         let of = |height: &dyn Fn(f32) -> f32| {
-            (0..Self::PLACES).map(|i| height(i as f32 / Self::PLACES as f32 * TAU)).collect::<Vec<f32>>()
+            (0..Self::AZIMUTHS).map(|i| height(i as f32 / Self::AZIMUTHS as f32 * TAU)).collect::<Vec<f32>>()
         };
         Self { crests: [0, 1, 2].map(|layer| of(&|azimuth| crest(azimuth, layer))), woods: of(&woods) }
     }
 
     fn at(heights: &[f32], azimuth: f32) -> f32 {
-        heights[(azimuth / TAU * Self::PLACES as f32).floor().rem_euclid(Self::PLACES as f32) as usize % Self::PLACES]
+        heights[(azimuth / TAU * Self::AZIMUTHS as f32).floor().rem_euclid(Self::AZIMUTHS as f32) as usize
+            % Self::AZIMUTHS]
     }
 }
 
-/// Everything above the water.
+/// Radiance above the water.
 fn above(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     let elevation = d.z.asin();
     let azimuth = d.y.atan2(d.x);
@@ -176,24 +177,24 @@ fn above(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     color
 }
 
-/// The lake and the shore, seen from the eye's height.
+/// Radiance of the lake and shore from eye height.
 fn below(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     let wide = [1 << 20; 2];
     let p = Vec2::new(d.x, d.y) * (EYE / -d.z.min(-1e-4));
     let distance = p.length();
     let far = p + 4000.0;
-    // Ripples, weaker and finer than a texel far away.
+    // Ripples; weaker with distance, where they are smaller than a texel.
     let calm = 1.0 / (1.0 + distance * 0.02);
     let stretched = Vec2::new(far.x * 0.9 + far.y * 0.4, far.y * 0.9 - far.x * 0.4);
     let wave = |seed: u32| fractal(stretched * Vec2::new(1.6, 0.7), wide, 4, 0.55, seed) - 0.5;
     let tilt = Vec2::new(wave(101), wave(102)) * (0.07 * calm + 0.012);
-    let mirrored = Vec3::new(d.x + tilt.x, d.y + tilt.y, (-d.z + 0.3 * tilt.x.abs()).max(0.002)).normalize();
+    let reflected = Vec3::new(d.x + tilt.x, d.y + tilt.y, (-d.z + 0.3 * tilt.x.abs()).max(0.002)).normalize();
     let fresnel = 0.02 + 0.98 * (1.0 + d.z).clamp(0.0, 1.0).powi(5);
     let deep = Vec3::new(0.020, 0.045, 0.050);
-    let mut water = deep.lerp(above(mirrored, sun, skyline), fresnel);
-    water += Vec3::new(9.0, 6.4, 3.8) * (mirrored.dot(sun).max(0.0)).powi(260) * fresnel.max(0.06);
+    let mut water = deep.lerp(above(reflected, sun, skyline), fresnel);
+    water += Vec3::new(9.0, 6.4, 3.8) * (reflected.dot(sun).max(0.0)).powi(260) * fresnel.max(0.06);
 
-    // Pebbles about the feet, wet where the water begins; grass behind.
+    // Pebbles in front, wet at the water's edge; grass behind.
     let shore = 5.2 + 2.2 * (fractal(far * 0.30, wide, 3, 0.5, 111) - 0.5) + 1.6 * d.y.atan2(d.x).cos();
     let edge = step(shore - 0.25, shore + 0.15, distance);
     let (pebble, own) = cells(far * 7.0, wide, 112);
@@ -212,12 +213,12 @@ fn below(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     dry.lerp(shallow, edge)
 }
 
-/// Radiance from a direction, the sun's disc apart.
-fn place(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
+/// Radiance from a direction without the sun's disc.
+fn radiance(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     if d.z >= 0.0 { above(d, sun, skyline) } else { below(d, sun, skyline) }
 }
 
-/// The picture, row by row.
+/// The row-major picture.
 fn picture() -> Vec<Vec3> {
     let sun = direction(SUN);
     let height = WIDTH / 2;
@@ -229,11 +230,11 @@ fn picture() -> Vec<Vec3> {
     let texel = |i: usize| {
         let (x, y) = (i % WIDTH, i / WIDTH);
 
-        // Two by two places in a texel.
+        // 2 x 2 samples per texel.
         let mut sum = Vec3::ZERO;
         for k in 0..4 {
             let d = toward(x as f32 + (k % 2) as f32 * 0.5 + 0.25, y as f32 + (k / 2) as f32 * 0.5 + 0.25);
-            sum += place(d, sun, &skyline);
+            sum += radiance(d, sun, &skyline);
             let disc = step(1.25 * DISC, 0.75 * DISC, d.angle_between(sun));
             sum += Vec3::new(21_000.0, 15_500.0, 9_600.0) * (0.93 * disc);
         }
@@ -258,7 +259,7 @@ pub fn file() -> Vec<u8> {
     file
 }
 
-/// Three mantissas and the exponent that they share.
+/// Three mantissas and their shared exponent.
 fn rgbe(color: Vec3) -> [u8; 4] {
     let most = color.max_element();
     if most < 1e-32 {
@@ -270,7 +271,7 @@ fn rgbe(color: Vec3) -> [u8; 4] {
     [r, g, b, (exponent + 128) as u8]
 }
 
-/// A channel of a row: runs of four or more equal bytes as 128 plus their length and the byte, others as they are.
+/// Encodes a channel of a row: runs of four or more equal bytes as 128 plus their length and the byte, other bytes literally.
 fn run_lengths(bytes: &[u8], file: &mut Vec<u8>) {
     let run_at = |i: usize| bytes[i..].iter().take(127).take_while(|&&b| b == bytes[i]).count();
     let mut i = 0;

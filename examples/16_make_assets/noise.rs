@@ -1,4 +1,4 @@
-//! Noise of integers, so that every machine makes the same files.
+//! Integer-based noise, so that every machine generates identical files.
 
 use glam::{Vec2, Vec3};
 
@@ -11,7 +11,7 @@ pub fn hash(x: i32, y: i32, seed: u32) -> f32 {
     ((h ^ (h >> 15)) >> 8) as f32 / (1 << 24) as f32
 }
 
-/// Smooth value noise in `[0, 1]`; `p` in cells, repeating after `cells` of them.
+/// Smooth value noise in `[0, 1]`; `p` in cells, with a period of `cells`.
 pub fn value(p: Vec2, cells: [i32; 2], seed: u32) -> f32 {
     let (cell, part) = (p.floor(), p - p.floor());
     let smooth = part * part * part * (part * (part * 6.0 - 15.0) + 10.0);
@@ -21,7 +21,7 @@ pub fn value(p: Vec2, cells: [i32; 2], seed: u32) -> f32 {
     row(0) + (row(1) - row(0)) * smooth.y
 }
 
-/// Octaves of [`value`], each at twice the frequency and `gain` of the amplitude; in `[0, 1]`, about 1/2.
+/// Octaves of [`value`], each with twice the frequency and `gain` times the amplitude; in `[0, 1]`, about 1/2.
 pub fn fractal(p: Vec2, cells: [i32; 2], octaves: u32, gain: f32, seed: u32) -> f32 {
     let (mut sum, mut weights, mut weight) = (0.0, 0.0, 1.0);
     for octave in 0..octaves {
@@ -33,7 +33,7 @@ pub fn fractal(p: Vec2, cells: [i32; 2], octaves: u32, gain: f32, seed: u32) -> 
     sum / weights
 }
 
-/// Distance to the nearest of scattered points, one in each cell, and a number that belongs to it.
+/// Distance to the nearest scattered point, one per cell, and that point's random number.
 pub fn cells(p: Vec2, cells: [i32; 2], seed: u32) -> (f32, f32) {
     let cell = p.floor();
     let mut nearest = (f32::MAX, 0.0);
@@ -57,7 +57,7 @@ pub fn step(a: f32, b: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A colour given in sRGB codes, linear.
+/// Linear colour of sRGB codes.
 pub fn srgb(r: u8, g: u8, b: u8) -> Vec3 {
     Vec3::from([r, g, b].map(|code| {
         let x = f32::from(code) / 255.0;
@@ -65,7 +65,7 @@ pub fn srgb(r: u8, g: u8, b: u8) -> Vec3 {
     }))
 }
 
-/// Codes of a linear colour.
+/// sRGB codes of a linear colour.
 pub fn codes(color: Vec3) -> [u8; 3] {
     color.to_array().map(|x| {
         let x = x.clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! PNG files of square pictures, in few bytes.
+//! Small PNG files of square pictures.
 
 use image::ExtendedColorType::{self, L8, L16, Rgb8};
 use image::ImageEncoder as _;
@@ -7,22 +7,22 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 fn png(side: usize, bytes: &[u8], color: ExtendedColorType) -> Vec<u8> {
     let mut file = Vec::new();
     let encoder = PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive);
-    encoder.write_image(bytes, side as u32, side as u32, color).expect("it has as many texels as its sides say");
+    encoder.write_image(bytes, side as u32, side as u32, color).expect("the texel count matches the size");
     file
 }
 
-/// Values of 0 to 1 in 8 bits.
+/// 8-bit grey PNG of values 0 to 1.
 pub fn grey8(side: usize, values: impl Iterator<Item = f32>) -> Vec<u8> {
     png(side, &values.map(|v| (255.0 * v.clamp(0.0, 1.0) + 0.5) as u8).collect::<Vec<u8>>(), L8)
 }
 
-/// Values of 0 to 1 in 16 bits.
+/// 16-bit grey PNG of values 0 to 1.
 pub fn grey16(side: usize, values: impl Iterator<Item = f32>) -> Vec<u8> {
     let codes = values.map(|v| (65535.0 * v.clamp(0.0, 1.0) + 0.5) as u16);
     png(side, &codes.flat_map(u16::to_ne_bytes).collect::<Vec<u8>>(), L16)
 }
 
-/// Codes of red, green and blue.
+/// 8-bit RGB PNG.
 pub fn rgb8(side: usize, texels: impl Iterator<Item = [u8; 3]>) -> Vec<u8> {
     png(side, &texels.flatten().collect::<Vec<u8>>(), Rgb8)
 }

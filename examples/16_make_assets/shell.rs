@@ -1,4 +1,4 @@
-//! The snail's shell: a tube on a conical spiral, and its pictures: bands along the whorls, ribs of growth across them.
+//! The snail's shell: a tube on a conical spiral, with textures of bands along the whorls and growth ribs across them.
 
 use std::f32::consts::{PI, TAU};
 
@@ -7,47 +7,47 @@ use glam::{Vec2, Vec3};
 use crate::noise::{fractal, srgb, step};
 use crate::skin::Surface;
 
-/// Turns of the spiral, and how much wider each is than the one before.
+/// Turns of the spiral, and growth of the radius per turn.
 const TURNS: f32 = 3.6;
 const GROWTH: f32 = 2.3;
 /// Metres from the axis to the middle of the last whorl.
 const RADIUS: f32 = 0.0118;
-/// Radius of the tube, in distances from the axis.
+/// Radius of the tube relative to the distance from the axis.
 const TUBE: f32 = 0.47;
-/// The middle of the shell, and which way its mouth lies: radians from +z towards −y.
+/// Centre of the shell, and direction of its mouth: radians from +z towards −y.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0222, -0.006);
 const MOUTH: f32 = 1.2;
 
-/// A place of the shell: `u` from the tip to the mouth, `v` around the tube.
-pub fn place(u: f32, v: f32) -> Vec3 {
+/// A point of the shell: `u` from the tip to the mouth, `v` around the tube.
+pub fn position(u: f32, v: f32) -> Vec3 {
     let back = (1.0 - u) * TURNS;
     let radius = RADIUS * GROWTH.powf(-back);
     let angle = MOUTH + back * TAU;
-    // The lip flares, the tip closes.
+    // The lip flares and the tip closes.
     let lip = 1.0 + 0.10 * step(0.965, 1.0, u);
     let tube = TUBE * radius * lip * step(-0.02, 0.06, u).max(0.02);
     let out = Vec3::new(0.0, -angle.sin(), angle.cos());
-    // Whorls climb to the left, so that the tip stands out.
+    // Whorls shift to the left, so that the tip protrudes.
     let centre = out * radius + Vec3::X * (0.95 * (RADIUS - radius) - 0.0028);
     let around = v * TAU + PI;
     MIDDLE + centre + tube * (out * around.cos() + 1.06 * Vec3::X * around.sin())
 }
 
-/// Texture coordinates: even along the spiral's angle, which repeats, and once around the tube.
+/// Texture coordinates: proportional to the spiral's angle (repeating), and once around the tube.
 pub fn uv(u: f32, v: f32) -> Vec2 {
     Vec2::new(u * TURNS, v)
 }
 
-/// What the shell looks like at a place of its texture.
+/// Appearance of the shell at texture coordinates.
 pub fn surface(p: Vec2) -> Surface {
     let cells = |n: i32, m: i32, octaves, seed| fractal(p * Vec2::new(n as f32, m as f32), [n, m], octaves, 0.55, seed);
-    // Ribs, uneven, and a few seasons of rest.
+    // Uneven ribs, and a few growth pauses.
     let phase = p.x * 34.0 + 1.3 * (cells(9, 3, 3, 201) - 0.5) + 0.5 * (p.y * TAU).sin();
     let rib = 0.5 + 0.5 * (phase * TAU).cos();
     let rest = step(0.90, 0.98, (p.x * 3.0 + 0.12 * (cells(5, 4, 3, 202) - 0.5)).fract());
     let fine = cells(90, 40, 3, 203) - 0.5;
     let height = 0.10 * rib * rib + 0.05 * fine - 0.12 * rest;
-    // Bands: three dark ones on the outside, wavering.
+    // Three wavering dark bands on the outside.
     let across = p.y + 0.020 * (cells(6, 2, 3, 204) - 0.5);
     let band = |middle: f32, half: f32| 1.0 - step(half - 0.012, half + 0.012, (across - middle).abs());
     let dark =

@@ -1,4 +1,4 @@
-//! A garden snail that crawls on the spot: skinned, 60 mm long, its front along +z.
+//! A garden snail that crawls in place: skinned, 60 mm long, facing +z.
 
 use std::f32::consts::{PI, TAU};
 
@@ -10,33 +10,33 @@ use crate::noise::step;
 use crate::sweep::{Mesh, Vertex};
 use crate::{shell, skin};
 
-/// Seconds of the animation, and its keys.
+/// Duration of the animation in seconds, and number of keys.
 const SECONDS: f32 = 4.0;
 const KEYS: usize = 24;
 
-/// A joint: what carries it, where it is at rest, and what moves it.
+/// A joint: name, parent and rest position.
 struct Joint {
     name: &'static str,
     parent: Option<usize>,
-    place: Vec3,
+    position: Vec3,
 }
 
-/// Joints along the foot from the tail to the neck, which carries the head and its stalks; the shell sits on the third.
+/// Joints along the foot from tail to neck, which carries the head and stalks. The shell is attached to the body.
 const JOINTS: [Joint; 11] = [
-    Joint { name: "body", parent: None, place: Vec3::new(0.0, 0.004, 0.0) },
-    Joint { name: "tail", parent: Some(0), place: Vec3::new(0.0, 0.003, -0.026) },
-    Joint { name: "hind", parent: Some(0), place: Vec3::new(0.0, 0.004, -0.013) },
-    Joint { name: "fore", parent: Some(0), place: Vec3::new(0.0, 0.005, 0.006) },
-    Joint { name: "neck", parent: Some(3), place: Vec3::new(0.0, 0.007, 0.017) },
-    Joint { name: "head", parent: Some(4), place: Vec3::new(0.0, 0.012, 0.027) },
-    Joint { name: "left stalk", parent: Some(5), place: Vec3::new(0.0022, 0.0166, 0.0300) },
-    Joint { name: "right stalk", parent: Some(5), place: Vec3::new(-0.0022, 0.0166, 0.0300) },
-    Joint { name: "left feeler", parent: Some(5), place: Vec3::new(0.0017, 0.0125, 0.0335) },
-    Joint { name: "right feeler", parent: Some(5), place: Vec3::new(-0.0017, 0.0125, 0.0335) },
-    Joint { name: "shell", parent: Some(0), place: Vec3::new(0.0, 0.009, -0.004) },
+    Joint { name: "body", parent: None, position: Vec3::new(0.0, 0.004, 0.0) },
+    Joint { name: "tail", parent: Some(0), position: Vec3::new(0.0, 0.003, -0.026) },
+    Joint { name: "hind", parent: Some(0), position: Vec3::new(0.0, 0.004, -0.013) },
+    Joint { name: "fore", parent: Some(0), position: Vec3::new(0.0, 0.005, 0.006) },
+    Joint { name: "neck", parent: Some(3), position: Vec3::new(0.0, 0.007, 0.017) },
+    Joint { name: "head", parent: Some(4), position: Vec3::new(0.0, 0.012, 0.027) },
+    Joint { name: "left stalk", parent: Some(5), position: Vec3::new(0.0022, 0.0166, 0.0300) },
+    Joint { name: "right stalk", parent: Some(5), position: Vec3::new(-0.0022, 0.0166, 0.0300) },
+    Joint { name: "left feeler", parent: Some(5), position: Vec3::new(0.0017, 0.0125, 0.0335) },
+    Joint { name: "right feeler", parent: Some(5), position: Vec3::new(-0.0017, 0.0125, 0.0335) },
+    Joint { name: "shell", parent: Some(0), position: Vec3::new(0.0, 0.009, -0.004) },
 ];
 
-/// The line through the body: height of its middle, half its width and half its height, `t` from the tail to the mouth.
+/// Centre line of the body: z, height of its centre, half its width and height; `t` from tail to mouth.
 fn body_line(t: f32) -> (f32, f32, Vec2) {
     let z = -0.030 + 0.066 * t;
     let lifted = 0.0085 * step(0.62, 1.0, t);
@@ -47,8 +47,8 @@ fn body_line(t: f32) -> (f32, f32, Vec2) {
     (z, 0.0050 * tail.powf(0.8) * (0.35 + 0.65 * nose) + lifted, half)
 }
 
-/// The body's surface. `v` runs around from below: the sole is flat and flares at its rim.
-fn body_place(t: f32, v: f32) -> Vec3 {
+/// The body's surface. `v` runs around from below; the sole is flat and flares at its rim.
+fn body_position(t: f32, v: f32) -> Vec3 {
     let (z, middle, half) = body_line(t);
     let angle = v * TAU - 0.5 * PI;
     let (sine, cosine) = angle.sin_cos();
@@ -58,27 +58,27 @@ fn body_place(t: f32, v: f32) -> Vec3 {
     Vec3::new(half.x * cosine * rim, (middle + half.y * y).max(0.0002), z)
 }
 
-/// Length of the widest of [`body_line`]'s halves: around it the texture lies once.
+/// Largest half-size in [`body_line`]; the texture wraps once around it.
 const WIDEST: f32 = 0.0093;
 
-/// Rings of the body; they stand closer toward the mouth, which closes soon.
+/// Number of body rings; they are denser near the mouth.
 const RINGS: usize = 56;
 
 fn ring(u: f32) -> f32 {
     1.0 - (1.0 - u).powf(1.6)
 }
 
-/// Where the skin's texture lies on the body: along its back by the length of that, and to both sides of it by the body's width, so that
-/// spots are as large everywhere and meet under the sole.
+/// Texture coordinates of the skin: by arc length along the back, and by the body's width to both sides, so that spots have
+/// uniform size and meet under the sole.
 struct BodyTexture {
-    /// Length of the back up to each of the ends of even steps from the tail to the mouth, of all of it.
+    /// Arc length of the back at even steps from tail to mouth, relative to the whole.
     lengths: Vec<f32>,
 }
 
 impl BodyTexture {
     fn new() -> Self {
         let steps = 400;
-        let back = |i: usize| body_place(ring(i as f32 / steps as f32), 0.5);
+        let back = |i: usize| body_position(ring(i as f32 / steps as f32), 0.5);
         let mut lengths = vec![0.0];
         for i in 0..steps {
             lengths.push(lengths[i] + back(i).distance(back(i + 1)));
@@ -89,15 +89,15 @@ impl BodyTexture {
     }
 
     fn at(&self, u: f32, v: f32) -> Vec2 {
-        let place = u.clamp(0.0, 1.0) * (self.lengths.len() - 1) as f32;
-        let i = (place as usize).min(self.lengths.len() - 2);
-        let length = self.lengths[i] + (self.lengths[i + 1] - self.lengths[i]) * (place - i as f32);
+        let position = u.clamp(0.0, 1.0) * (self.lengths.len() - 1) as f32;
+        let i = (position as usize).min(self.lengths.len() - 2);
+        let length = self.lengths[i] + (self.lengths[i + 1] - self.lengths[i]) * (position - i as f32);
         let (_, _, half) = body_line(ring(u));
         Vec2::new(1.6 * length, 0.5 + (0.5 - v) * half.length() / WIDEST)
     }
 }
 
-/// Which joints move a place of the body: those before and behind it.
+/// Joints of a body point: the nearest in front and behind.
 fn body_joints(_: f32, p: Vec3) -> [(u16, f32); 4] {
     const LINE: [(u16, f32); 5] = [(1, -0.026), (2, -0.013), (3, 0.006), (4, 0.017), (5, 0.027)];
     let next = LINE.iter().position(|(_, z)| p.z < *z).unwrap_or(LINE.len());
@@ -109,9 +109,9 @@ fn body_joints(_: f32, p: Vec3) -> [(u16, f32); 4] {
     [(a, 1.0 - share), (b, share), (0, 0.0), (0, 0.0)]
 }
 
-/// A stalk from a joint, `tip` away, with a knob at its end.
+/// A stalk from a joint to the offset `tip`, with a knob at its end.
 fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
-    let root = JOINTS[joint as usize].place - tip * 0.12;
+    let root = JOINTS[joint as usize].position - tip * 0.12;
     let along = tip * 1.12;
     let side = along.cross(Vec3::X).normalize();
     let up = side.cross(along).normalize();
@@ -120,7 +120,7 @@ fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
         let end = (1.0 - ((u - 0.9) / 0.1).clamp(-1.0, 1.0).powi(2)).max(0.0).sqrt() * knob;
         if u > 0.9 { end } else { thin.max(end) }
     };
-    let place = move |u: f32, v: f32| {
+    let position = move |u: f32, v: f32| {
         let (s, c) = (v * TAU).sin_cos();
         root + along * u + (side * s + up * c) * width(u)
     };
@@ -129,24 +129,24 @@ fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
         [(5, 1.0 - share), (joint, share), (0, 0.0), (0, 0.0)]
     };
     let uv = move |u: f32, v: f32| Vec2::new(0.8 + 0.2 * u, 0.12 + 0.25 * (0.5 - v) * width(u) / radius);
-    mesh.tube([20, 12], place, uv, weights);
+    mesh.tube([20, 12], position, uv, weights);
 }
 
 /// An eye: a dark bead on the tip of a stalk.
 fn eye(mesh: &mut Mesh, joint: u16, tip: Vec3) {
-    let centre = JOINTS[joint as usize].place + tip * 0.99 + Vec3::new(0.0, 0.0001, 0.0002);
-    let place = move |u: f32, v: f32| {
+    let centre = JOINTS[joint as usize].position + tip * 0.99 + Vec3::new(0.0, 0.0001, 0.0002);
+    let position = move |u: f32, v: f32| {
         let ((s, c), (sv, cv)) = ((u * PI).sin_cos(), (v * TAU).sin_cos());
         centre + 0.0008 * Vec3::new(s * sv, c, s * cv)
     };
-    mesh.tube([10, 14], place, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+    mesh.tube([10, 14], position, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
 }
 
 /// Skin, shell and eyes.
 fn meshes() -> [Mesh; 3] {
     let [mut skin, mut shell, mut eyes] = [Mesh::default(), Mesh::default(), Mesh::default()];
     let texture = BodyTexture::new();
-    skin.tube([RINGS, 28], |u, v| body_place(ring(u), v), |u, v| texture.at(u, v), body_joints);
+    skin.tube([RINGS, 28], |u, v| body_position(ring(u), v), |u, v| texture.at(u, v), body_joints);
     let upper = |side: f32| Vec3::new(0.0026 * side, 0.0086, 0.0040);
     let lower = |side: f32| Vec3::new(0.0016 * side, -0.0008, 0.0038);
     for (joint, side) in [(6, 1.0), (7, -1.0)] {
@@ -154,11 +154,11 @@ fn meshes() -> [Mesh; 3] {
         stalk(&mut skin, joint + 2, lower(side), 0.00055, 0.00060);
         eye(&mut eyes, joint, upper(side));
     }
-    shell.tube([112, 20], shell::place, shell::uv, |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
-    // The mouth is closed by the body's own colour: a shallow lid.
+    shell.tube([112, 20], shell::position, shell::uv, |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+    // A shallow lid of the body's colour closes the mouth.
     let lid = |u: f32, v: f32| {
-        let centre = (0..8).map(|k| shell::place(1.0, k as f32 / 8.0)).sum::<Vec3>() / 8.0;
-        centre.lerp(shell::place(0.992, v), u)
+        let centre = (0..8).map(|k| shell::position(1.0, k as f32 / 8.0)).sum::<Vec3>() / 8.0;
+        centre.lerp(shell::position(0.992, v), u)
     };
     skin.tube(
         [3, 20],
@@ -169,30 +169,33 @@ fn meshes() -> [Mesh; 3] {
     [skin, shell, eyes]
 }
 
-/// Where a joint is at a phase of the animation, 0 to 1, and how it is turned.
+/// Position and rotation of a joint at an animation phase, 0 to 1.
 fn pose(joint: usize, phase: f32) -> (Vec3, Quat) {
-    let place = JOINTS[joint].place - JOINTS[joint].parent.map_or(Vec3::ZERO, |parent| JOINTS[parent].place);
+    let position = JOINTS[joint].position - JOINTS[joint].parent.map_or(Vec3::ZERO, |parent| JOINTS[parent].position);
     let wave = |delay: f32| ((phase - delay) * TAU).sin();
     let twice = |delay: f32| ((2.0 * phase - delay) * TAU).sin();
-    let turn = |x: f32, y: f32, z: f32| Quat::from_euler(glam::EulerRot::YXZ, y, x, z);
+    let rotation = |x: f32, y: f32, z: f32| Quat::from_euler(glam::EulerRot::YXZ, y, x, z);
     match JOINTS[joint].name {
-        // A wave of stretching runs from the tail to the head.
-        "tail" => (place + Vec3::Z * (0.0024 * wave(0.0)), turn(0.0, 0.10 * wave(0.25), 0.0)),
-        "hind" => {
-            (place + Vec3::new(0.0, 0.0002 + 0.0002 * wave(0.1), 0.0016 * wave(0.15)), turn(0.0, 0.05 * wave(0.4), 0.0))
-        }
-        "fore" => (place + Vec3::Z * (0.0016 * wave(0.35)), turn(0.0, 0.06 * wave(0.6), 0.0)),
-        "neck" => (place + Vec3::Z * (0.0018 * wave(0.45)), turn(-0.07 + 0.09 * wave(0.5), 0.14 * wave(0.7), 0.0)),
-        "head" => (place, turn(0.10 * wave(0.62), 0.22 * wave(0.8), 0.05 * wave(0.3))),
-        "left stalk" => (place, turn(0.24 * twice(0.1), 0.0, 0.20 * wave(0.2) - 0.05)),
-        "right stalk" => (place, turn(0.24 * twice(0.55), 0.0, 0.20 * wave(0.55) + 0.05)),
-        "left feeler" => (place, turn(0.25 * twice(0.3), 0.30 * twice(0.8), 0.0)),
-        "right feeler" => (place, turn(0.25 * twice(0.7), 0.30 * twice(0.2), 0.0)),
-        "shell" => (
-            place + Vec3::new(0.0, 0.0004 + 0.0004 * wave(0.2), 0.0010 * wave(0.3)),
-            turn(0.05 * wave(0.45), 0.03 * wave(0.1), 0.06 * wave(0.7)),
+        // A stretching wave runs from tail to head.
+        "tail" => (position + Vec3::Z * (0.0024 * wave(0.0)), rotation(0.0, 0.10 * wave(0.25), 0.0)),
+        "hind" => (
+            position + Vec3::new(0.0, 0.0002 + 0.0002 * wave(0.1), 0.0016 * wave(0.15)),
+            rotation(0.0, 0.05 * wave(0.4), 0.0),
         ),
-        _ => (place, Quat::IDENTITY),
+        "fore" => (position + Vec3::Z * (0.0016 * wave(0.35)), rotation(0.0, 0.06 * wave(0.6), 0.0)),
+        "neck" => {
+            (position + Vec3::Z * (0.0018 * wave(0.45)), rotation(-0.07 + 0.09 * wave(0.5), 0.14 * wave(0.7), 0.0))
+        }
+        "head" => (position, rotation(0.10 * wave(0.62), 0.22 * wave(0.8), 0.05 * wave(0.3))),
+        "left stalk" => (position, rotation(0.24 * twice(0.1), 0.0, 0.20 * wave(0.2) - 0.05)),
+        "right stalk" => (position, rotation(0.24 * twice(0.55), 0.0, 0.20 * wave(0.55) + 0.05)),
+        "left feeler" => (position, rotation(0.25 * twice(0.3), 0.30 * twice(0.8), 0.0)),
+        "right feeler" => (position, rotation(0.25 * twice(0.7), 0.30 * twice(0.2), 0.0)),
+        "shell" => (
+            position + Vec3::new(0.0, 0.0004 + 0.0004 * wave(0.2), 0.0010 * wave(0.3)),
+            rotation(0.05 * wave(0.45), 0.03 * wave(0.1), 0.06 * wave(0.7)),
+        ),
+        _ => (position, Quat::IDENTITY),
     }
 }
 
@@ -221,7 +224,7 @@ fn primitive(glb: &mut Glb, mesh: &Mesh, material: usize, textured: bool) -> Val
     json!({ "attributes": attributes, "indices": glb.shorts(&indices, INDICES), "material": material })
 }
 
-/// The model.
+/// The GLB file.
 pub fn file() -> Vec<u8> {
     let mut glb = Glb::default();
     let [skin, shell, eyes] = meshes();
@@ -231,17 +234,17 @@ pub fn file() -> Vec<u8> {
         primitive(&mut glb, &eyes, 2, false),
     ];
     let inverse: Vec<[f32; 16]> =
-        JOINTS.iter().map(|joint| glam::Mat4::from_translation(-joint.place).to_cols_array()).collect();
+        JOINTS.iter().map(|joint| glam::Mat4::from_translation(-joint.position).to_cols_array()).collect();
     let inverse = glb.floats(&inverse, None, false);
     let times: Vec<[f32; 1]> = (0..=KEYS).map(|k| [SECONDS * k as f32 / KEYS as f32]).collect();
     let input = glb.floats(&times, None, true);
     let (mut samplers, mut channels) = (Vec::new(), Vec::new());
     for joint in 1..JOINTS.len() {
         let keys: Vec<(Vec3, Quat)> = (0..=KEYS).map(|k| pose(joint, (k % KEYS) as f32 / KEYS as f32)).collect();
-        let moved: Vec<[f32; 3]> = keys.iter().map(|(place, _)| place.to_array()).collect();
-        let turned: Vec<[f32; 4]> = keys.iter().map(|(_, turn)| turn.to_array()).collect();
+        let moved: Vec<[f32; 3]> = keys.iter().map(|(position, _)| position.to_array()).collect();
+        let rotations: Vec<[f32; 4]> = keys.iter().map(|(_, rotation)| rotation.to_array()).collect();
         let outputs =
-            [("translation", glb.floats(&moved, None, false)), ("rotation", glb.floats(&turned, None, false))];
+            [("translation", glb.floats(&moved, None, false)), ("rotation", glb.floats(&rotations, None, false))];
         for (path, output) in outputs {
             channels.push(json!({ "sampler": samplers.len(), "target": { "node": joint, "path": path } }));
             samplers.push(json!({ "input": input, "output": output, "interpolation": "LINEAR" }));
@@ -267,10 +270,10 @@ pub fn file() -> Vec<u8> {
     };
     let nodes: Vec<Value> = (0..JOINTS.len())
         .map(|joint| {
-            let (place, turn) = pose(joint, 0.0);
+            let (position, rotation) = pose(joint, 0.0);
             let children: Vec<usize> = (0..JOINTS.len()).filter(|&child| JOINTS[child].parent == Some(joint)).collect();
             let mut node =
-                json!({ "name": JOINTS[joint].name, "translation": place.to_array(), "rotation": turn.to_array() });
+                json!({ "name": JOINTS[joint].name, "translation": position.to_array(), "rotation": rotation.to_array() });
             if !children.is_empty() {
                 node["children"] = json!(children);
             }

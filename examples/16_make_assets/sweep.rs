@@ -1,4 +1,4 @@
-//! Meshes of rings: tubes of any outline, with normals, tangents and texture coordinates worked out from their shape.
+//! Swept meshes: tubes of any outline with derived normals, tangents and texture coordinates.
 
 use glam::{Vec2, Vec3};
 
@@ -7,14 +7,14 @@ use glam::{Vec2, Vec3};
 pub struct Vertex {
     pub position: Vec3,
     pub normal: Vec3,
-    /// Direction in which `u` of the texture grows, and the sign of the bitangent, against which `v` grows.
+    /// Direction of increasing `u`, and the sign of the bitangent, opposite to increasing `v`.
     pub tangent: [f32; 4],
     pub uv: Vec2,
-    /// Joints that move it, by number and share.
+    /// Joint indices and weights.
     pub joints: [(u16, f32); 4],
 }
 
-/// Triangles.
+/// A triangle mesh.
 #[derive(Default)]
 pub struct Mesh {
     pub vertices: Vec<Vertex>,
@@ -22,9 +22,9 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Appends a tube of `rings × sides` quads through `surface(u, v)`, `u` along it and `v` around it, both from 0 to 1; `uv`
-    /// is where the texture of a place lies. `joints` says what moves it. Its outside is where `∂u × ∂v` points away from; the
-    /// first and last rings may shrink to points.
+    /// Appends a tube of `rings × sides` quads through `surface(u, v)`, with `u` along it and `v` around it, both from 0 to 1.
+    /// `uv` gives texture coordinates, `joints` the skinning. The outside is opposite to `∂u × ∂v`; the first and last rings may
+    /// shrink to points.
     pub fn tube(
         &mut self,
         [rings, sides]: [usize; 2],
@@ -37,7 +37,7 @@ impl Mesh {
             for j in 0..=sides {
                 let (u, v) = (i as f32 / rings as f32, j as f32 / sides as f32);
                 let position = surface(u, v);
-                // Differences that stay on the tube; points take those of the ring beside them.
+                // Differences inside the tube; points use those of the neighbouring ring.
                 let at = u.clamp(0.5 / rings as f32, 1.0 - 0.5 / rings as f32);
                 let along = surface((at + 1e-3).min(1.0), v) - surface((at - 1e-3).max(0.0), v);
                 let around = surface(at, v + 1e-3) - surface(at, v - 1e-3);

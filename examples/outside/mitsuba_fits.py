@@ -1,9 +1,9 @@
-"""What Mitsuba 3 makes of the materials that `leadr fit --mitsuba` writes, beside its plugin `measured` and leadr.
+"""Compares Mitsuba 3 renderings of `leadr fit --mitsuba` materials with its plugin `measured` and with leadr.
 
 Needs numpy, mitsuba (3.5 or newer) and LLVM (19 or newer, DRJIT_LIBLLVM_PATH). LEADR_SHARED: the shared data;
-LEADR_BIN: leadr; SPP: samples; the argument is a folder for pictures. A sphere of 1 m in even light of 0.25 and a lamp
-of 6 degrees, seen from 4.8 m; light is reflected once. `measured` takes its first direction for the light's, and a path
-tracer gives it the viewer's, so it is drawn both ways: turned, which is the truth here, and as called."""
+LEADR_BIN: leadr; SPP: samples; the argument is a folder for pictures. The scene is a sphere of 1 m under constant radiance 0.25 and a lamp of 6 degrees,
+seen from 4.8 m, with one bounce. `measured` expects the light as first direction, but a path tracer passes the viewer.
+It is therefore rendered both ways: turned (the reference here), and as called."""
 import json, math, os, subprocess, sys
 from pathlib import Path
 import numpy as np
@@ -17,7 +17,7 @@ WAYS = ["leadr, lobes", "leadr, reference", "measured, turned", "measured, as ca
 
 
 class Turned(mi.BSDF):
-    """`measured` with viewer and light exchanged."""
+    """`measured` with viewer and light swapped."""
     def __init__(self, props):
         super().__init__(props)
         self.inner = mi.load_dict(dict(type="measured", filename=props["file"]))
@@ -48,7 +48,7 @@ mi.register_bsdf("turned", Turned)
 
 
 def environment():
-    """leadr: z up, azimuth falls along a row, rows at (j + 1/2)/H. Mitsuba: rows at j/(H - 1), so it gets 2H + 1."""
+    """leadr: z up, azimuth decreases along a row, rows at (j + 1/2)/H. Mitsuba: rows at j/(H - 1), so it gets 2H + 1."""
     h = 256
     rows, columns = (np.arange(h) + 0.5) / h, 1 - (np.arange(2 * h) + 0.5) / h
     theta, phi = np.meshgrid(rows * math.pi, columns * math.pi, indexing="ij")
@@ -65,7 +65,7 @@ def environment():
 
 
 def mitsuba(bsdf, sensor, light):
-    """The picture, and the standard error of its pixels, relative to their root mean square."""
+    """The picture, and the standard error of its pixels relative to their RMS."""
     once = dict(type="path", max_depth=2)
     ball = dict(type="sphere", bsdf=bsdf)
     scene = mi.load_dict(dict(type="scene", integrator=once, sensor=sensor, light=light, ball=ball))

@@ -72,7 +72,7 @@ class Coat(mi.BSDF):
         self.alpha = props.get("alpha", 0.35)
         self.specular = props.get("specular", True)
         self.diffuse = props.get("diffuse", True)
-        self.mirrors = mi.MicrofacetDistribution(mi.MicrofacetType.Beckmann, self.alpha, True)
+        self.distribution = mi.MicrofacetDistribution(mi.MicrofacetType.Beckmann, self.alpha, True)
         self.reflected = mi.Float(mean_fresnel(self.alpha))
         flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
         self.m_components = [flags]
@@ -94,7 +94,7 @@ class Coat(mi.BSDF):
             half = dr.normalize(wi + wo)
             fresnel = F0 + (1 - F0) * dr.power(dr.clip(1 - dr.dot(wi, half), 0, 1), 5)
             lit = 1 / (1 + self.hidden(wi) + self.hidden(wo))
-            total += mi.Color3f(fresnel * self.mirrors.eval(half) * lit / (4 * wi.z))
+            total += mi.Color3f(fresnel * self.distribution.eval(half) * lit / (4 * wi.z))
         if self.diffuse:
             total += mi.Color3f(*ALBEDO) * wo.z * dr.inv_pi * (1 - self.mean_reflected(wi.z))
         return dr.select(above, total, 0)
@@ -103,7 +103,7 @@ class Coat(mi.BSDF):
         p = mi.Float(0)
         if self.specular:
             half = dr.normalize(wi + wo)
-            p += self.mirrors.pdf(wi, half) / (4 * dr.maximum(dr.dot(wi, half), 1e-9))
+            p += self.distribution.pdf(wi, half) / (4 * dr.maximum(dr.dot(wi, half), 1e-9))
         if self.diffuse:
             p += dr.maximum(wo.z, 0) * dr.inv_pi
         p *= 0.5 if self.specular and self.diffuse else 1.0
@@ -113,7 +113,7 @@ class Coat(mi.BSDF):
         active &= si.wi.z > 0
         wo = mi.warp.square_to_cosine_hemisphere(sample2)
         if self.specular:
-            half, _ = self.mirrors.sample(si.wi, sample2)
+            half, _ = self.distribution.sample(si.wi, sample2)
             mirrored = mi.reflect(si.wi, half)
             wo = dr.select(sample1 < 0.5, mirrored, wo) if self.diffuse else mirrored
         drawn = dr.zeros(mi.BSDFSample3f)

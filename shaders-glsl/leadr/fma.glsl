@@ -1,7 +1,8 @@
 #ifndef LEADR_FMA_GLSL
 #define LEADR_FMA_GLSL
 
-// GLSL before 4.00 and GLSL ES before 3.20 have no fma; this one rounds twice. A macro, for where the name is taken and refused.
+// GLSL before 4.00 and GLSL ES before 3.20 have no fma; this one rounds twice. It is a macro, because some compilers reserve
+// the name.
 #ifdef GL_ES
 #if __VERSION__ < 320 && !defined(fma)
 #define fma(a, b, c) ((a) * (b) + (c))

@@ -2,13 +2,13 @@
 #define LEADR_SHADING_GLSL
 
 #include "facets/base_roughness.glsl"
-#include "integrals/facet_mirrors.glsl"
+#include "integrals/facet_specular.glsl"
 #include "visible/diffuse.glsl"
 #include "visible/fresnel.glsl"
 
-// The recommended shading under a light, diffuse and specular reflection together (crates/leadr-reflectance/src/shading.rs). An
-// environment needs its lookups between the calls: use visible/shadowed_specular.glsl for the mirrors, and for the diffuse
-// facets visible/shadowed_environment.glsl times albedo times one minus the mean Fresnel term of the mirrors.
+// The recommended diffuse and specular shading under a light (crates/leadr-reflectance/src/shading.rs). An environment needs
+// lookups between the calls: use visible/shadowed_specular.glsl for the specular term. For the diffuse term use
+// visible/shadowed_environment.glsl times albedo times one minus the mean Fresnel term.
 
 // A displaced surface under one pixel, in the tangent frame.
 struct LeadrSurface {
@@ -28,10 +28,10 @@ vec3 leadr_light(const LeadrSurface surface, const vec3 wo, const vec3 wi) {
     DirectionArea o = direction_area(wo, m, cholesky);
     DirectionArea i = direction_area(wi, m, cholesky);
     float diffuse = lit_fraction(LEADR_SHADOWING_CORRELATED, o, i) * leadr_diffuse_light_visible(wo, wi, m, relief, false, 2);
-    FacetMirrors f = facet_mirrors(wo, wi, surface.roughness, 0.0);
-    vec3 specular = facet_mirrors_light(LEADR_SHADOWING_CORRELATED, o, i, f, m, cholesky, surface.f0);
-    vec3 mirrors = add_facet_roughness(relief, surface.roughness, wo, m);
-    return surface.albedo * (1.0 - visible_fresnel(wo, m, mirrors, surface.f0)) * diffuse + specular;
+    FacetSpecular f = facet_specular(wo, wi, surface.roughness, 0.0);
+    vec3 specular = facet_specular_light(LEADR_SHADOWING_CORRELATED, o, i, f, m, cholesky, surface.f0);
+    vec3 specular_s = add_facet_roughness(relief, surface.roughness, wo, m);
+    return surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0)) * diffuse + specular;
 }
 
 #endif

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 
-// Adds one jittered sample of the picture to the running mean.
+// Adds one jittered sample of the image to the running mean.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "msaa.glsl"
@@ -12,9 +12,9 @@ layout(constant_id = 1) const int MSAA = 1;       // samples of the geometry in 
 
 uniform sampler2D sample_image; // radiance of the pixels' own surfaces
 layout(rgba32f) uniform image2D mean_image;
-uniform sampler2D others; // sum of the edge samples that see other surfaces
-uniform usampler2D others_of_pixels; // where multisampled surfaces beside the pixel's own were shaded
-uniform sampler2D shares; // x: number of edge samples that see the pixel's own surface
+uniform sampler2D others; // sum of the edge samples on other surfaces
+uniform usampler2D others_of_pixels; // slots of the other multisampled surfaces of a pixel
+uniform sampler2D shares; // x: number of edge samples on the pixel's own surface
 layout(push_constant) uniform Weights {
     float weight;       // 1 / number of samples so far, this one included
     float edge_samples; // per pixel
@@ -32,16 +32,16 @@ void main() {
         vec4 sum = vec4(0.0);
         [[unroll]] for (int i = 0; i < min(MSAA - 1, MOST_OTHERS); ++i) {
             int covered = samples_of(listed, i);
-            // Slots without samples hold no radiance at all.
+            // Slots without samples contain invalid radiance.
             if (covered > 0) {
-                sum += float(covered) * texelFetch(sample_image, slot_place(pixel, slot + i, height), 0);
+                sum += float(covered) * texelFetch(sample_image, slot_texel(pixel, slot + i, height), 0);
             }
             own -= covered;
         }
         value = (value * float(own) + sum) / float(MSAA);
     }
     if (EDGES) {
-        // A share of exactly one leaves the value unchanged to the bit.
+        // A share of exactly one leaves the value bit-identical.
         value *= texelFetch(shares, pixel, 0).x / push.edge_samples;
         value += texelFetch(others, pixel, 0) / push.edge_samples;
     }

@@ -1,29 +1,29 @@
-// Constants that the shaders share with Rust. Each stands here alone: the build turns this file into the module
-// crate::render::constants, so it holds nothing but comments and lines of the form `const TYPE NAME = VALUE;`.
+// Constants shared by the shaders and Rust. The build turns this file into the module crate::render::constants, so it may
+// contain only comments and lines of the form `const TYPE NAME = VALUE;`.
 #ifndef LEADR_CONSTANTS
 #define LEADR_CONSTANTS
 
 // Flags of an object (`ObjectGpu::flags`)
 
-// It has LEADR maps.
+// The object has LEADR maps.
 const uint FLAG_DISPLACED = 1u;
-// Its tangents by texture coordinate are the same everywhere: the geometry pass stores texture coordinates, not places on patches.
+// Tangents by texture coordinate are constant: the geometry pass stores texture coordinates, not patch parameters.
 const uint FLAG_FLAT = 2u;
 // Back faces are painted in the marker colour (crack test).
 const uint FLAG_MARK_INSIDE = 4u;
-// What it emits is multiplied with the colours of its vertices.
+// Emission is multiplied by the vertex colours.
 const uint FLAG_TINTED_EMISSION = 8u;
-// Its patches are triangles.
+// The patches are triangles.
 const uint FLAG_TRIANGLES = 16u;
-// Its material has texture coordinates of its own.
+// The material has its own texture coordinates.
 const uint FLAG_CHARTED = 32u;
-// Its opacity is a mask.
+// The opacity is an alpha mask.
 const uint FLAG_MASK = 64u;
-// Its heights are seen along the axes where it is at rest: its patches hold a RestTriangle.
+// Heights are projected along the axes of the rest pose: the patches hold a RestTriangle.
 const uint FLAG_TRIPLANAR = 128u;
-// What could be shown without repeats is shown as it is.
-const uint FLAG_ONE_LOOK = 256u;
-// Most measured materials of a scene.
+// Disables tiling without repeats: maps are shown as they are.
+const uint FLAG_ONE_VARIANT = 256u;
+// Largest number of measured materials in a scene.
 const uint MAX_FITS = 255u;
 
 // Geometry
@@ -32,51 +32,51 @@ const uint MAX_FITS = 255u;
 const int EDGE_LEVELS = 7;
 // Samples of one edge over all levels: 65 + 33 + 17 + 9 + 5 + 3 + 2.
 const int EDGE_STRIDE = 134;
-// The geometry pass draws into a viewport this many times as large as the image, of which the scissor leaves the image.
+// Ratio of the geometry pass's viewport to the image. The scissor selects the image.
 const float GUARD_BAND = 3.0;
 // Side of a screen tile in pixels.
 const int TILE_SIZE = 16;
 
-// What lies beyond the edges of a height map
+// Neighbours of the edge texels of a height map
 
-// Its other side.
+// The texel at the opposite edge.
 const uint MOMENTS_REPEAT = 0u;
-// Its edge texel again.
+// The edge texel itself.
 const uint MOMENTS_CLAMP = 1u;
-// Tiles that know nothing of each other: differences at the edge of a tile are one-sided.
+// Independent tiles: differences at the edge of a tile are one-sided.
 const uint MOMENTS_ATLAS = 2u;
 
 // Tiling details on a surface
 
-// What coordinates one follows: there is none,
+// Coordinates of a detail: none,
 const uint DETAIL_NONE = 0u;
 // texture coordinates,
 const uint DETAIL_BY_TEXCOORD = 1u;
-// or places of the surface at rest, seen along the axes.
+// or positions at rest, projected along the axes.
 const uint DETAIL_TRIPLANAR = 2u;
-// What its colours and roughness do: it has none,
+// Effect of its colours and roughness: none,
 const uint DETAIL_COLORLESS = 0u;
-// they vary the colours of the surface and replace its roughness,
+// they modulate the colours of the surface and replace its roughness,
 const uint DETAIL_VARIES = 1u;
 // or they replace both.
 const uint DETAIL_COVERS = 2u;
 
-// Maps shown without their repeats
+// Maps tiled without visible repeats
 
-// Edges of the lattice along a repeat of the map.
+// Edges of the lattice per repeat of the map.
 const float TILING_CELLS = 2.5;
 
 // Atlases
 
-// Says that there is no patch beyond a side.
+// Marks a side without a neighbouring patch.
 const uint NO_NEIGHBOR = 0xffffffffu;
-// The last level of the tiles' mips that is used; from it the coarse levels are made.
+// The coarsest mip level of the tiles in use; the coarse levels are made from it.
 const uint SOURCE_LEVEL = 2u;
-// Coarse levels of patch corners alone, which reach over more than one patch: squares of up to 8. Wider ones bring in more
-// of what is hidden than they calm: the far T-rex becomes worse.
+// Coarse levels of patch corners that average several patches: squares of up to 8. Wider ones add more hidden surface than they
+// reduce noise, and look worse on the distant T-rex.
 const uint WIDE_LEVELS = 3u;
 
-// Images of a material that may have texture coordinates of their own: their number, and each one's own
+// Images of a material that may have their own texture coordinates: their number, and the index of each
 
 const uint CHARTS = 4u;
 // Colours, roughness and reflectance.
@@ -85,57 +85,57 @@ const uint CHART_COLORS = 0u;
 const uint CHART_EMISSION = 1u;
 // Accessibility.
 const uint CHART_OCCLUSION = 2u;
-// Coverage of what has holes.
+// Coverage of alpha masks.
 const uint CHART_OPACITY = 3u;
 
 // Shading
 
-// Most point lights of a frame.
+// Largest number of point lights in a frame.
 const int MAX_POINT_LIGHTS = 4;
-// Most directional lights that are taken out of a panorama.
+// Largest number of directional lights extracted from a panorama.
 const int MAX_ENVIRONMENT_LIGHTS = 4;
-// Most directional lights of a frame: its own sun, and those of the panorama.
+// Largest number of directional lights in a frame: its own sun, and those of the panorama.
 const int MAX_SUNS = MAX_ENVIRONMENT_LIGHTS + 1;
-// Most shadow maps of a frame: one of every light, suns first.
+// Largest number of shadow maps in a frame: one per light, suns first.
 const int MAX_SHADOW_MAPS = MAX_SUNS + MAX_POINT_LIGHTS;
-// Directions that a sample of the reference with shadows of the relief draws from the environment.
+// Directions drawn from the environment per sample of the reference with relief shadows.
 const int ENVIRONMENT_DRAWS = 4;
-// Most lights of such a sample: point lights, the sun, those of the panorama, those drawn from the environment.
+// Largest number of lights of such a sample: point lights, the sun, those of the panorama, those drawn from the environment.
 const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + MAX_SUNS + ENVIRONMENT_DRAWS;
-// Most views of a frame: its maps of relief are more than the camera and its shadow maps.
+// Largest number of views in a frame: relief maps need more than the camera and its shadow maps.
 const int MAX_VIEWS = MAX_RELIEF_LIGHTS;
-// Beckmann roughness from which on a base material's specular environment has shadows of the relief where these come from depth maps.
-// Smoother materials mirror the environment as if nothing shadowed it: lights drawn from it would almost never meet their lobe.
+// Beckmann roughness from which relief shadows from depth maps apply to a base's specular environment. Smoother materials
+// reflect the environment unshadowed: lights drawn from it would almost never hit their lobe.
 const float MIRROR_ALPHA = 0.15;
 // Lights of a sample of the reference: the sun or a point light,
 const int LIGHT_OF_SCENE = 0;
-// one that was taken out of the environment,
+// one extracted from the environment,
 const int LIGHT_OF_ENVIRONMENT = 1;
 // one drawn at random from the rest of it.
 const int LIGHT_DRAWN = 2;
 
 // Visibility of the sky past large shapes
 
-// Most nodes of its volume.
+// Largest number of nodes of its volume.
 const uint SKY_NODES = 6000u;
-// Its layers, the denser the nearer to the floor, and how many of them lie below that.
+// Its layers, denser near the floor, and the number below the floor.
 const uint SKY_LAYERS = 12u;
 const uint SKY_LAYERS_BELOW = 3u;
 
-// Terms of the light that a picture contains, as bits
+// Terms of the light in an image, as bits
 
-// Sun and point lights in mirrors.
+// Specular reflection of sun and point lights.
 const int TERM_SPECULAR_LIGHTS = 1;
-// Sun and point lights on the diffuse surface.
+// Diffuse reflection of sun and point lights.
 const int TERM_DIFFUSE_LIGHTS = 2;
-// The environment in mirrors.
+// Specular reflection of the environment.
 const int TERM_SPECULAR_ENVIRONMENT = 4;
-// The environment on the diffuse surface.
+// Diffuse reflection of the environment.
 const int TERM_DIFFUSE_ENVIRONMENT = 8;
 
-// What a pixel of the geometry pass is
+// Meaning of a pixel of the geometry pass
 
-// A sample of the picture.
+// A sample of the image.
 const int PIXELS_ARE_SAMPLES = 0;
 // An edge sample.
 const int PIXELS_ARE_EDGES = 1;
@@ -144,20 +144,20 @@ const int PIXELS_ARE_MULTISAMPLED = 2;
 
 // Multisampling
 
-// Side of the blocks of pixels whose other surfaces are listed together (passes/msaa.glsl).
+// Side of the pixel blocks whose other surfaces share a list (passes/msaa.glsl).
 const int OTHERS_BLOCK = 8;
-// Surfaces beside its own that a pixel can have.
+// Largest number of additional surfaces in a pixel.
 const int MOST_OTHERS = 6;
-// Most samples of the geometry in a pixel.
+// Largest number of geometry samples in a pixel.
 const uint MOST_MULTISAMPLES = 8u;
 
-// What the shading pass has to do with edge samples
+// Edge samples in the shading pass
 
-// There are none.
+// None.
 const int EDGES_ARE_ABSENT = 0;
-// It shades them, but for those that see their pixel's own surface.
+// Shades them, except those on their pixel's own surface.
 const int EDGES_ARE_SHADED = 1;
-// It shades pixels whose edge samples were joined before.
+// Shades pixels whose edge samples were joined before.
 const int EDGES_ARE_JOINED = 2;
 
 #endif

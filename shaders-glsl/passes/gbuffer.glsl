@@ -1,5 +1,5 @@
-// The texels of the G-buffer (GBuffer in Rust): 88 bytes a pixel. Mean and covariance of the slopes are packed into texels that
-// every technique fetches anyway.
+// The texels of the G-buffer (GBuffer in Rust): 88 bytes per pixel. Mean and covariance of the slopes are packed into texels
+// that every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 
@@ -10,23 +10,23 @@
 
 const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
 
-// What the filter passes find under a pixel, whatever surface it sees.
+// Output of the filter passes at a pixel, for any kind of surface.
 struct FilteredSurface {
     vec3 normal;         // displacement direction, world
-    vec2 mean_slope;     // in the frame about it
+    vec2 mean_slope;     // in the frame about the normal
     vec3 covariance;     // of the slopes
     vec4 material;       // linear albedo, Beckmann roughness alpha
-    MixedRoughness mixed; // the two roughnesses that alpha stands for, where MIXED_ROUGHNESS says so
-    uint fit;            // number of the measured material that its base is, or 0
+    MixedRoughness mixed; // the two roughnesses behind alpha, if MIXED_ROUGHNESS
+    uint fit;            // number of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
-    float body_f0;       // of the part that has albedo: metal beside it has none
-    vec3 dip;            // of a conductor's reflectance: fresnel_dipped
+    float diffuse_f0;    // of the diffuse base: metal beside it has no albedo
+    vec3 edge_tint;      // F82 tint of a conductor's reflectance: fresnel_edge_tint
     vec3 emission;       // radiance, to be scaled
-    ReliefColor relief_color; // how albedo follows the relief
+    ReliefColor relief_color; // dependence of albedo on the relief
     float accessibility;
-    bool inside;         // of a surface, whose back is seen
+    bool inside;         // whether a back face is visible
     Horizon horizon;     // of the relief
-    vec4 cone;           // in its place, where CONES says so: the vector and the share of leadr/masking/occlusion.glsl, in the tangent frame; w below 0 without one
+    vec4 cone;           // used instead, if CONES: vector and share of leadr/masking/occlusion.glsl, tangent frame; w below 0 without one
     float lod;           // of the maps
     float joined;        // weight of the pixel's edge samples, 0 to 1
     float relief;        // of the object of an edge sample, metres
@@ -54,41 +54,41 @@ vec4 material_of(const uvec4 material) {
     return vec4(unpackHalf2x16(material.x), unpackHalf2x16(material.y));
 }
 
-// Ambient accessibility, -1 on the inside of a surface, and the level of detail of the maps, as halves.
-uint pack_place(const FilteredSurface f) {
+// Ambient accessibility, -1 for back faces, and the level of detail of the maps, as halves.
+uint pack_accessibility_lod(const FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// As halves: reflectance at normal incidence and the share of the rougher part, or less than 0 by the number of a measured material,
-// which has no such parts; both roughnesses. The body's reflectance.
+// As halves: reflectance at normal incidence; the share of the rougher part, or minus the number of a measured material, which
+// has no such parts; both roughnesses. Then the reflectance of the diffuse base.
 uvec4 pack_reflection(const FilteredSurface f) {
     float share = f.fit > 0u ? -float(f.fit) : f.mixed.share;
     return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, share)),
-                 packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.body_f0));
+                 packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.diffuse_f0));
 }
 
-// A conductor's dip, 0 to 4: five bits a channel.
-uint pack_dip(const vec3 dip) {
-    uvec3 bits = uvec3(round(clamp(dip, 0.0, 4.0) * (31.0 / 4.0)));
+// F82 tint of a conductor, 0 to 4: five bits per channel.
+uint pack_edge_tint(const vec3 edge_tint) {
+    uvec3 bits = uvec3(round(clamp(edge_tint, 0.0, 4.0) * (31.0 / 4.0)));
     return bits.x | bits.y << 5 | bits.z << 10;
 }
 
-vec3 unpack_dip(const uint bits) {
+vec3 unpack_edge_tint(const uint bits) {
     return vec3(uvec3(bits, bits >> 5, bits >> 10) & 31u) * (4.0 / 31.0);
 }
 
-// Emission as halves, and the dip.
+// Emission as halves, and the F82 tint.
 uvec2 pack_emission(const FilteredSurface f) {
     vec3 emission = clamp(f.emission, 0.0, 6e4);
-    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_dip(f.dip) << 16);
+    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_edge_tint(f.edge_tint) << 16);
 }
 
 vec3 emission_of(const uvec2 packed) {
     return vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
 }
 
-vec3 dip_of(const uvec2 packed) {
-    return unpack_dip(packed.y >> 16);
+vec3 edge_tint_of(const uvec2 packed) {
+    return unpack_edge_tint(packed.y >> 16);
 }
 
 vec3 f0_of(const uvec4 reflection) {
@@ -104,7 +104,7 @@ uint fit_of(const uvec4 reflection) {
     return uint(max(-unpackHalf2x16(reflection.y).y, 0.0));
 }
 
-// Three numbers within -1 and 1, ten bits each.
+// Three numbers in [-1, 1], ten bits each.
 uint pack_thrice(const vec3 v) {
     ivec3 bits = ivec3(round(clamp(v, -1.0, 1.0) * 511.0)) & 0x3ff;
     return uint(bits.x) | uint(bits.y) << 10 | uint(bits.z) << 20;
@@ -114,7 +114,7 @@ vec3 unpack_thrice(const uint bits) {
     return vec3(ivec3(bits << 22, bits << 12, bits << 2) >> 22) / 511.0;
 }
 
-// Covariances of colour and slope in deviations of the slope; half of them at most, since colours lie within 0 and 1.
+// Covariances of colour and slope in deviations of the slope; at most one half, since colours lie within 0 and 1.
 uvec4 pack_relief_color(const ReliefColor r, const vec3 covariance) {
     vec2 per = 2.0 * inversesqrt(max(covariance.xy, 1e-12));
     return uvec4(pack_thrice(r.low), pack_thrice(r.high), pack_thrice(per.x * r.x), pack_thrice(per.y * r.y));
@@ -128,7 +128,7 @@ ReliefColor unpack_relief_color(const uvec4 packed, const vec3 covariance) {
 
 // For a pixel: the weight of its joined edge samples, 0 to 1.
 uvec2 pack_surface(const FilteredSurface f) {
-    return uvec2(pack_place(f), floatBitsToUint(f.joined));
+    return uvec2(pack_accessibility_lod(f), floatBitsToUint(f.joined));
 }
 
 float joined_part_of(const uvec2 surface) {
@@ -137,15 +137,15 @@ float joined_part_of(const uvec2 surface) {
 
 // For an edge sample: the relief of its object, metres.
 uvec2 pack_edge(const FilteredSurface f) {
-    return uvec2(pack_place(f), floatBitsToUint(f.relief));
+    return uvec2(pack_accessibility_lod(f), floatBitsToUint(f.relief));
 }
 
-// For an edge sample that will be joined: the area of macrosurface within it, square metres, and the relief of its object.
+// For an edge sample to be joined: its area of macrosurface, square metres, and the relief of its object.
 uvec2 pack_joined_edge(const float area, const float relief) {
     return floatBitsToUint(vec2(area, relief));
 }
 
-// A deviation as 11 bits: half a float without sign and four bits of its fraction.
+// A deviation in 11 bits: a half float without the sign and four bits of its fraction.
 uint pack_deviation(const float deviation) {
     return min((packHalf2x16(vec2(deviation, 0.0)) + 8u) >> 4, 0x7bfu);
 }
@@ -154,7 +154,7 @@ float unpack_deviation(const uint bits) {
     return unpackHalf2x16((bits & 0x7ffu) << 4).x;
 }
 
-// The horizon of the relief: lean as halves; deviations of the spread with 11 bits and their correlation with 10. Zero where
+// The horizon of the relief: lean as halves; deviations of the spread with 11 bits and their correlation with 10. Zero if
 // nothing rises above the plane of the mean slope.
 uvec2 pack_horizon(const Horizon h) {
     vec2 deviations = min(sqrt(max(h.spread.xy, 0.0)), 6e4);
@@ -164,7 +164,7 @@ uvec2 pack_horizon(const Horizon h) {
                  pack_deviation(deviations.x) | pack_deviation(deviations.y) << 11 | signed_ten << 22);
 }
 
-// A cone in its place: 16 bits for x and y, 10 for z and 11 for the share. No horizon has a deviation of all ones.
+// A cone instead of the horizon: 16 bits for x and y, 10 for z and 11 for the share. No horizon has a deviation of all ones.
 const uint CONE_MARK = 0x7ffu;
 
 uvec2 pack_cone(const vec4 cone) {

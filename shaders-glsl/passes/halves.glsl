@@ -1,7 +1,8 @@
 #ifndef LEADR_HALVES
 #define LEADR_HALVES
 
-// The nearest half float, the even one of two: what drivers do where they store one is left to them. crates/leadr-maps/src/halves.rs has a twin.
+// The nearest half float, ties to even. Vulkan leaves the rounding of stores to drivers. crates/leadr-maps/src/halves.rs has a
+// twin.
 float nearest_half(const float value)
 {
     uint bits = floatBitsToUint(value);

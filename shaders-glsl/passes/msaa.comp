@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Finds the surfaces that the samples of each pixel see, so that each of them is shaded once, and which samples it covers. The one
-// with the most samples is the pixel's own; the others go into slots below the pixels.
+// Finds the surfaces under the samples of each pixel, so that each is shaded once, and the samples that it covers. The one with
+// the most samples is the pixel's own; the others go into slots below the pixels.
 #include "msaa.glsl"
 #include "reached.glsl"
 #include "visible.glsl"
@@ -26,16 +26,16 @@ layout(push_constant, std430) uniform MsaaRays { // as in surface_at
 } rays;
 
 const uint ALL_SAMPLES = (1u << SAMPLES) - 1u;
-// A triangle seen edge-on is followed to the middle of the pixel over so many widths of a pixel at most.
+// Limit of the extrapolation of an edge-on triangle to the centre of the pixel, in pixel widths.
 const float FARTHEST = 16.0;
 
 mat2 sea_footprint(const uvec2 packed) {
     return mat2(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
 }
 
-// Stores a surface as sample `i` of the pixel sees it. alone: the pixel shows nothing else, so that it is looked at in the middle;
-// elsewhere the middle may lie beyond the outline. width: of a pixel, at distance 1.
-void store(const ivec2 place, const ivec2 pixel, const int i, const bool alone, const float width) {
+// Stores a surface at sample `i` of the pixel. alone: it is the pixel's only surface and evaluated at the centre; otherwise the
+// centre may lie beyond its outline. width: of a pixel, at distance 1.
+void store(const ivec2 target, const ivec2 pixel, const int i, const bool alone, const float width) {
     uvec4 seen = texelFetch(seen_surface, pixel, i);
     uvec2 reached = texelFetch(seen_footprint, pixel, i).xy;
     float z = texelFetch(seen_depth, pixel, i).x, middle = uintBitsToFloat(seen.w);
@@ -50,16 +50,16 @@ void store(const ivec2 place, const ivec2 pixel, const int i, const bool alone, 
         z = clamp(middle, z / (1.0 + FARTHEST * width), z * (1.0 + FARTHEST * width));
     }
     uint word = seen.x == 0u ? 0u : seen.x & ~BESIDE;
-    imageStore(surface, place, uvec4(word, floatBitsToUint(on_patch), pack_position(vec2(pixel) + 0.5 + location)));
-    imageStore(footprint, place, uvec4(reached, 0u, 0u));
-    imageStore(depth, place, vec4(z));
+    imageStore(surface, target, uvec4(word, floatBitsToUint(on_patch), pack_position(vec2(pixel) + 0.5 + location)));
+    imageStore(footprint, target, uvec4(reached, 0u, 0u));
+    imageStore(depth, target, vec4(z));
 }
 
-// What a sample sees, as far as it tells surfaces apart.
+// Properties of a sample that distinguish surfaces.
 struct Seen {
     uint word;
     vec3 normal;   // displacement direction
-    float away;    // distance along the view axis in the middle of the pixel, over that of the near plane
+    float away;    // view-axis distance at the pixel centre, over the near plane's
     float facing;  // cosine of the angle to the ray times the ray's length
 };
 
@@ -72,7 +72,7 @@ Seen seen_by(const uvec4 surface, const uvec2 reached, const vec3 ray) {
     return seen;
 }
 
-// Two points of one smooth surface on one ray are one; a difference along the normal of less than a pixel does not count.
+// Two points on one ray belong to one smooth surface if they differ by less than a pixel along the normal.
 bool same_surface(const Seen a, const Seen b, const float width) {
     bool one_object = ((a.word ^ b.word) & (OBJECT_BITS | INSIDE)) == 0u;
     float apart = abs((a.facing + b.facing) * (a.away - b.away));
@@ -80,7 +80,7 @@ bool same_surface(const Seen a, const Seen b, const float width) {
     return one_object && (near_enough || a.word == 0u);
 }
 
-// Of the samples whose bits are set, one whose triangle others of them see too, if there is any.
+// Among the samples whose bits are set, one whose triangle also covers others of them, if any.
 int sample_of_largest(const uint triangles[SAMPLES], const uint samples) {
     int found = findLSB(samples);
     [[unroll]] for (int i = SAMPLES - 2; i >= 0; --i) {
@@ -93,7 +93,7 @@ int sample_of_largest(const uint triangles[SAMPLES], const uint samples) {
     return found;
 }
 
-// Lists the surfaces of a pixel that may show more than one, and returns the word of those beside its own.
+// Lists the surfaces of a pixel that may show more than one, and returns the word of its other surfaces.
 uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
     Seen seen[SAMPLES];
     uint triangles[SAMPLES];
@@ -126,7 +126,7 @@ uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
     int count = min(bitCount(others), MOST_OTHERS), height = imageSize(surface).y;
     ivec2 block = pixel / OTHERS_BLOCK;
     int slot = int(atomicAdd(filled_slots[block.y * int(gl_NumWorkGroups.x) + block.x], uint(count)));
-    // What finds no slot leaves its samples to the pixel's own surface.
+    // Samples of surfaces without a free slot go to the pixel's own surface.
     count = min(count, OTHERS_SLOTS - slot);
     uint listed = first_slot_word(slot);
     for (int n = 0; n < count; ++n) {
@@ -136,7 +136,7 @@ uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
         [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
             covered += (firsts >> (4 * i) & 0xfu) == uint(one) ? 1u : 0u;
         }
-        store(slot_place(pixel, slot + n, height), pixel, one, false, width);
+        store(slot_texel(pixel, slot + n, height), pixel, one, false, width);
         listed |= samples_word(n, covered);
     }
     return listed;
@@ -154,7 +154,7 @@ void main() {
 
     uvec4 seen = texelFetch(seen_surface, pixel, 0);
     uvec2 reached = texelFetch(seen_footprint, pixel, 0).xy;
-    uint triangles[SAMPLES]; // as good as numbers
+    uint triangles[SAMPLES]; // identify triangles as well as numbers
     Seen surface_seen = seen_by(seen, reached, ray);
     triangles[0] = reached.x;
     bool one = true;
@@ -168,7 +168,8 @@ void main() {
     }
     store(pixel, pixel, sample_of_largest(triangles, ALL_SAMPLES), true, width);
     uint listed = 0u;
-    // What `one` says no to is looked at more closely. A loop, since drivers without divergent branches (lavapipe) run what an `if` excludes.
+    // Pixels that fail the test `one` are examined closely. A loop, since drivers without divergent branches (lavapipe) run
+    // both sides of an `if`.
     for (int i = 0; i < (one ? 0 : 1); ++i) {
         listed = list_surfaces(pixel, ray, width);
     }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Which object each pixel shows, as a depth.
+// The object at each pixel, as a depth.
 #include "object_depth.glsl"
 #include "visible.glsl"
 

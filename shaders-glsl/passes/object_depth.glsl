@@ -1,14 +1,14 @@
-// The image of objects: a depth for each object, so that a test for equal depths picks the pixels that show it before anything runs
-// for them.
+// The image of objects: a depth for each object, so that an equal-depth test selects the pixels of an object before any shader
+// runs.
 #ifndef LEADR_OBJECT_DEPTH
 #define LEADR_OBJECT_DEPTH
 #include "visible.glsl"
 
-// Where no pixel is: no object has it.
+// Depth without an object, beyond the pixels.
 const float NOBODY_DEPTH = 1.0;
 
-// object: from 1; 0 for the sky. A multiple of the depth's 16 bits, so that what rasterisation rounds and what a fragment stage
-// writes are equal on every device.
+// object: from 1; 0 for the sky. A multiple of the 16-bit depth's step, so that rasterised depths equal those of fragment
+// shaders on every device.
 float object_depth(const uint object) {
     return float(object << (16u - OBJECT_BIT_COUNT)) / 65535.0;
 }

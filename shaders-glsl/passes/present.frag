@@ -1,19 +1,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Linear radiance to display codes. Left of a line one picture, right of it another.
+// Linear radiance to display codes, with one image left of a line and another right of it.
 
 #include "tonemap.glsl"
 
 layout(constant_id = 0) const int TONEMAP = 1;          // see tonemap.glsl
-layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false when the target encodes
+layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false if the target encodes
 
 uniform sampler2D image;
 uniform sampler2D other;
 
 layout(push_constant) uniform Constants {
     float exposure; // factor
-    float split;    // share of the width that shows image
+    float split;    // fraction of the width that shows image
 };
 
 layout(location = 0) in vec2 in_texcoord;
@@ -30,7 +30,7 @@ void main() {
     if (ENCODE_SRGB) {
         display = srgb_from_linear(display);
     }
-    // An invalid texel should be seen, not hidden as black. Its bits are tested because compilers may assume that NaN cannot occur.
+    // Invalid texels must be visible, not black. Their bits are tested, because compilers may assume that NaN does not occur.
     uvec3 magnitude = floatBitsToUint(radiance) & 0x7fffffffu;
     if (any(greaterThan(magnitude, uvec3(0x7f800000u)))) {
         display = vec3(1.0, 0.0, 1.0);

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Which object each slot below the pixels shows, as a depth (msaa.comp).
+// The object of each slot below the pixels, as a depth (msaa.comp).
 #include "msaa.glsl"
 #include "object_depth.glsl"
 #include "visible.glsl"
@@ -11,8 +11,8 @@ layout(std430) readonly buffer FilledSlots { uint filled_slots[]; }; // of each 
 layout(depth_any) out float gl_FragDepth;
 
 void main() {
-    ivec2 place = ivec2(gl_FragCoord.xy), size = textureSize(visible_surface, 0);
-    ivec2 block = (place - ivec2(0, size.y / 2)) / OTHERS_BLOCK;
-    bool filled = slot_at(place) < int(filled_slots[block.y * (size.x / OTHERS_BLOCK) + block.x]);
-    gl_FragDepth = filled ? object_depth(object_of(texelFetch(visible_surface, place, 0).x)) : NOBODY_DEPTH;
+    ivec2 texel = ivec2(gl_FragCoord.xy), size = textureSize(visible_surface, 0);
+    ivec2 block = (texel - ivec2(0, size.y / 2)) / OTHERS_BLOCK;
+    bool filled = slot_of_texel(texel) < int(filled_slots[block.y * (size.x / OTHERS_BLOCK) + block.x]);
+    gl_FragDepth = filled ? object_depth(object_of(texelFetch(visible_surface, texel, 0).x)) : NOBODY_DEPTH;
 }

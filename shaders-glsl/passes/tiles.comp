@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Records what each tile of the screen shows.
+// Records the contents of each screen tile.
 #include "edges/edges.glsl"
 #include "tiles.glsl"
 #include "visible.glsl"

@@ -1,11 +1,11 @@
-// The screen in tiles, and what each shows: a pass that concerns only some pixels draws only the tiles that contain them
+// Screen tiles and their contents: a pass for some pixels draws only the tiles that contain them
 // (crates/leadr-render/src/passes/targets/tiles.rs).
 #ifndef LEADR_TILES
 #define LEADR_TILES
 #include "constants.glsl"
 
 // Record of a tile. xy: a bit for each object that it shows; objects whose numbers are 64 apart share one. z: flags.
-const uint TILE_IS_SHADED = 1u; // it contains a sample that must be shaded (edges.comp marks those that need not be)
+const uint TILE_IS_SHADED = 1u; // contains a sample to shade (edges.comp marks the others)
 
 uvec2 tile_bit(const uint object) {
     uint bit = 1u << (object & 31u);
@@ -20,8 +20,8 @@ int tile_columns(const ivec2 size) {
     return (size.x + TILE_SIZE - 1) / TILE_SIZE;
 }
 
-// Position of the point, TILE_SIZE pixels wide, that covers a tile; the viewport is a whole number of tiles. Two triangles would
-// shade the pixels along their diagonal twice. Tiles that are not drawn get a position off the screen.
+// Position of a point, TILE_SIZE pixels wide, that covers a tile; the viewport is a whole number of tiles. Two triangles would
+// shade the pixels along their diagonal twice. Skipped tiles get a position off the screen.
 vec4 tile_point(const int tile, const ivec2 size, const bool drawn) {
     int columns = tile_columns(size), rows = (size.y + TILE_SIZE - 1) / TILE_SIZE;
     vec2 middle = (vec2(tile % columns, tile / columns) + 0.5) / vec2(columns, rows);

@@ -1,103 +1,106 @@
-// Maps that repeat, shown without their repeats (leadr/slopes/tiling.glsl).
+// Repeating maps, tiled without visible repeats (leadr/slopes/tiling.glsl).
 #ifndef LEADR_TILING
 #define LEADR_TILING
 #include "constants.glsl"
 #include "leadr/slopes/tiling.glsl"
 
-// The looks of a place, and by how much of a repeat each of them is moved. A pixel has them once, for all its taps: a footprint that is longer
-// than a cell of the lattice sees as much of the map in one look as in several.
-struct PlacedLooks {
-    TilingLooks of;
+// The variants at a point and their offsets in repeats. A pixel shares them between its taps: a footprint longer than a lattice
+// cell covers as much of the map in one variant as in several.
+struct OffsetVariants {
+    TilingVariants of;
     vec2 from_a;
     vec2 from_b;
     vec2 from_c;
-    bool whole; // one look everywhere: the map as it is
+    bool single; // a single variant: the map unchanged
 };
 
-const TilingLook NO_LOOK = TilingLook(ivec2(0), 0.0, vec2(0.0));
-const TilingLook WHOLE_LOOK = TilingLook(ivec2(0), 1.0, vec2(0.0));
-const PlacedLooks NO_LOOKS = PlacedLooks(TilingLooks(NO_LOOK, NO_LOOK, NO_LOOK), vec2(0.0), vec2(0.0), vec2(0.0), false);
-const PlacedLooks ONE_LOOK = PlacedLooks(TilingLooks(WHOLE_LOOK, NO_LOOK, NO_LOOK), vec2(0.0), vec2(0.0), vec2(0.0), true);
+const TilingVariant NO_VARIANT = TilingVariant(ivec2(0), 0.0, vec2(0.0));
+const TilingVariant FULL_VARIANT = TilingVariant(ivec2(0), 1.0, vec2(0.0));
+const OffsetVariants NO_VARIANTS =
+    OffsetVariants(TilingVariants(NO_VARIANT, NO_VARIANT, NO_VARIANT), vec2(0.0), vec2(0.0), vec2(0.0), false);
+const OffsetVariants ONE_VARIANT =
+    OffsetVariants(TilingVariants(FULL_VARIANT, NO_VARIANT, NO_VARIANT), vec2(0.0), vec2(0.0), vec2(0.0), true);
 
 // flags: of the object.
-PlacedLooks placed_looks(const vec2 at, const uint flags) {
-    if ((flags & FLAG_ONE_LOOK) != 0u) {
-        return ONE_LOOK;
+OffsetVariants offset_variants(const vec2 at, const uint flags) {
+    if ((flags & FLAG_ONE_VARIANT) != 0u) {
+        return ONE_VARIANT;
     }
-    TilingLooks looks = tiling_looks(at, TILING_CELLS);
-    return PlacedLooks(looks, look_offset(looks.a.corner), look_offset(looks.b.corner), look_offset(looks.c.corner), false);
+    TilingVariants variants = tiling_variants(at, TILING_CELLS);
+    return OffsetVariants(variants, variant_offset(variants.a.corner), variant_offset(variants.b.corner),
+                          variant_offset(variants.c.corner), false);
 }
 
-PlacedLooks merged_at(PlacedLooks looks, const float lod) {
-    looks.of = merged_looks(looks.of, lod);
-    return looks;
+OffsetVariants merged_at(OffsetVariants variants, const float lod) {
+    variants.of = merged_variants(variants.of, lod);
+    return variants;
 }
 
-// The rest of a place's looks have no weight: loops end before them, since drivers without divergent branches (lavapipe) run both sides
-// of an `if`.
-int tiling_count(const PlacedLooks looks) {
-    return looks.of.c.weight > 0.0 ? 3 : (looks.of.b.weight > 0.0 ? 2 : 1);
+// Number of variants with weight. Loops end there, because drivers without divergent branches (lavapipe) run both sides of an
+// `if`.
+int tiling_count(const OffsetVariants variants) {
+    return variants.of.c.weight > 0.0 ? 3 : (variants.of.b.weight > 0.0 ? 2 : 1);
 }
 
-// The next look becomes the first.
-void next_look(inout PlacedLooks looks) {
-    looks.of.a = looks.of.b;
-    looks.of.b = looks.of.c;
-    looks.from_a = looks.from_b;
-    looks.from_b = looks.from_c;
+// Moves the next variant to the front.
+void next_variant(inout OffsetVariants variants) {
+    variants.of.a = variants.of.b;
+    variants.of.b = variants.of.c;
+    variants.from_a = variants.from_b;
+    variants.from_b = variants.from_c;
 }
 
-// All looks of all taps of a footprint are one loop: a loop inside another costs such drivers more than what it does.
-struct TapLook {
+// One loop covers all variants of all taps: on such drivers, nested loops cost more than their bodies.
+struct TapVariant {
     int tap;
-    int look;
+    int variant;
     vec2 from;
     float weight;
     bool last; // of its tap
 };
 
-TapLook look_of_tap(const PlacedLooks looks, const int tap, const int look) {
-    vec2 from = look == 0 ? looks.from_a : (look == 1 ? looks.from_b : looks.from_c);
-    float weight = look == 0 ? looks.of.a.weight : (look == 1 ? looks.of.b.weight : looks.of.c.weight);
-    return TapLook(tap, look, from, weight, look + 1 == tiling_count(looks));
+TapVariant variant_of_tap(const OffsetVariants variants, const int tap, const int variant) {
+    vec2 from = variant == 0 ? variants.from_a : (variant == 1 ? variants.from_b : variants.from_c);
+    float weight = variant == 0 ? variants.of.a.weight : (variant == 1 ? variants.of.b.weight : variants.of.c.weight);
+    return TapVariant(tap, variant, from, weight, variant + 1 == tiling_count(variants));
 }
 
-TapLook first_look(const PlacedLooks looks) {
-    return look_of_tap(looks, 0, 0);
+TapVariant first_variant(const OffsetVariants variants) {
+    return variant_of_tap(variants, 0, 0);
 }
 
-void next_look(inout TapLook now, const PlacedLooks looks) {
-    now = look_of_tap(looks, now.last ? now.tap + 1 : now.tap, now.last ? 0 : now.look + 1);
+void next_variant(inout TapVariant now, const OffsetVariants variants) {
+    now = variant_of_tap(variants, now.last ? now.tap + 1 : now.tap, now.last ? 0 : now.variant + 1);
 }
 
-// What is left of a map's difference from its mean at this level of detail.
-float tiling_part(const PlacedLooks looks, sampler2D map, const float lod) {
-    return looks.whole ? 1.0 : tiling_fade(lod, float(textureSize(map, 0).x), TILING_CELLS);
+// Remaining fraction of a map's deviation from its mean at this level of detail.
+float tiling_part(const OffsetVariants variants, sampler2D map, const float lod) {
+    return variants.single ? 1.0 : tiling_fade(lod, float(textureSize(map, 0).x), TILING_CELLS);
 }
 
-// The mean of a map, in its last level.
+// The mean of a map, from its last level.
 vec4 map_mean(sampler2D map) {
     return textureLod(map, vec2(0.5), float(textureQueryLevels(map) - 1));
 }
 
-// passing: the slope of the height, by texture coordinate, where one look passes into another: the higher one slopes down.
-float tiled_height(sampler2D heights, PlacedLooks looks, const vec2 at, const float lod, out vec2 passing) {
-    float mean = map_mean(heights).x, part = tiling_part(looks, heights, lod);
+// passing: slope by texture coordinate from the height difference between blended variants.
+float tiled_height(sampler2D heights, OffsetVariants variants, const vec2 at, const float lod, out vec2 passing) {
+    float mean = map_mean(heights).x, part = tiling_part(variants, heights, lod);
     passing = vec2(0.0);
     precise float height = mean;
-    int count = tiling_count(looks);
+    int count = tiling_count(variants);
     for (int i = 0; i < count; ++i) {
-        float above = textureLod(heights, at + looks.from_a, lod).x - mean;
-        height += looks.of.a.weight * part * above;
-        passing += looks.of.a.slope * above;
-        next_look(looks);
+        float above = textureLod(heights, at + variants.from_a, lod).x - mean;
+        height += variants.of.a.weight * part * above;
+        passing += variants.of.a.slope * above;
+        next_variant(variants);
     }
     return height;
 }
 
 float tiled_height(sampler2D heights, uint flags, vec2 at, float lod) {
     vec2 passing;
-    return tiled_height(heights, placed_looks(at, flags), at, lod, passing);
+    return tiled_height(heights, offset_variants(at, flags), at, lod, passing);
 }
 
 #endif

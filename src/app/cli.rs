@@ -1,4 +1,4 @@
-//! The command line: its commands, and the flags that all of them have.
+//! The command line: subcommands and the flags that they share.
 
 use clap::{CommandFactory, Parser, Subcommand};
 use leadr_tools::command::run::{OutputArgs, with_negative_numbers};
@@ -12,45 +12,45 @@ use super::demo::args::DemoArgs;
 use super::fit::args::FitArgs;
 use super::{bake, bench, capture, compare, fit};
 
-/// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
+/// Renders displaced surfaces that look the same at any distance (LEADR mapping).
 #[derive(Debug, Parser)]
 #[command(name = "leadr", version, propagate_version = true, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
-Set LEADR_LOG (error, warn, info, debug, trace) for a longer log on stderr.")]
+#[command(after_help = "Exit codes: 0 success, 1 failed or over a threshold, 2 wrong usage.
+Set the environment variable LEADR_LOG to error, warn, info, debug or trace to choose the detail of the log on stderr.")]
 pub struct Cli {
-    /// What to do.
+    /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
-    /// How to report it.
+    /// How to print the result.
     #[command(flatten)]
     pub output: OutputArgs,
 }
 
-/// The declaration of the command line.
+/// Returns the clap declaration of the command line.
 pub fn command() -> clap::Command {
     with_negative_numbers(Cli::command())
 }
 
-/// The commands.
+/// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Explore a scene in a window
     #[cfg(feature = "window")]
     #[command(after_help = super::demo::args::keys())]
     Demo(Box<DemoArgs>),
-    /// Render a picture or a sequence without a window
+    /// Render a picture or a sequence to files, without a window
     #[command(after_help = capture::args::EXAMPLES)]
     Capture(Box<CaptureArgs>),
-    /// Filter heights, normals or a material's folder into maps with mip levels for other engines
+    /// Filter heights, normals or a material folder into maps with mip levels for other engines
     #[command(after_help = bake::args::EXAMPLES)]
     Bake(Box<BakeArgs>),
-    /// Find the facets that a measured material could be made of: slopes, Fresnel term, roughness
+    /// Fit a microfacet model to a measured material: slopes, Fresnel term, roughness
     #[command(after_help = fit::args::EXAMPLES)]
     Fit(FitArgs),
-    /// Time every pass on the device: the paper's tables, scenes near and far, with ratios
+    /// Time every pass on the GPU: the tables of the LEADR paper, and scenes at several distances
     #[command(after_help = bench::args::EXAMPLES)]
     Bench(Box<BenchArgs>),
-    /// Measure the difference of two pictures: FLIP, relative RMSE, largest difference
+    /// Measure the difference between two pictures: FLIP, relative RMSE, largest difference
     #[command(after_help = compare::args::EXAMPLES)]
     Compare(CompareArgs),
 }

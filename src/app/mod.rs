@@ -1,7 +1,7 @@
-//! The `leadr` command. Each command has a folder with its arguments, which resolve to a configuration that the crates
-//! understand; flags that several commands share are in [`flags`].
+//! The `leadr` command. Each subcommand has a folder with its arguments, which resolve to a configuration of the library crates. [`flags`]
+//! holds the flags that several subcommands share.
 //!
-//! stdout carries the result, stderr the log. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
+//! The result goes to stdout and the log to stderr. Exit codes: 0 success, 1 failed or over a threshold, 2 wrong usage.
 
 pub mod bake;
 pub mod bench;
@@ -27,10 +27,10 @@ use cli::{Cli, Command};
 use flags::scene::SceneArgs;
 use leadr_scenes::given::CommandLine;
 
-/// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns
-/// the exit code: 0 done, 1 failed or over a threshold, 2 wrong usage.
+/// Parses the command line (program name first), runs the subcommand, and reports an error in one line on stderr. Returns the exit code:
+/// 0 success, 1 failed or over a threshold, 2 wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    program::announce(env!("LEADR_COMMIT"));
+    program::set_commit(env!("LEADR_COMMIT"));
     leadr_tools::command::run::run(cli::command(), arguments, |cli: &Cli| cli.output, dispatch)
 }
 
@@ -46,7 +46,7 @@ fn dispatch(cli: Cli, matches: &ArgMatches, output: &Output) -> Result<(), AppEr
     }
 }
 
-/// The flags among those of `A` that the command was given.
+/// The flags of `A` that the user gave to the subcommand.
 fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
     matches.subcommand().map(|(_, matches)| flags::given::<A>(matches)).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! `leadr bake` from outside: what it writes, what it says, and what it refuses.
+//! Runs `leadr bake`: files, output and errors.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -32,18 +32,18 @@ fn a_height_map_becomes_its_moments() {
     let output = bake(&[text(&heights), "--json", "-o", text(&baked)]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let expected = LeadrMap::new(&load_height_map(&heights).unwrap(), Wrap::Repeat);
     assert_eq!(BakedMap::load(&baked).unwrap().moments().unwrap(), expected);
-    assert_eq!((said["kind"].as_str(), said["format"].as_str()), (Some("leadr"), Some("f32")));
-    assert_eq!((said["size"][0].as_u64(), said["levels"].as_u64()), (Some(48), Some(6)));
-    assert_eq!(said["error"].as_array().unwrap().len(), 6);
+    assert_eq!((report["kind"].as_str(), report["format"].as_str()), (Some("leadr"), Some("f32")));
+    assert_eq!((report["size"][0].as_u64(), report["levels"].as_u64()), (Some(48), Some(6)));
+    assert_eq!(report["error"].as_array().unwrap().len(), 6);
     let [xx, yy, _] = expected.mean().slope_covariance();
     for (i, variance) in [xx, yy].into_iter().enumerate() {
-        let found = said["slope_variance"][i].as_f64().unwrap();
+        let found = report["slope_variance"][i].as_f64().unwrap();
         assert!((found / variance - 1.0).abs() < 1e-4, "{found} {variance}");
     }
-    assert!(said["seconds"].as_f64().unwrap() > 0.0 && said["bytes"].as_u64().unwrap() > 48 * 20 * 32);
+    assert!(report["seconds"].as_f64().unwrap() > 0.0 && report["bytes"].as_u64().unwrap() > 48 * 20 * 32);
     let files: Vec<_> = std::fs::read_dir(baked.parent().unwrap()).unwrap().collect();
     assert_eq!(files.len(), 1, "nothing is left beside it");
 }
@@ -55,15 +55,15 @@ fn text_and_quiet() {
     bumps(&heights);
     let out = folder.path().join("o.exr");
     let output = bake(&[text(&heights), "--format", "f16", "--kind", "lean", "-o", text(&out)]);
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.starts_with("lean 48x20, 6 levels, f16") && said.contains("slope variance"), "{said}");
+    let report = String::from_utf8(output.stdout).unwrap();
+    assert!(report.starts_with("lean 48x20, 6 levels, f16") && report.contains("slope variance"), "{report}");
     let output = bake(&[text(&heights), "--layout", "oiio", "--quiet", "-o", text(&out)]);
     assert_eq!((output.status.code(), output.stdout.len(), output.stderr.len()), (Some(0), 0, 0));
 }
 
 #[test]
 #[ignore = "long"]
-fn what_is_baked_is_drawn() {
+fn baked_maps_are_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let heights = at("bumps.png");
@@ -77,11 +77,11 @@ fn what_is_baked_is_drawn() {
     assert_eq!(expected.status.code(), Some(0), "{}", String::from_utf8_lossy(&expected.stderr));
     for (name, flags) in [("f32.ktx2", "f32"), ("f32.exr", "f32"), ("bc.ktx2", "bc")] {
         let baked = bake(&[text(&heights), "--format", flags, "--json", "-o", text(&at(name))]);
-        let said: serde_json::Value = serde_json::from_slice(&baked.stdout).unwrap();
-        assert_eq!(said["format"].as_str(), Some(flags));
+        let report: serde_json::Value = serde_json::from_slice(&baked.stdout).unwrap();
+        assert_eq!(report["format"].as_str(), Some(flags));
         let drawn = capture(&at(name), &at("drawn.exr"));
         assert_eq!(drawn.status.code(), Some(0), "{}", String::from_utf8_lossy(&drawn.stderr));
-        // The files differ in the commands that they tell of.
+        // The files differ in the recorded commands.
         let picture = |name| load_picture(at(name)).unwrap().image.texels;
         let same = picture("png.exr") == picture("drawn.exr");
         assert_eq!(same, flags == "f32", "{name}");
@@ -98,7 +98,7 @@ fn what_is_baked_is_drawn() {
 }
 
 #[test]
-fn a_folder_is_baked_with_all_it_has() {
+fn folder_bakes_every_map() {
     let Some(folder) = shared_data("displacement") else { return };
     let out = tempfile::tempdir().unwrap();
     let baked = out.path().join("metal.ktx2");
@@ -106,9 +106,9 @@ fn a_folder_is_baked_with_all_it_has() {
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     assert!(stderr.contains("Metalness.png is not baked") && stderr.contains("correlation 0.99"), "{stderr}");
-    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let scale = said["agreement"]["scale_texels"].as_f64().unwrap();
-    assert!((said["height_scale"].as_f64().unwrap() * 1024.0 / scale - 1.0).abs() < 1e-6, "{said}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let scale = report["agreement"]["scale_texels"].as_f64().unwrap();
+    assert!((report["height_scale"].as_f64().unwrap() * 1024.0 / scale - 1.0).abs() < 1e-6, "{report}");
     let read = BakedMap::load(&baked).unwrap();
     assert_eq!(read.channels.join(" "), "x y xx yy xy height alpha2 alpha4 red green blue -");
     assert_eq!(read.levels.len(), 11);
@@ -123,8 +123,8 @@ fn the_bricks_become_a_set_of_textures() {
     let output = bake(&[text(&bricks), "--kind", "height,normal,gloss,occlusion,cones", "--json", "-o", &folder]);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let files = said["files"].as_array().unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let files = report["files"].as_array().unwrap();
     let kinds: Vec<&str> = files.iter().map(|file| file["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["height", "normal", "gloss", "occlusion", "cones"]);
     for file in files {
@@ -132,7 +132,7 @@ fn the_bricks_become_a_set_of_textures() {
         let read = BakedMap::load(maps.join(format!("bricks_{kind}.ktx2"))).unwrap();
         assert_eq!((read.kind.name(), read.levels.len() as u64), (kind, file["levels"].as_u64().unwrap()));
     }
-    // What heights tell of the bricks' pits is what the material's own occlusion says, which was made otherwise.
+    // The bricks' occlusion from heights matches the material's own map, which has another source.
     let own = leadr::maps::load_raster(bricks.join("bricks_AmbientOcclusion.png")).unwrap();
     let found = BakedMap::load(maps.join("bricks_occlusion.ktx2")).unwrap().channel("occlusion").unwrap();
     let own: Vec<f32> = (0..own.height())
@@ -158,7 +158,7 @@ fn heights_and_cones_of_normals_are_drawn() {
     let cones = out.path().join("bricks_Cones.png");
     let output = bake(&["--normal", text(&normals), "--kind", "cones", "-o", text(&cones)]);
     let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success() && stderr.contains("heights of normals: slopes of"), "{stderr}");
+    assert!(output.status.success() && stderr.contains("heights from normals: slopes of"), "{stderr}");
     let mean = |technique: &str, more: &[&str]| {
         let picture = out.path().join("drawn.exr");
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
@@ -203,7 +203,7 @@ fn sizes_that_differ_are_resampled_by_choice() {
 }
 
 #[test]
-fn what_cannot_be_baked_is_one_line() {
+fn unbakeable_input_gives_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     bumps(&at("bumps.png"));
@@ -222,9 +222,9 @@ fn what_cannot_be_baked_is_one_line() {
         (&[&bumps, "--kind", "gloss,gloss", "-o", "x/"], 2, "gloss twice"),
         (&[&bumps, "--texels", "smooth", "-o", &out], 2, "--texels is for --kind gloss"),
         (&[&bumps, "--detail", &small, "-o", &out], 2, "--detail is for --kind normal and gloss"),
-        (&[&bumps, "--format", "bc", "-o", &exr], 2, "--format f32 or f16"),
-        (&[&bumps, "--layout", "oiio", "-o", &out], 2, "--layout oiio is an .exr"),
-        (&[&bumps, "--layout", "oiio", "--color", &small, "-o", &exr], 2, "none for --roughness"),
+        (&[&bumps, "--format", "bc", "-o", &exr], 2, "choose f32 or f16"),
+        (&[&bumps, "--layout", "oiio", "-o", &out], 2, "--layout oiio needs"),
+        (&[&bumps, "--layout", "oiio", "--color", &small, "-o", &exr], 2, "no channels for --roughness"),
         (&[&bumps, "--normal-y", "up", "-o", &out], 2, "--normal-y"),
         (&[&bumps, "--height-scale", "0", "-o", &out], 2, "--height-scale"),
         (&[&bumps, "--roughness", &small, "-o", &out], 1, "2 x 2 texels, the heights 48 x 20"),

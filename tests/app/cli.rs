@@ -1,4 +1,4 @@
-//! The `leadr` program from outside: exit codes, one line on stderr, results on stdout.
+//! Runs the `leadr` program: exit codes, one line on stderr, results on stdout.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -114,7 +114,7 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--height-map", "a.png"], "--height-map"),
         (&["capture", "--scene", "ocean", "--roughness", "0.2"], "--roughness"),
         (&["compare", "a.png"], "TEST"),
-        (&["compare", "a.png", "b.exr"], "kind"),
+        (&["compare", "a.png", "b.exr"], "same format"),
         (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
         (&["compare", "a.png", "b.png", "--max-flip=-1"], "--max-flip"),
         (&["compare", "a.png", "b.png", "--error-image", "e.exr"], "e.exr"),
@@ -183,7 +183,7 @@ fn compare_measures_and_its_thresholds_set_the_exit_code() {
     }
 }
 
-/// Checks for what every result has, and that the guide says what all its fields are.
+/// Checks the common fields of results, and that the guide describes all fields.
 fn check_fields(command: &str, result: &serde_json::Value) {
     assert_eq!((result["schema"].as_u64(), result["command"].as_str()), (Some(1), Some(command)), "{result}");
     for field in ["version", "commit"] {
@@ -264,7 +264,7 @@ fn a_missing_or_wrong_camera_file_is_named() {
 
 #[cfg(unix)]
 #[test]
-fn pipes_in_place_of_files_are_refused_and_not_waited_for() {
+fn pipes_are_refused_without_waiting() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = |name: &str| {
         let pipe = folder.path().join(name);
@@ -301,12 +301,12 @@ fn pipes_in_place_of_files_are_refused_and_not_waited_for() {
 }
 
 #[test]
-fn targets_that_cannot_be_written_are_named_before_any_work() {
+fn unwritable_targets_are_reported_first() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("far.png");
     save_png(&picture, &self::picture(false), 1.0, Tonemap::Clamp).unwrap();
     let below = picture.join("x.png");
-    // Without a driver: the target is asked for before the device and before the inputs.
+    // Without a driver: the target is checked before the device and the inputs.
     for arguments in [
         &["capture", "-o", path(&below)][..],
         &["capture", "--frames", "0..3", "-o", path(&picture.join("{frame}.png"))],
@@ -357,7 +357,7 @@ fn every_scene_honours_a_flag_or_refuses_it() {
 }
 
 #[test]
-fn a_missing_or_wrong_input_is_named_before_a_device_is_asked_for() {
+fn bad_input_is_reported_before_opening_a_device() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, bytes: &[u8]| {
         let file = folder.path().join(name);
@@ -383,14 +383,14 @@ fn a_missing_or_wrong_input_is_named_before_a_device_is_asked_for() {
     }
 }
 
-/// Runs `leadr` where the loader finds no Vulkan driver.
+/// Runs `leadr` without any Vulkan driver.
 fn without_driver(arguments: &[&str]) -> Output {
     let nothing = "/nonexistent/driver.json";
     leadr(arguments).env("VK_DRIVER_FILES", nothing).env("VK_ICD_FILENAMES", nothing).output().unwrap()
 }
 
 #[test]
-fn a_demo_checks_flags_then_files_then_the_display() {
+fn demo_checks_flags_then_files_then_display() {
     let demo = |flags: &[&str]| {
         let mut command = leadr(&[&["demo"], flags].concat());
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
@@ -410,13 +410,13 @@ fn a_demo_checks_flags_then_files_then_the_display() {
 }
 
 #[test]
-fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
+fn missing_vulkan_driver_gives_install_hint() {
     let line = one_line_error(&without_driver(&["capture"]), 1, "no driver");
     assert!(line.contains("Vulkan") && line.contains("install"), "{line}");
 }
 
 #[test]
-fn an_unknown_device_is_named_with_the_choice() {
+fn unknown_device_lists_the_choices() {
     let Some(_) = test_gpu() else { return };
     let line = one_line_error(&run(&["capture", "--device", "abacus"]), 1, "--device abacus");
     assert!(line.contains("abacus") && line.contains("0: "), "{line}");
@@ -424,7 +424,7 @@ fn an_unknown_device_is_named_with_the_choice() {
 
 #[test]
 #[ignore = "long"]
-fn capture_renders_the_same_bytes_twice_and_says_how() {
+fn capture_is_deterministic_and_reports_settings() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let flags = ["capture", "--scene", "sphere", "--size", "48x32", "--samples", "2", "--validation", "--json"];
@@ -449,22 +449,22 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
 
 #[test]
 #[ignore = "long"]
-fn a_capture_prints_names_of_files_and_nothing_else() {
+fn capture_prints_only_file_names() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let pattern = folder.path().join("{frame}.png");
     let flags = ["capture", "--scene", "sphere", "--size", "8x8", "--samples", "1", "--frames", "0..3"];
     for (extra, kept) in [("--resume", false), ("--resume", true), ("--quiet", false)] {
         let output = run(&[&flags[..], &[extra, "-o", path(&pattern)]].concat());
-        let (said, log) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+        let (message, log) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
         assert_eq!(output.status.code(), Some(0), "{log}");
         if extra == "--quiet" {
-            assert!(said.is_empty() && log.is_empty(), "{said}{log}");
+            assert!(message.is_empty() && log.is_empty(), "{message}{log}");
             continue;
         }
-        let names: Vec<_> = said.lines().map(Path::new).collect();
-        assert_eq!(names.len(), 3, "{said}");
-        assert!(names.iter().all(|name| name.is_file()), "{said}");
+        let names: Vec<_> = message.lines().map(Path::new).collect();
+        assert_eq!(names.len(), 3, "{message}");
+        assert!(names.iter().all(|name| name.is_file()), "{message}");
         assert!(
             log.contains("3 frames in") && log.contains("of set-up") && log.contains("3 of them kept") == kept,
             "{log}"
@@ -474,7 +474,7 @@ fn a_capture_prints_names_of_files_and_nothing_else() {
 
 #[test]
 #[ignore = "long"]
-fn a_video_on_stdout_is_nothing_else_and_a_closed_pipe_is_a_sentence() {
+fn video_on_stdout_is_clean_and_closed_pipe_is_reported() {
     let Some(_) = test_gpu() else { return };
     let flags =
         ["capture", "--scene", "sphere", "--size", "64x64", "--samples", "1", "--frames", "0..4", "--fps", "24"];
@@ -485,7 +485,7 @@ fn a_video_on_stdout_is_nothing_else_and_a_closed_pipe_is_a_sentence() {
     assert_eq!(output.stdout.strip_prefix(header).map(<[u8]>::len), Some(4 * (6 + 3 * 64 * 64)));
     assert!(log.contains("4 frames in"), "{log}");
 
-    // Quiet: a slow machine would be told how far it is.
+    // Quiet, because a slow machine would get progress messages.
     let mut child = leadr(&[&flags[..], &["-o", "-", "--quiet"]].concat())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -501,7 +501,7 @@ fn the_report_names_the_lights_of_a_picture() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let sky = folder.path().join("sky.exr");
-    // The middle of the image looks along +x.
+    // The centre of the image is the direction +x.
     let mut image = RgbImage::new(128, 64, vec![[1.0; 3]; 128 * 64]).unwrap();
     for at in [31 * 128 + 63, 31 * 128 + 64, 32 * 128 + 63, 32 * 128 + 64] {
         image.texels[at] = [2001.0, 1001.0, 501.0];
@@ -545,7 +545,7 @@ fn roughness_replaces_that_of_displaced_surfaces() {
         let texels = load_color(file).unwrap().texels;
         texels.iter().map(|t| t.iter().sum::<f32>()).fold(0.0, f32::max)
     };
-    // A smooth cloth has highlights, a rough one does not; its own roughness lies between.
+    // A smooth cloth has highlights, a rough one has none; its own roughness is between.
     let [smooth, own, rough] =
         [&["--roughness", "0.1"][..], &[], &["--roughness", "1"]].map(|flags| render("pillow.png", flags));
     assert!(smooth > own && own > rough, "{smooth} {own} {rough}");
@@ -574,7 +574,7 @@ fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
     assert_eq!(kinds, ["horizon", "horizon", "soil", "trex-8"], "of the animal and of the ground");
     assert_eq!(render("cached.png", "0.3"), baked);
     assert_ne!(render("later.png", "0.6"), baked, "it walks");
-    // The animal in the middle differs from the sky above it and the ground below it.
+    // The animal in the middle differs from the sky above and the ground below.
     let image = load_color(folder.path().join("baked.png")).unwrap();
     let apart = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>();
     let [sky, animal, ground] = [image.at(48, 4), image.at(48, 46), image.at(48, 90)];

@@ -1,4 +1,4 @@
-//! A device that is lost while a sequence is drawn: exit code 1, a line, whole files or none.
+//! A device lost while a sequence is drawn: exit code 1, one line, and only complete files.
 
 use std::fs;
 use std::path::Path;
@@ -9,14 +9,14 @@ use leadr_testing::gpu::test_gpu;
 
 const FRAMES: usize = 6;
 
-/// Draws a sequence into `target`, by a device that is lost at submission number `number`.
+/// Draws a sequence into `target`, on a device that is lost at submission `number`.
 fn capture(target: &Path, number: u32) -> Output {
     let flags = ["capture", "--quiet", "--scene", "ocean", "--size", "16x16", "--samples", "1", "--frames", "0..6"];
     let mut command = leadr(&[&flags[..], &["-o", path(target)]].concat());
     command.env("LEADR_FAIL", format!("submission:{number}")).output().expect("the program starts")
 }
 
-/// The number of frames in a folder, all of which are whole pictures.
+/// The number of frames in a folder; all must be complete pictures.
 fn whole_frames(folder: &Path) -> usize {
     let files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     for file in &files {
@@ -28,9 +28,9 @@ fn whole_frames(folder: &Path) -> usize {
 
 #[test]
 #[ignore = "long"]
-fn a_device_lost_in_a_sequence_leaves_whole_frames_and_a_line() {
+fn lost_device_leaves_complete_frames_and_one_line() {
     let Some(_) = test_gpu() else { return };
-    // How many submissions come before the first frame is no promise, so the middle is sought.
+    // The number of submissions before the first frame is unspecified, so bisection finds the middle.
     let (mut early, mut late) = (0, 64);
     let number = loop {
         let number = early + (late - early) / 2;
@@ -43,7 +43,7 @@ fn a_device_lost_in_a_sequence_leaves_whole_frames_and_a_line() {
             continue;
         }
         let line = one_line_error(&output, 1, "lost");
-        assert!(line.contains("device was lost: start again"), "{line}");
+        assert!(line.contains("device was lost: restart"), "{line}");
         if frames > 0 {
             break number;
         }

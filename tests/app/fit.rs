@@ -1,4 +1,4 @@
-//! `leadr fit` from outside: what it finds in materials of others, what it writes, and what it refuses.
+//! Runs `leadr fit`: results for third-party materials, output files and errors.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -31,7 +31,7 @@ fn backscattering(file: &Path) {
 
 #[test]
 #[ignore = "long"]
-fn a_table_becomes_a_material_that_is_drawn() {
+fn table_is_drawn_as_a_material() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     backscattering(&at("gold.csv"));
@@ -51,19 +51,19 @@ fn a_table_becomes_a_material_that_is_drawn() {
     ];
     let output = run("fit", &arguments.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let alpha = said["ggx"]["alpha"].as_f64().unwrap();
-    // What lies between the table's degrees is interpolated along straight lines.
-    assert!((alpha / 0.3 - 1.0).abs() < 0.01, "{said}");
-    assert_eq!((said["isotropic"].as_bool(), said["masking"].as_str()), (Some(true), Some("smith")));
-    assert_eq!(said["files"].as_array().unwrap().len(), 5);
-    let exports = &said["exports"];
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let alpha = report["ggx"]["alpha"].as_f64().unwrap();
+    // Values between the table's degrees are interpolated linearly.
+    assert!((alpha / 0.3 - 1.0).abs() < 0.01, "{report}");
+    assert_eq!((report["isotropic"].as_bool(), report["masking"].as_str()), (Some(true), Some("smith")));
+    assert_eq!(report["files"].as_array().unwrap().len(), 5);
+    let exports = &report["exports"];
     assert_eq!((exports[0]["renderer"].as_str(), exports[1]["renderer"].as_str()), (Some("mitsuba"), Some("pbrt")));
     assert!(exports[0]["misfit"]["rrmse"].as_f64().is_some_and(|wrong| wrong < 1.0), "{exports}");
-    assert_eq!(said["spheres"].as_array().unwrap().len(), 6);
-    let curves = &said["curves"];
+    assert_eq!(report["spheres"].as_array().unwrap().len(), 6);
+    let curves = &report["curves"];
     assert_eq!((curves[0]["family"].as_str(), curves[1]["family"].as_str()), (Some("shifted_gamma"), Some("abc")));
-    // Near its peak GGX is an ABC curve of exponent 2; wide ones are less steep.
+    // Near its peak GGX is an ABC curve of exponent 2; wide lobes are less steep.
     let exponent = curves[1]["c"].as_f64().unwrap();
     assert!(1.2 < exponent && exponent < 2.2, "{exponent}");
     let kept: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
@@ -84,7 +84,7 @@ fn a_table_becomes_a_material_that_is_drawn() {
     assert_eq!(image::open(&drawn).unwrap().width(), 48);
     let smiths = String::from_utf8_lossy(&output.stderr).into_owned();
 
-    // LEADR draws Smith's masking alone, and says so of another.
+    // LEADR supports only Smith's masking and reports others.
     let mut kept: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
     kept["masking"] = "vgroove".into();
     std::fs::write(&json, kept.to_string()).unwrap();
@@ -94,7 +94,7 @@ fn a_table_becomes_a_material_that_is_drawn() {
     );
     assert_eq!(output.status.code(), Some(0));
     let grooves = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!([&smiths, &grooves].map(|said| said.contains("vgroove")), [false, true], "{smiths}\n{grooves}");
+    assert_eq!([&smiths, &grooves].map(|report| report.contains("vgroove")), [false, true], "{smiths}\n{grooves}");
 }
 
 #[test]
@@ -110,8 +110,8 @@ fn faults_are_one_line_and_leave_nothing() {
     let before = std::fs::read_dir(folder.path()).unwrap().count();
     for (command, arguments, code, word) in [
         ("fit", vec![at("missing.binary")], 1, "missing.binary: cannot be found"),
-        ("fit", vec![at("short.binary")], 1, "it has 12 bytes, where MERL's have 34992012"),
-        ("fit", vec![at("odd.bin")], 1, "where UTIA's have 1990656"),
+        ("fit", vec![at("short.binary")], 1, "it has 12 bytes; MERL files have 34992012"),
+        ("fit", vec![at("odd.bin")], 1, "UTIA files have 1990656"),
         ("fit", vec![at("text.txt")], 1, "give a MERL .binary"),
         ("fit", vec![at("black.csv")], 1, "reflects nothing back"),
         ("fit", vec![at("gold.csv"), "-o".into(), at("gold.xml")], 2, "must end in .json"),
@@ -120,19 +120,19 @@ fn faults_are_one_line_and_leave_nothing() {
             "capture",
             vec!["--scene".into(), "plane".into(), "--material".into(), at("other.json"), "-o".into(), at("x.png")],
             1,
-            "no fitted material",
+            "not a fitted material",
         ),
     ] {
         let output = run(command, &arguments.iter().map(String::as_str).collect::<Vec<_>>());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        assert!(said.contains(word) && said.trim_end().lines().count() == 1, "{arguments:?}: {said}");
+        let report = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {report}");
+        assert!(report.contains(word) && report.trim_end().lines().count() == 1, "{arguments:?}: {report}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), before, "nothing half-written");
 }
 
-/// Real materials: within 2 % of the roughness that thesis listings 4.1 and 4.4 find in the same measurements with their own rectangles,
-/// and nearer to the material than the thesis' fit.
+/// Real materials: within 2 % of the roughness of thesis listings 4.1 and 4.4, which use their own rectangles on the same measurements, and
+/// closer to the material than the thesis' fit.
 #[test]
 #[ignore = "long"]
 fn measured_materials_are_fitted() {
@@ -142,16 +142,16 @@ fn measured_materials_are_fitted() {
         let picture = folder.path().join("spheres.png");
         let output = run("fit", &[text(&data.join(format!("{name}.bsdf"))), "--json", "--picture", text(&picture)]);
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let found = said["beckmann"]["alpha"].as_f64().unwrap();
-        println!("{name}: {found}, {}", said["spheres"]);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = report["beckmann"]["alpha"].as_f64().unwrap();
+        println!("{name}: {found}, {}", report["spheres"]);
         assert!((found / beckmann - 1.0).abs() < 0.02, "{name}: {found}");
-        let error = |i: usize, what: &str| said["spheres"][i][what].as_f64().unwrap();
+        let error = |i: usize, what: &str| report["spheres"][i][what].as_f64().unwrap();
         for what in ["rrmse", "delta_e_2000"] {
             for other in 1..4 {
-                assert!(error(0, what) < error(other, what), "{name}: {what} of {other}: {}", said["spheres"]);
+                assert!(error(0, what) < error(other, what), "{name}: {what} of {other}: {}", report["spheres"]);
             }
         }
-        assert!(said["misfit"]["rrmse"].as_f64() < said["thesis_misfit"]["rrmse"].as_f64());
+        assert!(report["misfit"]["rrmse"].as_f64() < report["thesis_misfit"]["rrmse"].as_f64());
     }
 }

@@ -1,4 +1,4 @@
-//! The `leadr` command as scripts see it.
+//! The `leadr` command from scripts.
 
 mod bake;
 mod bench;

@@ -1,4 +1,4 @@
-//! Models as the command takes them: what is refused, and how.
+//! Models on the command line: refused files and messages.
 
 use std::fs;
 use std::path::Path;
@@ -38,7 +38,7 @@ fn triangle(changes: &[(&str, Value)]) -> Value {
     model
 }
 
-/// Every one is refused in one line that names the file and the fault, whatever it claims.
+/// Each is refused in one line with the file and the fault, for any claimed size.
 #[test]
 fn hostile_models_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,7 +63,7 @@ fn hostile_models_are_refused_in_one_line() {
     }
 }
 
-/// A flag that asks for what is not there says what there is, and flags of models are refused elsewhere.
+/// A flag with an unknown name lists the existing ones, and flags for models are refused elsewhere.
 #[test]
 fn flags_of_models_are_for_models() {
     let folder = tempfile::tempdir().unwrap();
@@ -72,7 +72,7 @@ fn flags_of_models_are_for_models() {
     let no_camera = refusal(&capture(&file, &["--camera", "model"]), 1, "--camera model");
     assert!(no_camera.contains("it has no camera") && no_camera.contains("triangle.gltf"), "{no_camera}");
     let no_name = refusal(&capture(&file, &["--camera", "model:moon"]), 1, "--camera model:moon");
-    assert!(no_name.contains("no camera is called moon; there are: none"), "{no_name}");
+    assert!(no_name.contains("no camera is named moon; available: none"), "{no_name}");
     let plane = Path::new("plane");
     for flags in [&["--camera", "model"][..], &["--lenient"], &["--animation", "Walk"]] {
         let error = refusal(&capture(plane, flags), 2, flags[0]);

@@ -1,10 +1,10 @@
-//! The commands of README.md and of the guide's first hour, on a bare clone.
+//! The commands of README.md and of the guide's first hour, on a fresh clone.
 
 use std::collections::HashSet;
 use std::path::Path;
 use std::process::Command;
 
-/// The commands of a document, as words.
+/// The commands of a document, split into words.
 fn commands(document: &str) -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(document)).unwrap();
     let mut within = false;
@@ -20,7 +20,7 @@ fn commands(document: &str) -> Vec<Vec<String>> {
     commands
 }
 
-/// Files that a command reads.
+/// Input files of a command.
 fn inputs(command: &[String]) -> Vec<&str> {
     let is_file = |word: &str| {
         let extension = Path::new(word).extension().and_then(|e| e.to_str()).unwrap_or_default();
@@ -47,7 +47,7 @@ fn files_that_commands_read_are_there_or_made_before() {
     for command in &commands {
         for file in inputs(command) {
             let there = Path::new(env!("CARGO_MANIFEST_DIR")).join(file).exists();
-            // `compare` shows how pictures are called, not what was just made.
+            // `compare` shows the naming of pictures, not files made before.
             assert!(there || made.contains(file) || command[0] == "compare", "{}: no {file}", command.join(" "));
         }
         made.extend(command.iter().skip_while(|word| *word != "-o").skip(1).take(1).map(String::as_str));
@@ -81,10 +81,10 @@ fn commands_on_assets_run() {
     assert!(count >= 6, "{count} commands read assets/");
 }
 
-/// Literally, but for smaller pictures and fewer samples.
+/// Literally, except for smaller pictures and fewer samples.
 #[test]
 #[ignore = "long"]
-fn the_first_hour_goes_as_it_is_told() {
+fn first_hour_commands_work() {
     let folder = tempfile::tempdir().unwrap();
     std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), folder.path().join("assets")).unwrap();
     let commands = commands("docs/guide/first-hour.md");
@@ -94,7 +94,7 @@ fn the_first_hour_goes_as_it_is_told() {
         for (flag, smaller) in [("--size", "48x27"), ("--samples", "1"), ("--frames", "0..2"), ("--max-flip", "1")] {
             let value = words.iter().position(|word| *word == flag).map(|at| at + 1);
             match value {
-                // Of the bench it is a count.
+                // For the bench it is a count.
                 Some(at) if flag == "--frames" && words[0] == "bench" => words[at] = "1",
                 Some(at) => words[at] = smaller,
                 None if words[0] == "capture" && ["--size", "--samples"].contains(&flag) => {

@@ -1,9 +1,10 @@
-//! Small curved glossy parts do not sparkle: the sun's highlight on a sphere, a ring and a tooth of a few pixels that move by
-//! fractions of a pixel, with and without the macrosurface's curvature in the slope covariance (IGSA; LEADR 4.2).
+//! Small curved glossy parts do not sparkle. The sun's highlight on a sphere, a ring and a tooth of a few pixels, moved by fractions of a
+//! pixel,
+//! with and without the macrosurface's curvature in the slope covariance (IGSA; LEADR 4.2).
 //!
-//! The 64-sample reference filters with a box of one pixel, the kernel with a Gaussian of standard deviation half a pixel, which
-//! is wider where surfaces are as glossy as these: highlights are softer than the reference's and 9 to 19 % brighter in total. With the variance of the box, 1/12,
-//! the sphere of 6 pixels is nearer to the reference (4 % too dark), but its brightness varies by 55 % instead of 5 %.
+//! The 64-sample reference uses a box filter of one pixel, the kernel a Gaussian of standard deviation half a pixel. On surfaces this
+//! glossy the Gaussian is wider: highlights are softer than the reference's and 9 to 19 % brighter in total. With the variance of the box,
+//! 1/12, the sphere of 6 pixels is closer to the reference (4 % too dark), but its brightness varies by 55 % instead of 5 %.
 
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -60,7 +61,7 @@ fn torus(tube: f32, alpha: f32) -> PatchMesh {
     mesh
 }
 
-/// How pictures change from one position to the next.
+/// Changes of pictures between positions.
 struct Motion {
     /// Largest change of a pixel.
     flicker: f32,
@@ -91,7 +92,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
             let shift = (right + 0.37 * Vec3::Z) * (pixel * i as f32 / 8.0);
             let state = FrameState {
                 sun: Some(Sun { direction: Vec3::new(0.7, -0.3, 0.8).normalize(), irradiance: Vec3::ONE }),
-                // As bright as the sun: with more highlights, the result does not depend on where a single one lies.
+                // As bright as the sun. With more highlights, the result does not depend on the position of a single one.
                 point_lights: [(0.2, -0.9, 0.1), (-0.5, -0.6, 0.6), (0.9, -0.1, 0.2), (0.5, -0.8, -0.4)]
                     .map(|(x, y, z)| Vec3::new(x, y, z).normalize() * 1e3)
                     .map(|position| PointLight::new(position, Vec3::splat(1e6)))
@@ -109,7 +110,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
     Motion { flicker, throb: (high - low) / mean, mean, images }
 }
 
-/// Root mean square error over all pixels and positions, relative to the reference's.
+/// RMS error over all pixels and positions, relative to the reference's.
 fn error(motion: &Motion, reference: &Motion) -> f32 {
     let (mut sum, mut norm) = (0.0, 0.0);
     for (a, b) in motion.images.iter().flatten().zip(reference.images.iter().flatten()) {
@@ -130,7 +131,7 @@ fn small_glossy_parts_do_not_sparkle() {
     ] {
         let object = Object::new(name, mesh).with_specular_f0(1.0).without_shadow();
         let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
-        // Without bumps, the techniques differ only in how they treat the macrosurface's curvature.
+        // Without bumps, the techniques differ only in the treatment of the macrosurface's curvature.
         let reference = motion(&mut renderer, Technique::Reference, 64, diameter);
         let with = motion(&mut renderer, Technique::Leadr, 1, diameter);
         let without = motion(&mut renderer, Technique::NormalMip, 1, diameter);
@@ -147,11 +148,11 @@ fn small_glossy_parts_do_not_sparkle() {
             100.0 * (with.mean / reference.mean - 1.0),
             100.0 * (without.mean / reference.mean - 1.0),
         );
-        // Measured on llvmpipe: flicker is 47, 13, 4.8 times less; brightness varies 71, 15, 10 times less; errors are 6.1, 5.3, 4.7 times less.
+        // Measured reductions on llvmpipe: flicker 47, 13, 4.8 times; brightness variation 71, 15, 10 times; errors 6.1, 5.3, 4.7 times.
         assert!(with.flicker < without.flicker / 4.5, "the {name} flickers");
         assert!(with.throb < without.throb / 8.0 && with.throb < 0.2, "the brightness of the {name} varies");
         assert!(e < f / 3.0, "the {name} differs from the reference");
-        // The picture must be steady because it is right, not because the highlight is gone.
+        // The picture must be steady without losing the highlight.
         assert!((with.mean / reference.mean - 1.0).abs() < 0.25, "the {name} is too dark or too bright");
         assert!(with.flicker > 0.1 * reference.flicker, "the {name} has no highlight");
     }

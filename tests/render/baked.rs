@@ -1,4 +1,4 @@
-//! What is baked into a file is drawn as what the renderer bakes itself, and smaller numbers within what they are said to err.
+//! Maps baked into a file give the same picture as maps baked by the renderer; smaller formats stay within their stated errors.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,13 +16,13 @@ use leadr::scenes::view::{Size, ViewChoice};
 use leadr_testing::gpu::test_gpu;
 use leadr_tools::metrics::compare::rrmse;
 
-/// Files of one surface in a folder.
+/// Files of one surface, in a folder.
 struct Files {
     folder: tempfile::TempDir,
 }
 
 impl Files {
-    /// Heights of `size`² texels, with normals, roughness and colour that have something to do with them.
+    /// Heights of `size`² texels, with matching normals, roughness and colour.
     fn new(size: u32) -> Self {
         let files = Self { folder: tempfile::tempdir().unwrap() };
         let rock = procedural::rock(size, size, 3);
@@ -49,7 +49,7 @@ impl Files {
         self.folder.path().join(name)
     }
 
-    /// Bakes the heights, and with `all` what is beside them, into a file.
+    /// Bakes the heights into a file, and with `all` the other maps.
     fn bake(&self, name: &str, all: bool, precision: Precision) -> PathBuf {
         let mut inputs =
             BakeInputs { heights: Some(load_height_map(self.at("heights.exr")).unwrap()), ..Default::default() };
@@ -76,7 +76,7 @@ impl Files {
         path
     }
 
-    /// The files by themselves.
+    /// The separate files.
     fn apart(&self, all: bool) -> MaterialFiles {
         let file = |name: &str| all.then(|| self.at(name));
         MaterialFiles {
@@ -98,7 +98,7 @@ fn config(scene: &str, height_map: &Path, material: MaterialFiles) -> SceneConfi
         size: Size { width: 96, height: 64 },
         picture: Picture { samples: 1, ..Picture::default() },
         atlas_tile: 16,
-        // What surrounds it comes from no file.
+        // Surroundings come from no file.
         bare: true,
         ..SceneConfig::default()
     }
@@ -113,7 +113,7 @@ fn picture(gpu: &Arc<Gpu>, config: &SceneConfig) -> RgbImage {
 
 #[test]
 #[ignore = "long"]
-fn a_file_is_drawn_to_the_last_bit() {
+fn file_renders_bit_identically() {
     let Some(gpu) = test_gpu() else { return };
     for (size, all) in [(64, false), (50, true)] {
         let files = Files::new(size);
@@ -137,7 +137,7 @@ fn a_file_is_drawn_to_the_last_bit() {
 
 #[test]
 #[ignore = "long"]
-fn smaller_numbers_err_as_little_as_they_should() {
+fn smaller_formats_stay_within_error_bounds() {
     let Some(gpu) = test_gpu() else { return };
     let files = Files::new(128);
     for (scene, all) in [("plane", false), ("plane", true), ("sphere", true)] {
@@ -161,10 +161,10 @@ fn smaller_numbers_err_as_little_as_they_should() {
 
 #[test]
 #[ignore = "long"]
-fn steep_relief_keeps_its_spread_and_its_place() {
+fn steep_relief_keeps_spread_and_position() {
     let Some(gpu) = test_gpu() else { return };
     let files = Files::new(8);
-    // Per unit of the map, slopes with a deviation of some 700: more than any rise over run may have.
+    // Per unit of the map, slopes with a deviation of some 700: more than any valid rise over run.
     let wave = |x: u32, k: f32| (x as f32 * k).sin();
     let texels: Vec<f32> =
         (0..256 * 256).map(|i| 0.5 + 0.2 * (wave(i % 256, 2.1) + wave(i / 256, 1.3) * wave(i % 256, 0.05))).collect();
@@ -175,7 +175,7 @@ fn steep_relief_keeps_its_spread_and_its_place() {
     let heights = files.at("heights.exr");
     let exact = drawn(&heights, MomentFormat::Float32);
     let error = |found: RgbImage| rrmse(&exact, &found).unwrap();
-    // The device measures in another unit here, and must find the same.
+    // The device uses another unit here, and must get the same result.
     let on_device = error(drawn(&heights, MomentFormat::Float16));
     let [half, blocks] = [Precision::F16, Precision::Bc]
         .map(|p| error(drawn(&files.bake(&format!("{}.ktx2", p.name()), false, p), MomentFormat::Float32)));

@@ -1,4 +1,4 @@
-//! Light between facets, gloss and cones: furnaces, and what of the surroundings reaches a plane.
+//! Light between facets, gloss and occlusion cones: furnaces, and the environment light on a plane.
 
 use glam::{DVec3, Vec3};
 use leadr::maps::material::{TextureWrap, alpha_code, alpha_of};
@@ -31,7 +31,7 @@ fn code() -> u8 {
     leadr::maps::srgb::srgb8_from_linear(ALBEDO as f32)
 }
 
-/// Radiance of the plane's middle from this cosine.
+/// Radiance of the plane's centre from this cosine.
 fn seen(renderer: &mut Renderer, technique: Technique, multiscattering: bool, terms: Terms, cosine: f32) -> DVec3 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let camera = Camera::looking_at(Vec3::new(0.0, -sine, cosine) * 3.0, Vec3::ZERO, 4.0);
@@ -60,7 +60,7 @@ fn mirrors_lose_no_light() {
         for technique in TECHNIQUES {
             for cosine in COSINES {
                 let all = seen(&mut renderer, technique, true, Terms::SPECULAR_ENVIRONMENT, cosine).x;
-                // Gloss knows the albedo of its lobe exactly; others integrate theirs by probes.
+                // Gloss uses the exact albedo of its lobe; others integrate theirs by probes.
                 let most = if technique == Technique::Gloss { 0.005 } else { 0.03 };
                 assert!((all - 1.0).abs() < most, "{technique:?} α {alpha}, cos {cosine}: {all}");
                 let once = seen(&mut renderer, technique, false, Terms::SPECULAR_ENVIRONMENT, cosine).x;
@@ -74,7 +74,7 @@ fn mirrors_lose_no_light() {
 }
 
 #[test]
-fn bodies_return_what_their_bounces_leave() {
+fn diffuse_base_returns_remaining_energy() {
     let Some(gpu) = test_gpu() else { return };
     for alpha in [0.1, 0.5, 1.0] {
         let alpha = alpha_of(alpha_code(alpha));
@@ -93,7 +93,7 @@ fn bodies_return_what_their_bounces_leave() {
                     (found / expected - 1.0).abs() < most,
                     "{technique:?} α {alpha}, cos {cosine}: {found} {expected}"
                 );
-                // With its mirrors, no more than arrives.
+                // With the specular term, no more than the incident light.
                 let whole = Terms::DIFFUSE_ENVIRONMENT | Terms::SPECULAR_ENVIRONMENT;
                 assert!(seen(&mut renderer, technique, true, whole, cosine).x < 1.0);
             }
@@ -103,10 +103,10 @@ fn bodies_return_what_their_bounces_leave() {
 
 #[test]
 #[ignore = "long"]
-fn a_cone_leaves_its_share_with_light_from_all_bounces() {
+fn cone_keeps_its_share_with_interreflection() {
     let Some(gpu) = test_gpu() else { return };
     for share in [1.0f32, 0.6, 0.25] {
-        // About the normal, as long as its share.
+        // About the normal, with a length equal to its visible fraction.
         let mut renderer = in_furnace(&gpu, ground(code(), 0.5, 0.04, Some([0.0, 0.0, share, share])));
         let mut open = in_furnace(&gpu, ground(code(), 0.5, 0.04, None));
         for technique in TECHNIQUES {
@@ -115,7 +115,7 @@ fn a_cone_leaves_its_share_with_light_from_all_bounces() {
             let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
             let expected = interreflected_visibility(share.into(), DVec3::splat(white)).x;
             assert!((hidden / whole - expected).abs() < 0.01, "{technique:?} {share}: {} {expected}", hidden / whole);
-            // Mirrors lose more of it the narrower it is, and nothing where it is open.
+            // The specular term loses more with narrower cones, and nothing with an open one.
             let mirrors =
                 |renderer: &mut Renderer| seen(renderer, technique, false, Terms::SPECULAR_ENVIRONMENT, 0.9).x;
             let left = mirrors(&mut renderer) / mirrors(&mut open);

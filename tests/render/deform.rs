@@ -1,4 +1,4 @@
-//! Surfaces that deform while their LEADR maps stay the same (LEADR eq. 12).
+//! Deforming surfaces with fixed LEADR maps (LEADR eq. 12).
 
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::{frame_about, to_frame};
@@ -9,7 +9,7 @@ use leadr::scenes::stage::Lights;
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::stage_under_sky;
 
-/// Mean slope covariance (xx, yy, xy) of the quad seen from afar, along world x and the quad's upward direction.
+/// Mean slope covariance (xx, yy, xy) of the quad at a distance, along world x and the quad's upward direction.
 fn quad_covariance(gpu: &TestGpu, deformation: Deformation, time: f64) -> [f64; 3] {
     let mut stage = stage(deformation);
     let mut renderer = stage_under_sky(gpu, &mut stage, 32);
@@ -43,7 +43,7 @@ fn slopes_follow_the_deformation() {
     println!("at rest {rest:?}");
     assert!(rest[0] > 0.1 && (rest[1] / rest[0] - 1.0).abs() < 0.15 && (rest[2] / rest[0]).abs() < 0.1, "{rest:?}");
 
-    // The quad leans back by 10 degrees, so its upward direction is stretched by less than the vertical.
+    // The quad leans back by 10 degrees, so its upward direction is stretched less than the vertical.
     let up = DVec3::new(0.0, 80f64.to_radians().cos(), 80f64.to_radians().sin());
     let full = quad_covariance(&gpu, Deformation::Stretch, PERIOD / 2.0);
     let (wider, lower) = (f64::from(STRETCH), (up * DVec3::new(1.0, 1.0, 1.0 / f64::from(STRETCH))).length());

@@ -1,4 +1,4 @@
-//! Displaced triangles: without cracks whatever their seams, displaced as far and shaded as steep as their maps say.
+//! Displaced triangles: no cracks at any seam, with displacement and shaded slopes that match their maps.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use leadr_lab::cracks::{self, Cracks, Search, rough_relief, roughened};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::shared::shared_data;
 
-/// A model of primitives, each of a material of its own.
+/// A model of primitives, each with its own material.
 fn model(primitives: Vec<Primitive>) -> Model {
     let node = Node {
         name: "node".into(),
@@ -37,7 +37,7 @@ fn model(primitives: Vec<Primitive>) -> Model {
     }
 }
 
-/// A surface as lists that grow.
+/// A growing list of triangles.
 #[derive(Default)]
 struct Soup {
     primitive: Primitive,
@@ -45,7 +45,7 @@ struct Soup {
 }
 
 impl Soup {
-    /// Adds a triangle with vertices of its own.
+    /// Adds a triangle with its own vertices.
     fn add(&mut self, corners: [Vec3; 3], normals: [Vec3; 3], texcoords: [[f32; 2]; 3]) {
         let first = self.primitive.positions.len() as u32;
         self.primitive.triangles.push([first, first + 1, first + 2]);
@@ -67,7 +67,7 @@ impl Soup {
     }
 }
 
-/// A cube with hard edges, each face of which has a chart of its own, of another size, some mirrored.
+/// A cube with hard edges; each face has its own chart, of another size, some mirrored.
 fn cube(centre: Vec3) -> Primitive {
     let mut soup = Soup::default();
     for face in 0..6 {
@@ -81,7 +81,7 @@ fn cube(centre: Vec3) -> Primitive {
     soup.primitive()
 }
 
-/// A band with half a twist, whose normals meet their opposites in its seam.
+/// A Möbius strip, with opposite normals at its seam.
 fn moebius(centre: Vec3) -> Primitive {
     let mut soup = Soup::default();
     let at = |i: u32, side: f32| {
@@ -99,8 +99,7 @@ fn moebius(centre: Vec3) -> Primitive {
     soup.primitive()
 }
 
-/// A sphere whose poles consist of slivers, in a chart that is mirrored in the middle; with a fin, which makes edges of three
-/// triangles and more.
+/// A sphere with sliver triangles at the poles, in a chart mirrored in the middle. A fin adds edges with three or more triangles.
 fn finned_sphere(centre: Vec3) -> Primitive {
     let mut soup = Soup::default();
     let at = |i: u32, j: u32| {
@@ -137,7 +136,7 @@ fn hard_shapes_have_no_cracks_unless_their_seams_are_torn() {
     let made = || stage(ModelChoice::new(hard_shapes(), None).unwrap()).unwrap();
     let whole = search(&gpu, made(), 5, 0.0);
     let mut torn = made();
-    torn.objects.iter_mut().for_each(|object| object.mesh.places.clear());
+    torn.objects.iter_mut().for_each(|object| object.mesh.welds.clear());
     let torn = search(&gpu, torn, 3, 0.0);
     println!("whole: {whole:?}, torn: {torn:?}");
     assert_eq!(whole.cracks, 0);
@@ -147,7 +146,7 @@ fn hard_shapes_have_no_cracks_unless_their_seams_are_torn() {
 #[test]
 fn materials_meet_without_cracks() {
     let Some(gpu) = test_gpu() else { return };
-    // The faces of a cube in two materials, one of which is displaced.
+    // The faces of a cube in two materials, one of them displaced.
     let halves = |displaced: bool| {
         let Primitive { triangles, .. } = cube(Vec3::ZERO);
         let (top, rest) = triangles.split_at(4);
@@ -171,7 +170,7 @@ fn materials_meet_without_cracks() {
 }
 
 #[test]
-fn creatures_of_others_have_no_cracks_in_motion() {
+fn sample_creatures_have_no_cracks_in_motion() {
     let Some(gpu) = test_gpu() else { return };
     let Some(folder) = shared_data("creatures") else { return };
     let creature = |file: &Path| roughened(Model::load(file, LoadOptions::default()).unwrap(), None);
@@ -180,7 +179,7 @@ fn creatures_of_others_have_no_cracks_in_motion() {
         let made = || stage(ModelChoice::new(creature(&folder.join(file)), None).unwrap()).unwrap();
         let whole = search(&gpu, made(), 2, 0.3);
         let mut torn = made();
-        torn.objects.iter_mut().for_each(|object| object.mesh.places.clear());
+        torn.objects.iter_mut().for_each(|object| object.mesh.welds.clear());
         let torn = search(&gpu, torn, 1, 0.3);
         println!("{file}: {whole:?}, torn: {torn:?}");
         assert!(whole.cracks == 0 && whole.searched > 3_000, "{file}: {whole:?}");

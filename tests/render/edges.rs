@@ -1,4 +1,4 @@
-//! Edge samples: silhouettes as smooth as with many samples, surfaces shaded once.
+//! Edge samples: silhouettes as smooth as with many samples, with one shading sample per surface.
 
 use glam::{Affine3A, Vec3};
 use leadr::render::camera::Camera;
@@ -12,11 +12,11 @@ use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{stage_under_sky, under_sky};
 
 const SIZE: u32 = 64;
-/// Bound on the relative difference that the G-buffer's halves and snorms make; at most 9e-4 was measured.
+/// Bound on the relative difference from 16-bit floats and snorms of the G-buffer; at most 9e-4 was measured.
 const ROUNDING: f32 = 2e-3;
-/// Bounds on the errors of one sample, without and with edge samples, against many samples; measured .0078 and .0153 (LEADR),
-/// .0061 and .0116 (LEAN), .0092 and .0145 (mipmapped normals); on another side of the rock .0083 and .0116, .0082 and .0105, .0129 and
-/// .0143. A sample of a single patch is off by .029.
+/// Bounds on the errors of one sample, without and with edge samples, against many samples. Measured .0078 and .0153 (LEADR), .0061 and
+/// .0116 (LEAN), .0092 and .0145 (mipmapped normals); on another side of the rock .0083 and .0116, .0082 and .0105, .0129 and .0143. A
+/// sample of a single patch is off by .029.
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.0165], [0.0095, 0.0125], [0.0145, 0.016]];
 
 /// A small sphere in front of a large one.
@@ -26,8 +26,8 @@ pub(crate) fn scene(gpu: &TestGpu) -> (Renderer, FrameState) {
         .to_vec();
     let renderer = under_sky(gpu, objects, 32);
     let toward = Vec3::new(-0.3, -1.0, 0.4).normalize();
-    let pose = |place: Vec3, radius: f32| {
-        Pose::Rigid(Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::splat(radius)))
+    let pose = |position: Vec3, radius: f32| {
+        Pose::Rigid(Affine3A::from_translation(position) * Affine3A::from_scale(Vec3::splat(radius)))
     };
     let camera = Camera::looking_at(toward * 12.0, Vec3::ZERO, 18.0);
     let poses = vec![pose(toward * 2.0 + Vec3::X * 0.3, 0.5), pose(Vec3::ZERO, 1.4)];
@@ -43,13 +43,13 @@ pub(crate) fn settings_of(technique: Technique, samples: u32, edge_samples: u32)
     RenderSettings { size: (SIZE, SIZE), samples, shading, ..Default::default() }
 }
 
-/// Whether a pixel with edge samples has the value of one without, but for the rounding of the G-buffer, which only the former passes
-/// through: 11 bits of its colours.
+/// Whether a pixel with edge samples equals one without, within the rounding of the G-buffer, which only the former uses: 11 bits of its
+/// colours.
 fn as_once(joined: [f32; 4], alone: [f32; 4]) -> bool {
     joined[3] == alone[3] && (0..3).all(|c| (joined[c] - alone[c]).abs() <= ROUNDING * alone[c].abs())
 }
 
-/// Root mean square difference over the pixels for which `over` holds, of the channels from `first` on.
+/// RMS difference over the pixels selected by `over`, for the channels from `first` on.
 pub(crate) fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> bool) -> f64 {
     let pixels = (0..a.color.len()).filter(|&i| over(i)).collect::<Vec<_>>();
     let square = |i: usize| (first..4).map(|c| f64::from(a.color[i][c] - b.color[i][c]).powi(2)).sum::<f64>();
@@ -66,7 +66,7 @@ fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
     let partly = |i: usize| (0.001..0.999).contains(&truth.color[i][3]);
     let once = renderer.render(&state, &settings(1, 1)).unwrap();
     let depth: Vec<f32> = renderer.layer(Layer::Depth).unwrap().iter().map(|d| d[0]).collect();
-    // Pixels that see more than one surface: those where one sample differs much from many.
+    // Pixels with more than one surface: those where one sample differs much from many.
     let edge = |i: usize| (0..3).any(|c| (once.color[i][c] - supersampled.color[i][c]).abs() > 0.05);
     let edges = (0..once.color.len()).filter(|&i| edge(i)).count();
     let mut before = (rms(&once, &truth, 3, partly), rms(&once, &supersampled, 0, edge));
@@ -80,7 +80,7 @@ fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
         assert!(errors.0 < 0.6 * before.0 && errors.1 < 0.7 * before.1, "{errors:?} after {before:?}");
         before = errors;
         let mut inside = 0;
-        // All pixels at least two pixels away from a step in depth must keep their exact values.
+        // Pixels at least two pixels away from a depth step must keep their exact values.
         for y in 2..SIZE as i32 - 2 {
             for x in 2..SIZE as i32 - 2 {
                 let at = |x: i32, y: i32| (y * SIZE as i32 + x) as usize;
@@ -106,11 +106,11 @@ pub(crate) fn rock(gpu: &TestGpu, distance: f32) -> (Renderer, FrameState) {
     (renderer, state)
 }
 
-/// On a rough sphere so far away that a pixel covers several patches, one shaded sample is close to many, both by the coarse
-/// levels of its maps and by resolving edge samples.
+/// On a rough sphere at a distance where a pixel covers several patches, one shaded sample is close to many. Both the coarse mip levels and
+/// resolved edge samples achieve this.
 #[test]
 #[ignore = "long"]
-fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
+fn pixel_of_many_patches_averages_them() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 20.0);
     let techniques = [Technique::Leadr, Technique::Lean, Technique::NormalMip];
@@ -131,7 +131,7 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     }
 }
 
-/// Bumps several pixels wide, tessellated more finely for edge samples than for the shadow map, do not shadow themselves.
+/// Bumps several pixels wide do not shadow themselves, although edge samples tessellate them more finely than the shadow map.
 #[test]
 #[ignore = "long"]
 fn fine_bumps_do_not_shade_themselves() {
@@ -147,7 +147,7 @@ fn fine_bumps_do_not_shade_themselves() {
     let worst = inside.iter().map(|&i| many[i][1] - joined[i][1]).fold(0.0, f32::max);
     println!("darker by {worst:.3} at most over {} pixels", inside.len());
     assert!(inside.len() > 4000);
-    // Measured 0.158, one pixel on a shadow's border; 0.2 if edge samples filter the shadow map over a quarter of a pixel only.
+    // Measured 0.158, one pixel on a shadow's border; 0.2 if edge samples filter the shadow map over only a quarter of a pixel.
     assert!(worst < 0.18, "{worst}");
 }
 
@@ -163,7 +163,7 @@ fn frames_with_edge_samples_repeat() {
             let frame = renderer.render(&state, &settings).unwrap();
             assert_eq!(frame.color, other.render(&state, &settings).unwrap().color);
             assert!(frame.color.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
-            // After a frame without edge samples, which has other targets.
+            // After a frame without edge samples, which uses other targets.
             renderer.render(&state, &RenderSettings { seed, ..settings_of(technique, 2, 1) }).unwrap();
             assert_eq!(frame.color, renderer.render(&state, &settings).unwrap().color);
         }
@@ -173,7 +173,7 @@ fn frames_with_edge_samples_repeat() {
         renderer.render(&state, &by_seed(0)).unwrap().color,
         renderer.render(&state, &by_seed(1)).unwrap().color
     );
-    // Measured frames draw all edge samples, in one pass more that marks them.
+    // Measured frames draw all edge samples, with one additional pass that marks them.
     let times = renderer.measure(&state, &settings(1, 4), 0, 1).unwrap();
     assert_eq!(times.iter().filter(|t| t.pass == "edges").count(), 1);
 }

@@ -50,14 +50,14 @@ fn the_sky_matches_its_64_bit_evaluation() {
             worst.1
         );
         assert!(worst.0 < 2e-4, "{worst:?}");
-        // the comparison can fail: moving the sun by a tenth of a degree shows
+        // the comparison can fail: moving the sun by a tenth of a degree is detected
         let moved = Sky { turbidity, ..Sky::with_sun((elevation + 0.1).to_radians(), azimuth + 0.01) }.tables();
         let moved_by = texels.iter().map(|(d, _, l)| relative(*l, moved.radiance(*d))).fold(0.0, f64::max);
         assert!(moved_by > 2.0 * worst.0, "{moved_by}");
     }
 }
 
-/// Whether texels are equal to the rounding of halves and of where texels are looked up, which blends a ten-thousandth of a texel.
+/// Whether texels are equal within the rounding of 16-bit floats and of texture coordinates, which blends a ten-thousandth of a texel.
 fn same_as_halves(halves: &[(DVec3, f64, DVec3)], exact: &[(DVec3, f64, DVec3)]) -> bool {
     let brightest = exact.iter().map(|texel| texel.2.max_element()).fold(0.0, f64::max);
     let near = |(a, b): (f64, f64)| (a - b).abs() <= b.abs() / 2000.0 + 6e-8 + 1e-4 * brightest;
@@ -65,7 +65,7 @@ fn same_as_halves(halves: &[(DVec3, f64, DVec3)], exact: &[(DVec3, f64, DVec3)])
 }
 
 #[test]
-fn an_unchanged_sky_costs_nothing() {
+fn unchanged_sky_is_not_recomputed() {
     let Some(gpu) = test_gpu() else { return };
     let sky = Sky::with_sun(0.5, 1.0);
     let mut environment = Environment::from_sky(&gpu, 16, &sky).unwrap();
@@ -97,12 +97,12 @@ fn every_level_has_the_same_mean() {
     assert!(relative(plain(0), first / (4.0 * PI)) > 1e-3);
 }
 
-/// Levels for probes: a bright pixel, wherever it lies, is a spot of the same power, place and stated width at every level.
+/// Mip levels for probes: a bright pixel at any position is a spot of the same power, position and stated width at every level.
 #[test]
 fn every_blurred_level_has_the_power_and_width_it_claims() {
     let Some(gpu) = test_gpu() else { return };
     let size = Environment::FACE_SIZE;
-    // In the middle of a face, on an edge, near a corner.
+    // At the centre of a face, on an edge, near a corner.
     for (column, row) in [(512u32, 256u32), (640, 256), (641, 158)] {
         let mut image = panorama(1024, |_| DVec3::ZERO);
         image.texels[(row * 1024 + column) as usize] = [1e5; 3];
@@ -127,7 +127,7 @@ fn every_blurred_level_has_the_power_and_width_it_claims() {
     }
 }
 
-/// The sky, which has little detail, has a smaller cube of smooth kernels from fewer lookups: it is that of its picture.
+/// The sky has little detail, so its cube is smaller, with smooth kernels from fewer lookups. It matches that of its image.
 #[test]
 fn the_sky_blurs_like_a_picture_of_it() {
     let Some(gpu) = test_gpu() else { return };
@@ -172,7 +172,7 @@ fn panorama_arrives_in_the_documented_directions() {
     println!("panorama to cube texels: worst {worst:.2e}");
     assert!(worst < 2e-3);
 
-    // a shader that samples the cube finds the same, also on edges and corners
+    // a shader sampling the cube gets the same values, also on edges and corners
     let mut inputs = Vec::new();
     for i in 0..4000u32 {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 4000.0;
@@ -199,7 +199,7 @@ fn panorama_arrives_in_the_documented_directions() {
 }
 
 #[test]
-fn a_sun_of_one_pixel_keeps_its_power_and_place() {
+fn one_pixel_sun_keeps_power_and_direction() {
     let Some(gpu) = test_gpu() else { return };
     // the row at the pole is 8 % too wide (the sampler does not filter across the pole), so it has its own bounds
     let mut worst = [(0.0f64, 0.0f64); 2];
@@ -222,11 +222,11 @@ fn a_sun_of_one_pixel_keeps_its_power_and_place() {
             PI * (top + 0.5) / f64::from(image.height),
             2.0 * PI * (0.5 - (f64::from(column) + 0.5) / f64::from(width)),
         );
-        let place = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let position = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
         let no_lights = LightExtraction { count: 0, ..Default::default() };
         let environment = Environment::from_panorama(&gpu, Environment::FACE_SIZE, &image, no_lights).unwrap();
         let (sum, centre) = power(&read_level(&environment, 0));
-        let off = centre.angle_between(place).to_degrees();
+        let off = centre.angle_between(position).to_degrees();
         println!("{width} wide, pixel {column},{row}: power off by {:.2e}, place by {off:.3}°", sum.y / exact - 1.0);
         let worst = &mut worst[usize::from(row == 0)];
         *worst = (worst.0.max((sum.y / exact - 1.0).abs()), worst.1.max(off));
@@ -241,7 +241,7 @@ fn faces_must_be_a_power_of_two() {
     assert!(error.contains("power of two"), "{error}");
 }
 
-/// Writes unwrapped, tone-mapped environments to `target/tmp/light`, to look at.
+/// Writes unwrapped, tone-mapped environments to `target/tmp/light` for inspection.
 #[test]
 #[ignore = "writes pictures"]
 fn pictures() {
@@ -284,7 +284,7 @@ fn pictures() {
     }
 }
 
-/// Prints what the sky costs per frame, without validation.
+/// Prints the sky's time per frame, without validation.
 #[test]
 #[ignore = "measures time"]
 fn timings() {

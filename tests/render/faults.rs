@@ -1,5 +1,5 @@
-//! A driver may refuse memory or a pipeline, or lose the device, at any call: each time the error is a line that says what to do,
-//! nothing stays on the device, and what is drawn next is right.
+//! A driver may refuse memory or a pipeline, or lose the device, at any call. Each time the error is one line with a remedy, nothing leaks
+//! on the device, and the next picture is correct.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,12 +26,12 @@ use leadr::scenes::view::Size;
 use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::bumps;
 
-/// A renderer, and the frame that it is to draw.
+/// A renderer, and the frame to draw.
 type Ready = (Renderer, FrameState, RenderSettings);
-/// Makes it on a device that may fail.
+/// Builds it on a device that may fail.
 type Drawing<'a> = &'a dyn Fn(&Arc<Gpu>) -> Result<Ready, SceneError>;
 
-/// A picture, or why there is none. A renderer that fails on a device which still works is asked once more.
+/// A picture or its error. A renderer that fails on a working device is called once more.
 fn draw(drawing: Drawing<'_>, gpu: &Arc<Gpu>) -> (Result<RgbImage, SceneError>, Option<RgbImage>) {
     let (mut renderer, state, settings) = match drawing(gpu) {
         Ok(set) => set,
@@ -46,17 +46,17 @@ fn draw(drawing: Drawing<'_>, gpu: &Arc<Gpu>) -> (Result<RgbImage, SceneError>, 
     }
 }
 
-/// At most `most` of `count` calls, evenly, the first and the last among them.
+/// At most `most` of `count` calls, evenly spaced, including the first and the last.
 fn spread(count: u32, most: u32) -> impl Iterator<Item = u32> {
     let tried = count.min(most);
     (0..tried).map(move |i| i * (count - 1) / (tried - 1).max(1))
 }
 
-/// Draws without a fault, and then with `most` faults of each kind.
+/// Draws without a fault, and then with up to `most` faults of each kind.
 fn try_faults(name: &str, drawing: Drawing<'_>, most: u32) {
     let Some(first) = test_gpu() else { return };
     let begun = Instant::now();
-    // What is kept in a cache is made by the first of them.
+    // The first of them fills the cache.
     let whole = draw(drawing, &first).0.unwrap();
     drop(first);
     let gpu = test_gpu().unwrap();
@@ -72,7 +72,7 @@ fn try_faults(name: &str, drawing: Drawing<'_>, most: u32) {
             gpu.fail_after(after, call);
             let (drawn, again) = draw(drawing, &gpu);
             let error = drawn.err().unwrap_or_else(|| panic!("{what}: nothing failed")).to_string();
-            let remedy = if lost { "start again" } else { "take smaller" };
+            let remedy = if lost { "restart" } else { "use smaller" };
             assert!(error.contains(remedy) && !error.contains('\n'), "{what}: {error}");
             if let Some(picture) = again {
                 assert!(!lost && picture.texels == whole.texels, "{what}: the next picture is wrong");
@@ -87,7 +87,7 @@ fn try_faults(name: &str, drawing: Drawing<'_>, most: u32) {
     println!("{name}: {calls:?} calls, {tried} faults, {:.1} s", begun.elapsed().as_secs_f32());
 }
 
-/// A small scene that needs most of what others do.
+/// A small scene with most of the resources of others.
 fn sphere(gpu: &Arc<Gpu>) -> Result<Ready, SceneError> {
     let (mesh, heights) = displaced_sphere(&bumps(32, 4.0, 7), 1.0, 2, 8, [0.5; 4]);
     let object = Object::new("ball", mesh).with_heights(heights, 0.05);

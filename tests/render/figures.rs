@@ -1,4 +1,4 @@
-//! The pillow and the snake: without cracks at every tessellation, and from afar filtered like their reference.
+//! The pillow and the snake: no cracks at any tessellation, and at a distance filtered like their reference.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use leadr::scenes::studio::studio;
 use leadr::scenes::{pillow, snake};
 use leadr_testing::gpu::test_gpu;
 
-/// The first object of a stage alone, in the studio.
+/// Only the first object of a stage, in the studio.
 fn alone(gpu: &Arc<Gpu>, stage: &mut Stage) -> Renderer {
     let environment = Environment::from_equirect(gpu, 32, &studio()).unwrap();
     let mut objects = std::mem::take(&mut stage.objects);
@@ -30,8 +30,9 @@ fn state(stage: &Stage, direction: Vec3, distance: f32) -> FrameState {
     state
 }
 
-/// Pixels that show the inside through a crack. On a silhouette the last front face and the first back face meet edge-on, and
-/// either may win; such a pixel is hardly farther away than its neighbours, whereas a crack shows the far wall.
+/// Pixels that show the inside through a crack. On a silhouette the last front face and the first back face meet edge-on and have equal
+/// depths.
+/// Such a pixel is hardly further away than its neighbours; a crack shows the far wall.
 fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]], outline: f32) -> usize {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
     let inside = |i: usize| output.color[i][..3] == [1.0, 0.0, 1.0];
@@ -46,7 +47,7 @@ fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]], outline: f32) -> usiz
         .count()
 }
 
-/// Inside pixels and all pixels of the first object, `thick` metres thick, over some views.
+/// Inside pixels and all pixels of the first object, `thick` metres thick, over several views.
 fn count_inside(gpu: &Arc<Gpu>, mut stage: Stage, distance: f32, thick: f32) -> (usize, usize) {
     let mut renderer = alone(gpu, &mut stage);
     let (mut inside, mut pixels) = (0, 0);
@@ -72,7 +73,7 @@ fn count_inside(gpu: &Arc<Gpu>, mut stage: Stage, distance: f32, thick: f32) -> 
     (inside, pixels)
 }
 
-/// Gives every patch its own vertices, so that nothing closes the gaps between their heights.
+/// Gives every patch its own vertices, so that gaps between their heights stay open.
 fn torn(mut stage: Stage) -> Stage {
     let mesh = &mut stage.objects[0].mesh;
     let vertices: Vec<usize> = mesh.patches.iter().flatten().map(|&v| v as usize).collect();
@@ -105,10 +106,10 @@ fn the_snake_has_no_cracks_unless_it_is_torn() {
     assert!(inside > 10, "{inside}");
 }
 
-/// From afar, every pixel of one sample is near the converged reference, and far nearer than with mipmapped normals.
+/// At a distance, every pixel of one sample is close to the converged reference, and much closer than with mipmapped normals.
 #[test]
 #[ignore = "long"]
-fn one_sample_from_afar_is_close_to_many_of_the_reference() {
+fn one_distant_sample_matches_the_reference() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = pillow::stage(32);
     let mut renderer = alone(&gpu, &mut stage);
@@ -129,7 +130,7 @@ fn one_sample_from_afar_is_close_to_many_of_the_reference() {
         halves[0].iter().zip(&halves[1]).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
     let inside: Vec<usize> = (0..reference.len()).filter(|&i| reference[i][3] > 0.999).collect();
     assert!(inside.len() > 100, "{}", inside.len());
-    // Relative mean square error over the pixels that the pillow fills.
+    // Relative mean square error over the pixels filled by the pillow.
     let error = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let square = |a: f32| f64::from(a) * f64::from(a);
         let (off, all) = inside.iter().fold((0.0, 0.0), |(off, all), &i| {
@@ -138,7 +139,7 @@ fn one_sample_from_afar_is_close_to_many_of_the_reference() {
         });
         off / all
     };
-    // The mean of two independent halves has a quarter of the square of their difference.
+    // The mean of two independent halves has a quarter of their squared difference as its noise.
     let noise = 0.25 * error(&halves[0], &halves[1]);
     let [leadr, normals] =
         [Technique::Leadr, Technique::NormalMip].map(|t| (error(&render(t, 1, 0), &reference) - noise).max(0.0).sqrt());

@@ -1,4 +1,4 @@
-//! The purpose of the project: a surface keeps its look at every distance.
+//! The purpose of the project: the appearance of a surface does not depend on distance.
 
 use glam::{Vec2, Vec3};
 use leadr::maps::RgbImage;
@@ -15,7 +15,7 @@ use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{bumps, luminance, under_sky};
 use leadr_tools::metrics::compare::compare;
 
-/// A glossy sphere with Gaussian bumps of slope σ ≈ 0.3, far finer than the pixels of the distances below.
+/// A glossy sphere with Gaussian bumps of slope σ ≈ 0.3, far finer than the pixels at the distances below.
 fn bumpy_sphere(gpu: &TestGpu) -> Renderer {
     let (mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 32, [0.4, 0.4, 0.4, 0.15]);
     let object = Object::new("bumpy sphere", mesh).with_heights(heights, 0.3).with_specular_f0(0.3).without_shadow();
@@ -31,7 +31,7 @@ fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {
     RenderSettings {
         size: (size, size),
         samples,
-        // Masking only, because the bumps of the reference do not shadow each other either.
+        // Masking only, because the reference's bumps do not shadow each other either.
         shading: technique.with(ShadingOptions {
             shadowing: Shadowing::None,
             relief_occlusion: false,
@@ -47,7 +47,7 @@ fn image(output: &FrameOutput) -> RgbImage {
     RgbImage::new(output.size.0, output.size.1, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
 }
 
-/// Mean radiance over the object, by coverage.
+/// Mean radiance over the object, weighted by coverage.
 fn mean_radiance(output: &FrameOutput) -> [f64; 3] {
     let mut sum = [0.0; 4];
     for c in &output.color {
@@ -78,7 +78,7 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
     let naive_smooth = error(Technique::NormalMip, 32);
     // Measured: see docs/measurements/first-light.md.
     assert!(leadr.0 < 0.8 * naive.0, "FLIP at one sample is too large");
-    // Many samples remove the silhouette's aliasing; what remains is the error of filtering.
+    // Many samples remove the silhouette's aliasing; the remaining error is that of the filter.
     assert!(leadr_smooth.0 < 0.6 * naive_smooth.0, "FLIP at many samples is too large");
     assert!(leadr_smooth.1 < 0.5 * naive_smooth.1, "relative RMSE at many samples is too large");
 }
@@ -96,7 +96,7 @@ fn brightness_changes_smoothly_with_distance() {
     };
     let leadr: Vec<f64> = (0..40).map(|step| mean(Technique::Leadr, step, 4)).collect();
     let largest = leadr.windows(2).map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, f64::max);
-    // Against the truth near and far: from nearby less of the surface is seen, so it changes, too.
+    // The truth also changes with distance: from close by, less of the surface is visible.
     let leadr = [0, 39].map(|step| mean(Technique::Leadr, step, 4) / mean(Technique::Reference, step, 32) - 1.0);
     println!("largest step {largest:.4}; near and far {leadr:+.4?}");
     assert!(largest < 0.02, "largest step {largest}");
@@ -104,7 +104,7 @@ fn brightness_changes_smoothly_with_distance() {
     assert!(leadr.iter().all(|e| e.abs() < 0.03), "{leadr:?}");
 }
 
-/// How far `picture` is moved against `truth`, pixels: least squares on the differences between neighbours.
+/// Displacement of `picture` against `truth` in pixels, by least squares on differences between neighbours.
 fn shift(truth: &FrameOutput, picture: &FrameOutput) -> Vec2 {
     let (width, height) = (truth.size.0 as usize, truth.size.1 as usize);
     let at = |output: &FrameOutput, x: usize, y: usize| luminance(&output.color[y * width + x]);
@@ -133,7 +133,7 @@ fn no_number_of_samples_shifts_a_picture() {
         println!("{samples} samples: {shift}");
         assert!(shift.length() < 0.01, "{samples} samples: {shift}");
     }
-    // A tenth of a pixel is seen.
+    // A shift by a tenth of a pixel is detected.
     let mut moved = render(1);
     for (i, color) in moved.color.iter_mut().enumerate() {
         let left = truth.color[i.saturating_sub(usize::from(i % 64 > 0))];

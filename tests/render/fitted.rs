@@ -1,4 +1,4 @@
-//! Measured materials in the renderer: a table of Beckmann slopes must look as Beckmann's own lobe does, in every technique that sees it.
+//! Measured materials in the renderer: a table of Beckmann slopes must match Beckmann's own lobe, in every technique that supports it.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 
 const SIZE: u32 = 32;
 const F0: f64 = 0.3;
-/// What measured reflectances are times Schlick's form of [`F0`].
+/// Ratio of the measured reflectances to Schlick's form of [`F0`].
 const COPPER: DVec3 = DVec3::new(1.0, 0.6, 0.3);
 
 fn lobe(share: f64, alpha: f64) -> Lobe {
@@ -40,7 +40,7 @@ fn lobe(share: f64, alpha: f64) -> Lobe {
     Lobe { share, covariance: DVec3::new(variance, variance, 0.0) }
 }
 
-/// The density of normals along an azimuth, as tables have it.
+/// The density of normals along an azimuth, in table form.
 fn row(slopes: &dyn SlopeDistribution, azimuth: f64) -> Vec<f64> {
     let at = |i: usize| {
         let (sine, cosine) = angle_at(i as f64 / 90.0).sin_cos();
@@ -49,13 +49,13 @@ fn row(slopes: &dyn SlopeDistribution, azimuth: f64) -> Vec<f64> {
     (0..90).map(at).collect()
 }
 
-/// Facets of these round lobes, as a table.
+/// A table of facets with these round lobes.
 fn table(lobes: &[Lobe], fresnel: Fresnel, alpha: f32) -> FittedTable {
     let slopes = GaussianMixture::new(DVec2::ZERO, lobes);
     fitted(Tabulated::Radial(RadialTable::new(&row(&slopes, 0.0)).unwrap()), lobes, fresnel, alpha)
 }
 
-/// Facets of one lobe that is `wide` along a direction and `narrow` across it.
+/// A table of one lobe with deviation `wide` along a direction and `narrow` across it.
 fn brushed_table([wide, narrow]: [f64; 2], direction: f64) -> FittedTable {
     let turn = DMat2::from_angle(direction);
     let half = turn * DMat2::from_diagonal(0.5 * DVec2::new(wide * wide, narrow * narrow)) * turn.transpose();
@@ -70,12 +70,12 @@ fn fitted(distribution: Tabulated, lobes: &[Lobe], fresnel: Fresnel, alpha: f32)
     FittedTable::new(&FittedBrdf { facets, diffuse: DVec3::ZERO }, lobes, alpha)
 }
 
-/// The roughness that a map keeps in 8 bits.
+/// The roughness after 8-bit quantisation in a map.
 fn kept(alpha: f32) -> f32 {
     alpha_of(alpha_code(alpha))
 }
 
-/// A black sphere with a relief, or a smooth one, whose mirrors are `alpha` rough or those of a fit.
+/// A black sphere, smooth or with a relief, with a specular term of roughness `alpha` or of a fit.
 fn sphere(relief: f32, alpha: f32, fit: Option<FittedTable>) -> Object {
     sphere_of(&bumps(256, 5.0, 3), relief, alpha, fit)
 }
@@ -101,7 +101,7 @@ fn settings(technique: Technique, samples: u32, relief_shadows: bool) -> RenderS
     RenderSettings {
         size: (SIZE, SIZE),
         samples,
-        // As in the reference without shadows, whose bumps hide nothing from each other.
+        // As in the reference without shadows, where bumps do not shadow each other.
         shading: technique.with(ShadingOptions {
             relief_shadows,
             shadowing: Shadowing::None,
@@ -127,7 +127,7 @@ fn picture(gpu: &TestGpu, object: Object, settings: &RenderSettings) -> RgbImage
     image(&renderer.render(&state(), settings).unwrap().color)
 }
 
-/// Well inside the sphere.
+/// Far from the silhouette of the sphere.
 fn inside() -> Mask {
     let coverage: Vec<f32> = (0..SIZE * SIZE)
         .map(|i| {
@@ -138,7 +138,7 @@ fn inside() -> Mask {
     Mask::covered(SIZE, SIZE, &coverage, 0.5).unwrap()
 }
 
-/// rRMSE and bias of a picture of a fit against that of the lobe that it is, inside.
+/// Interior rRMSE and bias of a fit's picture against that of the equivalent lobe.
 fn errors(expected: &RgbImage, found: &RgbImage) -> (f64, f64) {
     (rrmse_over(expected, found, &inside()).unwrap(), bias_over(expected, found, &inside()).unwrap())
 }
@@ -163,7 +163,7 @@ fn one_lobe_is_beckmanns() {
     }
 }
 
-/// Where a surface is rougher than its fit, the measured slopes are steeper.
+/// Where a surface is rougher than its fit, the measured slopes are scaled up.
 #[test]
 fn roughness_scales_a_fit() {
     let Some(gpu) = test_gpu() else { return };
@@ -175,13 +175,13 @@ fn roughness_scales_a_fit() {
         let (rrmse, bias) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(fit())), &settings));
         println!("{technique:?}: rRMSE {rrmse:.4}, bias {bias:.4}");
         assert!(rrmse < most && bias.abs() < 0.01, "{technique:?}: {rrmse} {bias}");
-        // The measured material itself is another one.
+        // The measured material itself must differ.
         let (other, _) = errors(&expected, &picture(&gpu, sphere(0.1, 0.2, Some(fit())), &settings));
         assert!(other > 2.0 * rrmse, "{other} {rrmse}");
     }
 }
 
-/// The table of the references, with and without shadows of the relief.
+/// The references evaluate the table, with and without shadows of the relief.
 #[test]
 #[ignore = "long"]
 fn references_see_the_table() {
@@ -194,17 +194,17 @@ fn references_see_the_table() {
         let (rrmse, bias) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(fit())), &settings));
         println!("shadows {relief_shadows}: rRMSE {rrmse:.4}, bias {bias:.4}");
         assert!(rrmse < most && bias.abs() < 0.015, "{relief_shadows}: {rrmse} {bias}");
-        // Of a table whose facets are a tenth rougher that is not so.
+        // A table with facets a tenth rougher must fail.
         let rougher = table(&[lobe(1.0, 1.25 * f64::from(kept(alpha)))], schlick(), kept(alpha));
         let (other, _) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(rougher)), &settings));
         assert!(other > rrmse, "{other} {rrmse}");
     }
 }
 
-/// Bumps as narrow as texels: what a map knows of the slopes between them widens a table's facets as it widens a lobe.
+/// Bumps as narrow as texels: the slope variance between texels widens a table's facets like a lobe.
 #[test]
 #[ignore = "long"]
-fn references_see_what_lies_between_texels() {
+fn references_include_variance_between_texels() {
     let Some(gpu) = test_gpu() else { return };
     let alpha = 0.12;
     let rugged = bumps(256, 2.0, 3);
@@ -218,12 +218,12 @@ fn references_see_what_lies_between_texels() {
         let (rrmse, bias) = errors(&expected, &picture(0.1, true, relief_shadows, samples));
         let (lower, _) = errors(&expected, &picture(0.08, false, relief_shadows, samples));
         println!("shadows {relief_shadows}: rRMSE {rrmse:.4}, bias {bias:.4}; of a lower relief {lower:.4}");
-        // A facet is drawn for each sample, so noise is most of it: half of it with four times the samples.
+        // Each sample draws one facet, so noise dominates: it halves with four times the samples.
         assert!(rrmse < 0.7 * lower && bias.abs() < 0.02, "{relief_shadows}: {rrmse} {bias} {lower}");
     }
 }
 
-/// What is brushed along a direction is so in both references, whatever the direction of the table: a flat relief shadows nothing.
+/// Anisotropy along a direction is the same in both references, for every direction of the table: a flat relief casts no shadows.
 #[test]
 fn shadows_of_the_relief_leave_the_direction_of_a_table() {
     let Some(gpu) = test_gpu() else { return };
@@ -263,7 +263,7 @@ fn lobes_are_near_the_table() {
     let alpha = kept(0.4);
     let fit = |lobes: &[Lobe]| table(lobes, Fresnel::Schlick(F0 * COPPER), alpha);
     let reference = settings(Technique::Reference, 48, false);
-    // What LEADR makes of the relief under one Beckmann lobe, as narrow as the narrower one.
+    // LEADR's error of the relief under one Beckmann lobe, as narrow as the narrower one.
     let own = |relief| {
         let truth = picture(&gpu, sphere(relief, 0.12, None), &reference);
         errors(&truth, &picture(&gpu, sphere(relief, 0.12, None), &settings(Technique::Leadr, 8, false))).0
@@ -284,11 +284,10 @@ fn lobes_are_near_the_table() {
     }
 }
 
-/// Where all kinds of surfaces are shaded in one pass, they share the loop of the lobes of measured ones, in which each has all probes of
-/// its own.
+/// When one pass shades all kinds of surfaces, they share the lobe loop of measured materials, where each lobe has its own probes.
 #[test]
 #[ignore = "long"]
-fn surfaces_beside_a_fit_look_as_alone() {
+fn surfaces_next_to_a_fit_are_unchanged() {
     let Some(gpu) = test_gpu() else { return };
     let away = Pose::Rigid(glam::Affine3A::from_translation(Vec3::new(-40.0, 0.0, 0.0)));
     let state = FrameState { poses: vec![Pose::REST, away], ..state() };
@@ -312,9 +311,9 @@ fn surfaces_beside_a_fit_look_as_alone() {
     }
 }
 
-/// Frames that are shaded as they are filtered, and frames that go through the G-buffer; two fits in one scene.
+/// Frames filtered and shaded in one pass, and frames with a G-buffer; two fits in one scene.
 #[test]
-fn the_g_buffer_keeps_which_fit_it_is() {
+fn g_buffer_stores_the_fit_index() {
     let Some(gpu) = test_gpu() else { return };
     let fits = [lobe(1.0, 0.1), lobe(1.0, 0.5)].map(|lobe| table(&[lobe], Fresnel::Schlick(F0 * COPPER), kept(0.3)));
     let [a, b] = fits.map(|fit| sphere(0.1, 0.3, Some(fit)));
@@ -328,7 +327,7 @@ fn the_g_buffer_keeps_which_fit_it_is() {
     let error = rrmse_over(&image(&at_once), &image(&through), &all).unwrap();
     println!("rRMSE through the G-buffer {error:.5}");
     assert!(error < 0.05, "{error}");
-    // Half of the picture is one sphere, half the other: they differ.
+    // Each half of the picture shows one sphere, and they differ.
     let half = |left: bool| {
         let of = (0..SIZE * SIZE).filter(|i| (i % SIZE < SIZE / 2) == left).map(|i| through[i as usize]);
         of.map(|c| c[0]).fold(0.0f32, f32::max)

@@ -1,4 +1,4 @@
-//! Prepared frames: paused, resumed, measured, and drawn by nothing else.
+//! Prepared frames: paused, resumed, measured, and drawn by no other path.
 
 use glam::{Affine3A, Vec3};
 use leadr::gpu::{Buffer, CommandRecorder, Memory, Timestamps, Use};
@@ -23,7 +23,7 @@ fn scene(gpu: &TestGpu) -> (Renderer, FrameState, RenderSettings) {
     (under_sky(gpu, vec![sphere], 16), state, settings)
 }
 
-/// Instances share mesh and maps; pictures, shadows and numbers are those of as many objects.
+/// Instances give the same picture, shadows and object numbers as separate objects.
 #[test]
 fn instances_are_drawn_as_objects_of_their_own() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
@@ -49,7 +49,7 @@ fn instances_are_drawn_as_objects_of_their_own() {
 }
 
 #[test]
-fn a_paused_frame_ends_as_the_picture_drawn_at_once() {
+fn paused_frame_finishes_identically() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let whole = renderer.render(&state, &settings).unwrap().color;
@@ -65,7 +65,7 @@ fn a_paused_frame_ends_as_the_picture_drawn_at_once() {
 }
 
 #[test]
-fn a_frame_whose_renderer_went_on_cannot_be_resumed() {
+fn frame_cannot_resume_after_renderer_moved_on() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let paused = renderer.prepare(&state, &settings).unwrap().pause();
@@ -74,8 +74,8 @@ fn a_frame_whose_renderer_went_on_cannot_be_resumed() {
     assert!(error.to_string().contains("prepare it again"), "{error}");
 }
 
-/// Frames of a moving camera, sun, object and sea, recorded without waiting for the ones before, are those drawn one at a time: none
-/// writes into buffers that the device still reads for another.
+/// Frames of a moving camera, sun, object and sea, recorded without waiting, equal those drawn one at a time. No frame may write buffers
+/// that the device still reads for another.
 #[test]
 #[ignore = "long"]
 fn frames_on_their_way_do_not_disturb_each_other() {
@@ -140,7 +140,7 @@ fn a_frame_with_edge_samples_takes_several_submissions() {
     assert!(!frame.overlaps());
     let timestamps = Timestamps::new(&gpu, MAX_PASSES + 1).unwrap();
     let refused = gpu.submit("test", |cmd| frame.record_sample(0, cmd, &timestamps)).unwrap();
-    assert!(refused.unwrap_err().to_string().contains("draw it instead"));
+    assert!(refused.unwrap_err().to_string().contains("call `draw_sample` instead"));
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn repetitions_change_neither_the_picture_nor_the_names_of_passes() {
 }
 
 #[test]
-fn shadows_that_are_switched_off_leave_nothing_behind() {
+fn disabled_shadows_leave_no_state() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state, settings) = scene(&gpu);
     let unshadowed = RenderSettings { shadows: false, ..settings };

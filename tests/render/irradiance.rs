@@ -13,7 +13,7 @@ use leadr_testing::cube::{panorama, read_image_level};
 use leadr_testing::gpu::test_gpu;
 use std::sync::Arc;
 
-/// The projection of a level in 64 bits: solid angles exact, basis at the texel centres.
+/// The 64-bit projection of a level: exact solid angles, basis at the texel centres.
 fn project(environment: &Environment, mip: u32) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
     for (d, solid_angle, radiance) in leadr_testing::cube::read_level(environment, mip) {
@@ -82,7 +82,7 @@ fn the_same_bytes_every_run() {
     assert_eq!(first, pass.coefficients().read_all::<[f32; 4]>().unwrap());
 }
 
-/// Under two coloured lamps, of 12° and 20°, order 2 errs by several percent, and its rest brings it to the exact irradiance.
+/// Under two coloured lamps, of 12° and 20°, order 2 has an error of several percent; its residual restores the exact irradiance.
 #[test]
 fn the_rest_completes_order_two() {
     let Some(gpu) = test_gpu() else { return };
@@ -106,8 +106,8 @@ fn the_rest_completes_order_two() {
         let (want, low) = (exact(n), sh_irradiance(&order_two, n));
         squares[0] += (low - want).length_squared();
         squares[1] += (low + rest - want).length_squared();
-        let turned = DVec3::new(-n.y, n.x, n.z);
-        rotated += (sh_irradiance(&order_two, turned) + rest - exact(turned)).length_squared();
+        let rotated_normal = DVec3::new(-n.y, n.x, n.z);
+        rotated += (sh_irradiance(&order_two, rotated_normal) + rest - exact(rotated_normal)).length_squared();
         whole += want.length_squared();
     }
     let [without, with, rotated] = [squares[0], squares[1], rotated].map(|s: f64| (s / whole).sqrt());

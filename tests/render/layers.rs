@@ -1,4 +1,4 @@
-//! Details over materials, normal maps on smooth geometry, and bases that are rougher along one direction.
+//! Details over materials, normal maps on smooth geometry, and anisotropic bases.
 
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use leadr::gpu::Gpu;
@@ -17,7 +17,7 @@ use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
-use leadr::scenes::spheres::cell::{Lighting, TURN};
+use leadr::scenes::spheres::cell::{Lighting, ROTATION_PERIOD};
 use leadr::scenes::spheres::surface::{Detail as Fineness, Frequency, Surface};
 use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::{bumps, in_room, under_sky};
@@ -34,7 +34,7 @@ fn picture(renderer: &mut Renderer, state: &FrameState, settings: &RenderSetting
     RgbImage::new(width, height, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
 }
 
-/// Settings in which nothing throws a shadow: what is compared is the filter.
+/// Settings without shadows, to compare only the filter.
 fn settings(technique: Technique, size: u32, samples: u32, shadowing: Shadowing) -> RenderSettings {
     RenderSettings {
         size: (size, size),
@@ -46,11 +46,11 @@ fn settings(technique: Technique, size: u32, samples: u32, shadowing: Shadowing)
     }
 }
 
-/// Texels along a base, along a detail, and how often that repeats: its texels are those of the base.
+/// Texels along a base, texels along a detail, and repeats of the detail; texel sizes are equal.
 const BASE: u32 = 512;
 const FINE: u32 = 64;
 const REPEATS: u32 = BASE / FINE;
-/// Metres of a repeat of the base.
+/// Width of one repeat of the base, metres.
 const METRES: f32 = 2.0;
 const STEEP: f32 = 0.12;
 const FINE_STEEP: f32 = 0.3;
@@ -66,7 +66,7 @@ fn slopes_of(field: &HeightField) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// Where the detail of the tests is: in soft stripes, or everywhere.
+/// The mask of the tests' detail: soft stripes, or everywhere.
 fn mask(masked: bool) -> Vec<f32> {
     let wave = |i: u32| {
         let s = (i % BASE) as f32 / BASE as f32;
@@ -75,8 +75,8 @@ fn mask(masked: bool) -> Vec<f32> {
     (0..BASE * BASE).map(wave).collect()
 }
 
-/// A plane with a coarse relief and a fine one, as a detail or in one map of the sum. `turned`: by a quarter.
-fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Renderer {
+/// A plane with a coarse and a fine relief, as a detail or as one map of the sum. `rotated`: by a quarter turn.
+fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, rotated: bool) -> Renderer {
     let mesh = plane(4.0, 16, METRES, [0.4, 0.35, 0.3, 0.25], even);
     let (coarse, fine) = (bumps(BASE, 24.0, 5), bumps(FINE, 4.0, 9));
     let base: Vec<[f32; 2]> = slopes_of(&coarse).iter().map(|s| s.map(|v| v * STEEP * METRES)).collect();
@@ -87,13 +87,13 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Rende
     let (masks, object) = (mask(masked), Object::new("plane", mesh).with_specular_f0(0.1).without_shadow());
     let object = object.with_heights(heights, 1.0);
     if as_detail {
-        let turn = if turned { Mat2::from_angle(-std::f32::consts::FRAC_PI_2) } else { Mat2::IDENTITY };
+        let rotation = if rotated { Mat2::from_angle(-std::f32::consts::FRAC_PI_2) } else { Mat2::IDENTITY };
         let detail = Detail {
             heights: HeightField { map: HeightMap { texels: vec![0.0; (FINE * FINE) as usize], ..fine.map }, ..fine },
             slopes: Some(detail_slopes),
             material: None,
             mapping: DetailMapping::Texcoords,
-            transform: Affine2::from_mat2(turn * REPEATS as f32),
+            transform: Affine2::from_mat2(rotation * REPEATS as f32),
             mask: masked.then_some(DetailMask {
                 width: BASE,
                 height: BASE,
@@ -105,10 +105,10 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Rende
     }
     let sum = (0..BASE * BASE).map(|i| {
         let (x, y) = (i % BASE, i / BASE);
-        // Per unit of the base's coordinates there are as many repeats.
+        // One unit of the base's coordinates holds this many repeats.
         let at = |x: u32, y: u32| detail_slopes[((y % FINE) * FINE + x % FINE) as usize].map(|v| v * REPEATS as f32);
-        // A quarter turn: the detail's s is -t' there ... its texel (u, v) lies at (-v, u) of the plane.
-        let [s, t] = if turned {
+        // A quarter turn: the detail's s is -t' there; its texel (u, v) lies at (-v, u) of the plane.
+        let [s, t] = if rotated {
             let [along, across] = at(y, BASE - 1 - x);
             [-across, along]
         } else {
@@ -124,26 +124,26 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Rende
 const DISTANCES: [f32; 3] = [1.2, 6.0, 30.0];
 
 #[test]
-fn a_detail_is_what_one_map_of_the_sum_is() {
+fn detail_equals_a_map_of_the_sum() {
     let Some(gpu) = test_gpu() else { return };
-    for (masked, turned) in [(false, false), (true, false), (false, true)] {
-        let (mut layers, mut sum) = (layered(&gpu, true, masked, turned), layered(&gpu, false, masked, turned));
+    for (masked, rotated) in [(false, false), (true, false), (false, true)] {
+        let (mut layers, mut sum) = (layered(&gpu, true, masked, rotated), layered(&gpu, false, masked, rotated));
         for distance in DISTANCES {
             let from = Vec3::new(0.3, -0.7, 0.55).normalize() * distance;
             let camera = Camera::looking_at(from, Vec3::ZERO, 12.0);
             let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
             let settings = settings(Technique::Leadr, 40, 1, Shadowing::None);
             let found = error(&picture(&mut sum, &state, &settings), &picture(&mut layers, &state, &settings));
-            println!("masked {masked}, turned {turned}, {distance} m: relative RMSE {found:.4}");
+            println!("masked {masked}, turned {rotated}, {distance} m: relative RMSE {found:.4}");
             assert!(found < 0.03, "{found}");
         }
     }
 }
 
-/// A detail takes neither emission nor occlusion from what lies below it: light is what it is without them, in the share that is seen,
-/// and what is emitted.
+/// A detail removes neither emission nor occlusion of its base: the light equals that without them, times the accessibility, plus the
+/// emission.
 #[test]
-fn what_is_under_a_detail_glows_and_is_occluded() {
+fn emission_and_occlusion_work_under_a_detail() {
     let Some(gpu) = test_gpu() else { return };
     let from = Vec3::new(0.1, -0.3, 0.95).normalize() * 6.0;
     let camera = Camera::looking_at(from, Vec3::ZERO, 12.0);
@@ -186,14 +186,14 @@ fn what_is_under_a_detail_glows_and_is_occluded() {
     gpu.assert_silent();
 }
 
-/// One sample of a base and a detail against supersampling; without the detail's variance it fails.
+/// One sample of a base and a detail against supersampling; it fails without the detail's variance.
 #[test]
 #[ignore = "long"]
 fn a_detail_is_filtered() {
     let Some(gpu) = test_gpu() else { return };
     let mut layers = layered(&gpu, true, true, false);
     for distance in DISTANCES.into_iter().skip(1) {
-        // From above: a detail shades and does not displace, so samples see it as a normal map, and LEADR as a relief.
+        // From above, because a detail is shading only: the reference samples it as a normal map, LEADR as a relief.
         let camera = Camera::looking_at(Vec3::new(0.1, -0.3, 0.95).normalize() * distance, Vec3::ZERO, 12.0);
         let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
         let mut of =
@@ -205,7 +205,7 @@ fn a_detail_is_filtered() {
     }
 }
 
-/// A material of the user's with a detail that covers it, on the plane and on the sphere.
+/// A user's material with a detail that covers it, on the plane and on the sphere.
 #[test]
 #[ignore = "long"]
 fn details_cover_and_vary_materials() {
@@ -235,7 +235,7 @@ fn details_cover_and_vary_materials() {
         for (mut stage, most) in
             [(dressed::plane_stage(&material, None), 0.1), (dressed::sphere_stage(&material, None, 16), 0.16)]
         {
-            // A pixel sees some texels, and the surface fills most of the picture.
+            // A pixel covers several texels, and the surface fills most of the picture.
             let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.65).normalize() * 20.0, Vec3::ZERO, 12.0);
             let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
             let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
@@ -248,14 +248,14 @@ fn details_cover_and_vary_materials() {
             means.push(one.mean());
         }
     }
-    // Without a mask the layer's one colour changes nothing; with one, half of the plane is green.
+    // Without a mask the layer's constant colour changes nothing; with one, half of the plane is green.
     let green = |mean: [f64; 3]| mean[1] / mean[0];
     assert!((green(means[2]) / green(means[0]) - 1.0).abs() < 0.02, "{means:?}");
     assert!(green(means[4]) > 1.1 * green(means[0]), "{means:?}");
 }
 
-/// Heights of fine grain as libraries have them, without a scale, over a smooth mirror: however fine they are, the mirror stays bright. At
-/// the usual height of coarse ones the slopes of these would be 3.3, and mirrors of such a relief hit nothing but each other.
+/// Fine-grained heights without a scale, as in material libraries, over a smooth specular base: however fine they are, the reflection stays
+/// bright. At the default height of coarse relief their slopes would be 3.3, and facets of such a relief would only reflect each other.
 #[test]
 fn fine_grain_does_not_blacken_a_mirror() {
     let Some(gpu) = test_gpu() else { return };
@@ -307,7 +307,8 @@ fn normal_maps_are_filtered_as_normal_maps() {
                 settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms, ..options });
                 let mut texels = vec![[0.0f32; 3]; 24 * 24];
                 for turn in 0..4 {
-                    let mut state = stage.state(TURN * f64::from(turn) / 4.0, &stage.views.mid, &lighting.lights());
+                    let mut state =
+                        stage.state(ROTATION_PERIOD * f64::from(turn) / 4.0, &stage.views.mid, &lighting.lights());
                     state.height_scale = sigma;
                     let one = picture(&mut renderer, &state, &settings);
                     texels.iter_mut().zip(&one.texels).for_each(|(t, o)| (0..3).for_each(|c| t[c] += 0.25 * o[c]));
@@ -319,7 +320,7 @@ fn normal_maps_are_filtered_as_normal_maps() {
             let mapped = error(&truth, &mean(Technique::Leadr, 4, Shadowing::NormalMap, false));
             let displaced = error(&truth, &mean(Technique::Leadr, 4, Shadowing::None, false));
             println!("{lighting:?}, σ {sigma}: as a normal map {mapped:.4}, as a relief {displaced:.4}");
-            // What mirrors on smooth geometry see of a studio with small lamps is the hardest.
+            // Specular reflections of a studio with small lamps on smooth geometry are the hardest case.
             let most = if lighting == Lighting::Environment { 0.17 } else { 0.08 };
             assert!(mapped < most, "{mapped}");
             assert!(sigma < 0.5 || displaced > 2.0 * mapped, "{displaced} {mapped}");
@@ -327,9 +328,9 @@ fn normal_maps_are_filtered_as_normal_maps() {
     }
 }
 
-/// A brushed ball: one sample against supersampling, and the direction matters.
+/// An anisotropic ball: one sample against supersampling, and the direction matters.
 #[test]
-fn brushed_metal_is_filtered() {
+fn anisotropic_metal_is_filtered() {
     let Some(gpu) = test_gpu() else { return };
     let ball = |strength: f32, rotation: f32| {
         let mut material = Material::new("ball");

@@ -1,4 +1,4 @@
-//! Materials that change over a surface, filtered: held against supersampled pictures of the same surface.
+//! Spatially varying materials, filtered: compared with supersampled pictures of the same surface.
 
 use glam::Vec3;
 use leadr::maps::material::{
@@ -17,7 +17,7 @@ use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::Border;
 use leadr::render::surfaces::tessellation::TessellationSettings;
-use leadr::scenes::cover::{Cover, USUAL_HEIGHT, USUAL_SLOPE};
+use leadr::scenes::cover::{SampledMaterial, USUAL_HEIGHT, USUAL_SLOPE};
 use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{bake_tiles, displaced_sphere};
@@ -29,10 +29,10 @@ use leadr_tools::metrics::compare::compare;
 const GREY: [u8; 3] = [90; 3];
 const SMOOTH: f32 = 0.1;
 const ROUGH: f32 = 0.6;
-/// Between both.
+/// Between both roughnesses.
 const THRESHOLD: f32 = 0.25;
 
-/// How roughness is filtered.
+/// Filter of the roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Filtered {
     /// Two lobes.
@@ -53,7 +53,7 @@ fn dressed(width: u32, height: u32, alphas: Vec<f32>, filtered: Filtered) -> Mat
     }
 }
 
-/// A floor in whose mirror the sun stands, chequered in two roughnesses; a pixel sees several squares.
+/// A floor that reflects the sun, chequered in two roughnesses; a pixel covers several squares.
 fn floor(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     const TEXELS: u32 = 16;
     let checker = |i: u32| if (i % TEXELS / 8 + i / TEXELS / 8).is_multiple_of(2) { SMOOTH } else { ROUGH };
@@ -65,7 +65,7 @@ fn floor(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     under_sky(gpu, vec![object], 64)
 }
 
-/// A bumpy sphere that is chequered in space.
+/// A bumpy sphere with a 3D checker pattern.
 fn sphere(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     let (mut mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 32, [1.0; 4]);
     let (layout, alphas) = bake_tiles(&mut mesh, 32, |p, _| {
@@ -81,13 +81,13 @@ fn sphere(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     under_sky(gpu, vec![object], 64)
 }
 
-/// A square picture of so many pixels a side.
+/// A square picture of `size` pixels per side.
 fn picture(renderer: &mut Renderer, camera: Camera, size: u32, technique: Technique, samples: u32) -> RgbImage {
     let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
     let settings = RenderSettings {
         size: (size, size),
         samples,
-        // As in the reference, whose bumps do not shadow each other.
+        // As in the reference, where bumps do not shadow each other.
         shading: technique.with(ShadingOptions {
             shadowing: Shadowing::None,
             relief_occlusion: false,
@@ -101,7 +101,7 @@ fn picture(renderer: &mut Renderer, camera: Camera, size: u32, technique: Techni
     RgbImage::new(size, size, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
 }
 
-/// Relative RMSE of LEADR with so many samples against the reference with others, by how roughness is filtered.
+/// Relative RMSE of LEADR against the reference, with these sample counts, by roughness filter.
 fn errors(
     gpu: &TestGpu,
     scene: fn(&TestGpu, Filtered) -> Renderer,
@@ -117,7 +117,7 @@ fn errors(
     })
 }
 
-/// Where a floor mirrors the sun.
+/// The camera that sees the sun's reflection in a floor.
 fn in_the_suns_mirror(distance: f32) -> Camera {
     let sun = Sky::default().sun_direction.normalize();
     Camera::looking_at(distance * Vec3::new(-sun.x, -sun.y, sun.z), Vec3::ZERO, 30.0)
@@ -128,14 +128,14 @@ fn two_roughnesses_keep_both_highlights() {
     let Some(gpu) = test_gpu() else { return };
     let [mixed, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(6.0), [1, 256]);
     assert!(mixed < 0.25 * variance.min(mean), "{mixed} {variance} {mean}");
-    // Filtered as a variance alone, the sharp highlight is lost.
+    // A variance-only filter loses the sharp highlight.
     assert!(variance > 0.1);
 }
 
-/// Where a pixel is as wide as the squares, one tap would blur each with its neighbours.
+/// Where a pixel is as wide as the squares, one tap would blur neighbours together.
 #[test]
 #[ignore = "long"]
-fn pixels_as_wide_as_what_changes_stay_sharp() {
+fn pixels_as_wide_as_the_change_stay_sharp() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [2.0, 3.5] {
         let [mixed, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(distance), [1, 256]);
@@ -152,17 +152,17 @@ fn two_roughnesses_on_relief() {
     assert!(mixed < 0.8 * variance.min(mean), "{mixed} {variance} {mean}");
 }
 
-/// Metres of a unit of height of [`material`].
+/// Metres per unit of height of [`material`].
 const HEIGHT: f32 = 0.4;
 
-/// A material of noise that has everything: colours, metal here and there, two roughnesses, heights and their normals.
+/// A noise material with everything: colours, patches of metal, two roughnesses, heights and their normals.
 fn material() -> Material {
     let texture = |channels: usize, value: &dyn Fn(u32, usize) -> u8| {
         let codes = (0..64 * 64).flat_map(|i| (0..channels).map(move |c| (i, c))).map(|(i, c)| value(i, c)).collect();
         Texture::new(Raster::new(64, 64, channels, Samples::U8(codes)).unwrap(), "made", Encoding::Linear)
     };
     let heights = bumps(64, 6.0, 5);
-    // Normals of the same heights on a plane whose textures repeat every 2 m.
+    // Normals of the same heights on a plane with textures that repeat every 2 m.
     let normal = |i: u32, channel: usize| {
         let at = |dx: u32, dy: u32| heights.map.texels[((i / 64 + dy) % 64 * 64 + (i + dx) % 64) as usize];
         let per_metre = HEIGHT * 64.0 / 2.0 / 2.0;
@@ -180,7 +180,7 @@ fn material() -> Material {
     material
 }
 
-/// Frames that are shaded as they are filtered, and frames that go through the G-buffer, show the same material.
+/// Frames filtered and shaded in one pass, and frames with a G-buffer, show the same material.
 #[test]
 #[ignore = "long"]
 fn the_g_buffer_keeps_a_material() {
@@ -204,15 +204,15 @@ fn the_g_buffer_keeps_a_material() {
         }
         let error = (error / power).sqrt();
         println!("relative RMSE through the G-buffer {error:.5}");
-        // Halves, and codes of 8 bits for the two roughnesses.
+        // 16-bit floats, and 8-bit codes for the two roughnesses.
         assert!(error > 0.0 && error < 0.004, "{error}");
     }
 }
 
-/// One sample of a material with relief and normals, far away, against the reference.
+/// One sample of a material with relief and normals, at a distance, against the reference.
 #[test]
 #[ignore = "long"]
-fn a_material_keeps_its_look_far_away() {
+fn material_keeps_its_appearance_at_a_distance() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = dressed::plane_stage(&material(), None);
     let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
@@ -231,11 +231,11 @@ fn a_material_keeps_its_look_far_away() {
     }
 }
 
-/// Materials as libraries have them, and what is known of them (`SOURCES.md` of the shared data).
+/// Materials from libraries, and their known properties (`SOURCES.md` of the shared data).
 #[test]
 fn folders_of_materials_open() {
     let Some(shared) = shared_data("displacement") else { return };
-    // Heights in texels that agree with the normals, or slopes of relief of the usual height.
+    // Heights in texels that agree with the normals, or slopes of the default relief.
     for (name, metal, texels, steep) in [
         ("MetalWalkway006", true, Some(4.4), 0.0),
         ("SheetMetal001", true, Some(16.7), 0.0),
@@ -247,23 +247,23 @@ fn folders_of_materials_open() {
         let material = folder.load().unwrap();
         assert!(material.base_color.texture.is_some() && material.roughness.texture.is_some(), "{name}");
         assert_eq!(material.metalness.texture.is_some(), metal, "{name}");
-        let cover = Cover::new(&material);
-        assert_eq!(cover.size, (1024, 1024));
+        let sampled = SampledMaterial::new(&material);
+        assert_eq!(sampled.size, (1024, 1024));
         let relief = material.relief.as_ref().unwrap();
         let found = material.normal_map.as_ref().and_then(|normals| agreement(&relief.map, normals, Wrap::Repeat));
         match (found, texels) {
             (Some(found), Some(texels)) => {
                 let scale = found.scale_texels;
-                assert!((f64::from(cover.unit(1.0)) * 1024.0 / scale - 1.0).abs() < 1e-5);
+                assert!((f64::from(sampled.unit(1.0)) * 1024.0 / scale - 1.0).abs() < 1e-5);
                 println!("{name}: {scale:.2} texels of height, correlation {:.3}", found.correlation);
                 assert!((scale / texels - 1.0).abs() < 0.1, "{name}: {scale} texels");
                 assert!(found.correlation > 0.9);
-                // Whoever does not know finds the same axis.
+                // Detection without the file name finds the same axis.
                 let normals = material.normal_map.unwrap();
                 assert_eq!(green_axis(&normals.texture.raster), normals.green, "{name}");
             }
             (None, None) => {
-                let unit = cover.unit(2.0);
+                let unit = sampled.unit(2.0);
                 assert!((unit * steep / (USUAL_HEIGHT * USUAL_SLOPE) - 1.0).abs() < 2e-3, "{name}: {unit}");
             }
             other => panic!("{name}: {other:?}"),
@@ -271,8 +271,7 @@ fn folders_of_materials_open() {
     }
 }
 
-/// In a room of even light a smooth ball shows its reflectance at every angle: a metal's is that of its indices of refraction, not
-/// Schlick's form.
+/// In a white furnace a smooth ball shows its reflectance at every angle: a metal's follows its indices of refraction, not Schlick's form.
 #[test]
 fn metals_dip_before_they_rise() {
     let Some(gpu) = test_gpu() else { return };
@@ -283,7 +282,7 @@ fn metals_dip_before_they_rise() {
         material.base_color = Input::constant(metal.f0().as_vec3().to_array());
         material.metalness = Input::constant(1.0);
         material.roughness = Input::constant(0.2);
-        material.conductor_dip = metal.dip().as_vec3().to_array();
+        material.edge_tint = metal.edge_tint().as_vec3().to_array();
         let objects = std::mem::take(&mut dressed::sphere_stage(&material, None, 16).objects);
         let centre = objects[0].mesh.positions.iter().sum::<Vec3>() / objects[0].mesh.positions.len() as f32;
         let mut renderer = in_room(&gpu, objects, [1.0; 3]);

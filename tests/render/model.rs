@@ -12,12 +12,12 @@ use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::stage_under_sky;
 use leadr_testing::shared::shared_data;
 
-/// Colour at a place of the texture, linear: red grows to the right, green downwards.
+/// Linear colour at a texture position: red grows to the right, green downwards.
 fn color(s: f32, t: f32) -> [f32; 2] {
     [s, t]
 }
 
-/// A square of two metres in the plane z = 0 of a node that is turned about y, in a texture of two ramps.
+/// A square of two metres in the plane z = 0 of a node rotated about y, with a texture of two ramps.
 fn square(mirrored: bool) -> Model {
     let size = 64;
     let codes = (0..size * size).flat_map(|i| {
@@ -62,14 +62,14 @@ fn square(mirrored: bool) -> Model {
     }
 }
 
-/// Every pixel of a textured square has the colour of the place that its ray meets, seen from the front and from behind, mirrored or not.
+/// Every pixel of a textured square has the colour at its ray's intersection, seen from the front and from behind, mirrored or not.
 #[test]
-fn textures_lie_where_their_coordinates_say() {
+fn textures_follow_their_coordinates() {
     let Some(gpu) = test_gpu() else { return };
     for (mirrored, behind) in [(false, false), (false, true), (true, false)] {
         let mut stage = stage(ModelChoice::new(square(mirrored), None).unwrap()).unwrap();
         let top = stage.objects[0].mesh.positions.iter().map(|p| p.z).fold(0.0, f32::max);
-        // The square after its node, in our coordinates: z up, its front along -y.
+        // The square after its node transform, in z-up coordinates with the front along -y.
         let (sine, cosine) = 0.3f32.sin_cos();
         let middle = Vec3::new(0.0, 0.0, 0.5 * top);
         let (right, up) = (Vec3::new(cosine, sine, 0.0), Vec3::Z);
@@ -95,7 +95,7 @@ fn textures_lie_where_their_coordinates_say() {
             let at = camera.position + ray * along - middle;
             let (s, t) = (0.5 + 0.5 * at.dot(right), 0.5 - 0.5 * at.dot(up));
             let s = if mirrored { 1.0 - s } else { s };
-            // Away from the rim, where pixels see the ground as well and textures repeat.
+            // Away from the rim, where pixels also cover the ground and textures repeat.
             if !(0.06..0.94).contains(&s) || !(0.06..0.94).contains(&t) {
                 continue;
             }
@@ -104,7 +104,7 @@ fn textures_lie_where_their_coordinates_say() {
             worst = worst.max((pixel[0] - want[0]).abs()).max((pixel[1] - want[1]).abs());
         }
         println!("mirrored {mirrored}, behind {behind}: {seen} pixels, worst difference {worst:.4}");
-        // Half a code of the colours, and the codes of their sRGB levels.
+        // Half a colour code, and the codes of the sRGB mip levels.
         assert!(seen > 400 && worst < 0.012, "{worst}");
     }
 }
@@ -112,15 +112,15 @@ fn textures_lie_where_their_coordinates_say() {
 #[test]
 fn animations_are_found_by_name() {
     let error = ModelChoice::new(square(false), Some("Walk")).unwrap_err().to_string();
-    assert_eq!(error, "no animation is called Walk; there are: none");
+    assert_eq!(error, "no animation is named Walk; available: none");
     let empty = Model { meshes: vec![Mesh::default()], ..square(false) };
     let error = stage(ModelChoice::new(empty, None).unwrap()).err().unwrap().to_string();
-    assert!(error.contains("shows no triangles"), "{error}");
+    assert!(error.contains("has no triangles"), "{error}");
 }
 
-/// Creatures of others stand on the ground and walk; nothing is drawn twice as large as it is, and nothing is lost.
+/// Third-party creatures stand on the ground and walk; none is scaled, and nothing is missing.
 #[test]
-fn creatures_of_others_walk() {
+fn sample_creatures_walk() {
     let Some(gpu) = test_gpu() else { return };
     let Some(folder) = shared_data("creatures") else { return };
     for (file, animation) in [("fox/Fox.glb", "Run"), ("trex_quaternius/Trex.glb", "Armature|TRex_Walk")] {

@@ -1,4 +1,4 @@
-//! What materials, lights and cameras of glTF files look like.
+//! Appearance of materials, lights and cameras of glTF files.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ fn node(transform: Transform) -> Node {
     }
 }
 
-/// A square of two metres that looks along +z (in our world, -y), with two sets of coordinates: upright, and turned by a quarter.
+/// A square of two metres facing +z (-y in world space), with two coordinate sets: upright, and rotated by a quarter turn.
 fn square(material: Material) -> Model {
     let primitive = Primitive {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -64,7 +64,7 @@ fn ramps() -> Texture {
     texture(64, 3, |x, y| vec![code(x), code(y), 0])
 }
 
-/// What reflects diffusely alone.
+/// A purely diffuse material.
 fn matte(albedo: f32) -> Material {
     Material {
         base_color: Input::constant([albedo; 3]),
@@ -79,7 +79,7 @@ fn stage_of(model: Model) -> Stage {
     stage(ModelChoice::new(model, None).unwrap()).unwrap()
 }
 
-/// The middle of the square in the world.
+/// The centre of the square in the world.
 const MIDDLE: Vec3 = Vec3::Z;
 
 fn facing(distance: f32) -> Camera {
@@ -101,7 +101,7 @@ impl Picture {
     }
 }
 
-/// The square alone in the dark, or under a sky.
+/// Only the square, in the dark or under a sky.
 fn drawn(gpu: &Arc<Gpu>, model: Model, camera: Camera, sky: Option<Sky>, settings: &RenderSettings) -> Picture {
     let mut stage = stage_of(model);
     let lights = Lights { sky, ..Lights::default() };
@@ -119,8 +119,7 @@ fn settings(samples: u32, shading: impl Into<Shading>) -> RenderSettings {
     RenderSettings { size: (48, 48), samples, shading: shading.into(), ..RenderSettings::default() }
 }
 
-/// A square of cells, one in four of which shines four times as brightly as one, gives off the same light from near and far, through the
-/// G-buffer and past it.
+/// One cell in four of a square emits 4, so its mean emission is 1 at every distance, with and without the G-buffer.
 #[test]
 fn emission_keeps_its_energy() {
     let Some(gpu) = test_gpu() else { return };
@@ -143,9 +142,9 @@ fn emission_keeps_its_energy() {
     }
 }
 
-/// Without light of its own it is lit; with `unlit` it shows its colour under any light, in the dark as well.
+/// A material without `unlit` is lit; with `unlit` it shows its colour under any light and in the dark.
 #[test]
-fn what_is_unlit_shows_its_base_colour() {
+fn unlit_surfaces_show_base_colour() {
     let Some(gpu) = test_gpu() else { return };
     let material = |unlit| Material { unlit, base_color: Input::constant([0.8, 0.4, 0.1]), ..Material::new("flat") };
     for sky in [None, Some(Sky::default())] {
@@ -160,7 +159,7 @@ fn what_is_unlit_shows_its_base_colour() {
     }
 }
 
-/// A map of the surroundings that are seen darkens ambient light by itself, at its strength, and no lamp.
+/// An occlusion map dims only ambient light, at its strength, and no lamp.
 #[test]
 fn occlusion_dims_the_surroundings_alone() {
     let Some(gpu) = test_gpu() else { return };
@@ -184,18 +183,18 @@ fn occlusion_dims_the_surroundings_alone() {
     assert!((radiance(1.0, 0.0, 3.0) / radiance(0.0, 0.0, 3.0) - 1.0).abs() < 1e-4);
 }
 
-/// The share of a mask of small leaves that covers, by its definition: where the texels, interpolated, reach the cutoff.
+/// Exact coverage of a mask of small leaves: where the interpolated texels reach the cutoff.
 fn covered_share(texels: &[u8], size: u32, cutoff: f32) -> f64 {
     let at = |x: u32, y: u32| f32::from(texels[(y % size * size + x % size) as usize]) / 255.0;
-    let places = 32;
-    let count = (0..size * places).flat_map(|v| (0..size * places).map(move |u| (u, v))).filter(|&(u, v)| {
-        let (x, y) = ((u as f32 + 0.5) / places as f32, (v as f32 + 0.5) / places as f32);
+    let side = 32;
+    let count = (0..size * side).flat_map(|v| (0..size * side).map(move |u| (u, v))).filter(|&(u, v)| {
+        let (x, y) = ((u as f32 + 0.5) / side as f32, (v as f32 + 0.5) / side as f32);
         let (i, j) = (x as u32, y as u32);
         let (s, t) = (x - i as f32, y - j as f32);
         let row = |j: u32| at(i, j) + s * (at(i + 1, j) - at(i, j));
         row(j) + t * (row(j + 1) - row(j)) >= cutoff
     });
-    count.count() as f64 / f64::from(size * places * size * places)
+    count.count() as f64 / f64::from(size * side * size * side)
 }
 
 #[test]
@@ -203,7 +202,7 @@ fn covered_share(texels: &[u8], size: u32, cutoff: f32) -> f64 {
 fn masks_keep_their_coverage_at_every_distance() {
     let Some(gpu) = test_gpu() else { return };
     let size = 64;
-    // Leaves of some texels, of which a mean of the mask would leave nothing from afar.
+    // Leaves of several texels; a mean of the mask would remove them at a distance.
     let leaf = |x: u32, y: u32| {
         let (i, j) = ((x % 8) as f32 - 3.5, (y % 8) as f32 - 3.5);
         (230.0 - 60.0 * (i * i + j * j).sqrt()).clamp(0.0, 255.0) as u8
@@ -213,7 +212,7 @@ fn masks_keep_their_coverage_at_every_distance() {
     let mut checked = 0;
     for cutoff in [0.5, 0.3] {
         let share = covered_share(&texels, size, cutoff);
-        // What averages the mask and compares then is wrong by all of it.
+        // Averaging the mask before the comparison loses all coverage.
         assert!(mean < f64::from(cutoff) && share > 0.1, "{mean} {share}");
         let mask = Input::texture(texture(size, 1, |x, y| vec![leaf(x, y)]), 0);
         let material = Material { opacity: Opacity::Mask { mask, cutoff }, ..matte(0.5) };
@@ -229,7 +228,7 @@ fn masks_keep_their_coverage_at_every_distance() {
                     masked / whole,
                     100.0 * error
                 );
-                // Few samples see a square of few pixels, each by chance.
+                // A few samples hit a square of a few pixels at random.
                 let seen = whole * f64::from(48 * 48 * samples * msaa);
                 let noise = ((1.0 - share) / (share * seen)).sqrt();
                 if noise > 0.3 {
@@ -244,7 +243,7 @@ fn masks_keep_their_coverage_at_every_distance() {
     assert!(checked >= 16, "{checked}");
 }
 
-/// A share of the samples sees what is partly opaque, and two such surfaces one behind the other let the product of what they leave pass.
+/// Partly opaque surfaces are visible to a fraction of the samples. Two of them in a row transmit the product of their transmittances.
 #[test]
 fn blended_surfaces_cover_by_their_share() {
     let Some(gpu) = test_gpu() else { return };
@@ -262,24 +261,24 @@ fn blended_surfaces_cover_by_their_share() {
     }
 }
 
-/// Every pixel of a textured square has the colour that the transform, the wrap and the set of coordinates say.
+/// Every pixel of a textured square has the colour given by the transform, the wrap and the coordinate set.
 #[test]
 fn textures_follow_their_transforms_wraps_and_coordinates() {
     let Some(gpu) = test_gpu() else { return };
-    let turned = Affine2::from_scale_angle_translation(Vec2::splat(1.5), 0.4, Vec2::new(-0.2, 0.1));
+    let rotated = Affine2::from_scale_angle_translation(Vec2::splat(1.5), 0.4, Vec2::new(-0.2, 0.1));
     let twice = Affine2::from_scale(Vec2::splat(2.0));
     let clamp = |v: f32| v.clamp(0.5 / 64.0, 1.0 - 0.5 / 64.0);
     let mirror = |v: f32| 1.0 - (v.rem_euclid(2.0) - 1.0).abs();
     type Beyond<'a> = &'a dyn Fn(f32) -> f32;
     let cases: [(u32, Affine2, TextureWrap, Beyond<'_>); 4] = [
-        (0, turned, TextureWrap::Clamp, &clamp),
+        (0, rotated, TextureWrap::Clamp, &clamp),
         (0, twice, TextureWrap::Mirror, &mirror),
         (1, Affine2::IDENTITY, TextureWrap::Repeat, &|v| v),
-        (1, turned, TextureWrap::Clamp, &clamp),
+        (1, rotated, TextureWrap::Clamp, &clamp),
     ];
     for (coordinates, transform, wrap, beyond) in cases {
         let texture = Texture { coordinates, transform, wrap: [wrap; 2], ..ramps() };
-        // Emission as well, by the other set: neither may follow the other.
+        // The emission uses the other set; neither may use the other's.
         let glow = Texture { coordinates: 1 - coordinates, ..ramps() };
         let material = Material { base_color: Input::colors(texture), emission: Input::colors(glow), ..matte(0.5) };
         let camera = facing(5.0);
@@ -296,8 +295,8 @@ fn textures_follow_their_transforms_wraps_and_coordinates() {
                 continue;
             }
             let sets = [upright, Vec2::new(upright.y, 1.0 - upright.x)];
-            let place = transform.transform_point2(sets[coordinates as usize]);
-            let color = Vec2::new(beyond(place.x), beyond(place.y)) + sets[1 - coordinates as usize];
+            let texcoord = transform.transform_point2(sets[coordinates as usize]);
+            let color = Vec2::new(beyond(texcoord.x), beyond(texcoord.y)) + sets[1 - coordinates as usize];
             seen += 1;
             worst = worst.max((pixel[0] - color.x).abs()).max((pixel[1] - color.y).abs());
         }
@@ -306,9 +305,9 @@ fn textures_follow_their_transforms_wraps_and_coordinates() {
     }
 }
 
-/// The back of what has one side is not seen, but throws its shadow; of what has two, it is seen.
+/// The back of a one-sided material is invisible but casts its shadow; that of a two-sided one is visible.
 #[test]
-fn backs_are_seen_where_materials_say_so() {
+fn back_faces_show_for_double_sided_materials() {
     let Some(gpu) = test_gpu() else { return };
     let behind = Camera::looking_at(MIDDLE + 5.0 * Vec3::Y, MIDDLE, 30.0);
     for (double_sided, mirrored) in [(false, false), (true, false), (false, true)] {
@@ -323,7 +322,7 @@ fn backs_are_seen_where_materials_say_so() {
     }
 }
 
-/// Lamps of a file light a matte square as `KHR_lights_punctual` says.
+/// Lamps of a file light a matte square as specified by `KHR_lights_punctual`.
 #[test]
 fn lights_of_a_file_follow_their_closed_forms() {
     let Some(gpu) = test_gpu() else { return };
@@ -376,14 +375,14 @@ fn lights_of_a_file_follow_their_closed_forms() {
             }
         }
         println!("{name}: {seen} pixels, worst difference {worst:.5} of at most {peak:.3}");
-        // The integral over facets is a fit that is off by 0.6 % where the light comes from where one looks.
+        // The fitted facet integral has an error of 0.6 % for light from the viewer.
         assert!(seen > 500 && worst < 0.01 * peak, "{name}: {worst} of {peak}");
     }
 }
 
-/// The camera of a file sees what it should: the square ends where its angle says, and a parallel view shows so many metres.
+/// A file's camera has the correct view: the square ends at its angle, and an orthographic view has its width in metres.
 #[test]
-fn cameras_of_a_file_see_what_they_say() {
+fn file_cameras_match_their_description() {
     let Some(gpu) = test_gpu() else { return };
     let perspective = Projection::Perspective { vertical_angle: 2.0 * 0.5f32.atan(), aspect: None };
     let parallel = Projection::Orthographic { half_width: 2.0, half_height: 2.0 };
@@ -398,7 +397,7 @@ fn cameras_of_a_file_see_what_they_say() {
         model.scenes[0].roots.push(1);
         let choice = ModelChoice::new(model.clone(), None).unwrap();
         let error = choice.clone().seen_by(Some("moon")).unwrap_err().to_string();
-        assert_eq!(error, "no camera is called moon; there are: 1 eye");
+        assert_eq!(error, "no camera is named moon; available: 1 eye");
         let choice = choice.seen_by(Some("eye")).unwrap();
         assert_eq!(choice.camera, Some(1));
         let camera = (stage(choice).unwrap().own_camera.unwrap())(0.0);

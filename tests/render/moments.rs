@@ -1,4 +1,4 @@
-//! The moments pass against the CPU's LEADR maps, and atlases against maps of their single tiles.
+//! The moments pass against the CPU's LEADR maps, and atlases against separate maps of their tiles.
 
 use std::f64::consts::TAU;
 
@@ -55,7 +55,7 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
         let map = bumpy(width, height);
         for (wrap, border) in [(Wrap::Repeat, Border::Wrap), (Wrap::Clamp, Border::Clamp)] {
             let made = LeadrMapGpu::new(&gpu, &map, border, MomentFormat::Float32).unwrap();
-            // To the last bit: files that were baked without a device are drawn as what it makes itself.
+            // Bitwise equal: files baked without a device give the same pictures as the device's maps.
             let worst = difference(&made, &LeadrMap::new(&map, wrap)).into_iter().fold(0.0, f64::max);
             assert_eq!(worst, 0.0, "{width}x{height} {wrap:?}");
             // the other border rule must give other values, except on levels without a border
@@ -73,14 +73,14 @@ fn sixteen_bits_have_a_known_error() {
     let made = LeadrMapGpu::new(&gpu, &map, Border::Wrap, MomentFormat::Float16).unwrap();
     let errors = difference(&made, &LeadrMap::new(&map, Wrap::Repeat));
     println!("16 bits, relative to the largest of each kind: {errors:.6?}");
-    // up to a unit in the last place (9.8e-4) where it is written, since drivers may truncate, and more from level to level
+    // up to one unit in the last place (9.8e-4) per write, since drivers may truncate, and more from level to level
     assert!(errors[..5].iter().all(|e| *e > 1e-6 && *e < 3e-3) && errors[5] == 0.0);
-    // What a device rounds, and what the CPU does with levels of a file: the same halves on level 0.
-    let told = LeadrMap::new(&map, Wrap::Repeat);
-    let loaded = LeadrMapGpu::with_moments(&gpu, &told, Border::Wrap, MomentFormat::Float16).unwrap();
+    // The device's rounding and the CPU's for file levels: the same 16-bit floats on level 0.
+    let map_moments = LeadrMap::new(&map, Wrap::Repeat);
+    let loaded = LeadrMapGpu::with_moments(&gpu, &map_moments, Border::Wrap, MomentFormat::Float16).unwrap();
     assert_eq!(read(&made, 0), read(&loaded, 0));
-    // Steep slopes that change evenly: of their squares one rounding loses up to 2^-11 of the variance; the device rounds on every level, and
-    // half of what each loses is left on the next.
+    // Steep slopes that change evenly: one rounding of their squares loses up to 2^-11 of the variance. The device rounds on every level;
+    // half of each loss remains on the next.
     let hill = HeightMap::new(64, 64, (0..64 * 64).map(|i| 0.01 * ((i % 64) as f32).powi(2)).collect()).unwrap();
     let exact = LeadrMap::new(&hill, Wrap::Clamp);
     for (made, most) in [
@@ -98,14 +98,14 @@ fn sixteen_bits_have_a_known_error() {
         assert!(worst < most, "{worst}");
     }
 
-    // values that half floats cannot hold are clamped: a cliff of slope 1000 has a square beyond 65504
+    // values beyond 16-bit floats are clamped: a cliff of slope 1000 has a square beyond 65504
     let cliff = HeightMap::new(4, 1, vec![0.0, 0.0, 500.0, 500.0]).unwrap();
     let made = LeadrMapGpu::new(&gpu, &cliff, Border::Wrap, MomentFormat::Float16).unwrap();
     let texels = read(&made, 0);
     assert_eq!((texels[1][0], texels[1][2]), (1000.0, 65504.0));
 }
 
-/// Expected content of one tile on a level, in 64 bits: the triangles of its own cells alone, slopes per unit of the atlas.
+/// Expected content of one tile on a level, in 64 bits: only the triangles of its own cells, slopes per unit of the atlas.
 fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6]>> {
     let at = |x: usize, y: usize| tile[y * edge + x];
     let mut level: Vec<[f64; 6]> = (0..edge * edge).map(|i| [0.0, 0.0, 0.0, 0.0, 0.0, tile[i]]).collect();
@@ -114,7 +114,7 @@ fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6
         for x in 0..edge - 1 {
             let [s0, s1] = [y, y + 1].map(|y| (at(x + 1, y) - at(x, y)) * atlas[0]);
             let [t0, t1] = [x, x + 1].map(|x| (at(x, y + 1) - at(x, y)) * atlas[1]);
-            // A triangle has half a cell: a quarter of the cell beside the corner of its right angle, an eighth at the others.
+            // A triangle has half a cell: a quarter of the cell at the corner of its right angle, an eighth at the others.
             for (slope, corners) in [
                 ([s0, t1], [(1, 0), (0, 0), (1, 1)]),
                 ([s1, t0], [(0, 1), (0, 0), (1, 1)]),
@@ -157,7 +157,7 @@ fn tiles_of_an_atlas_are_independent() {
     let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
     let (width, height) = layout.size();
     let edge = layout.tile as usize;
-    // every tile at its own height, so that a difference across tiles would be large
+    // every tile has its own height offset, so that a difference across tiles would be large
     let bumps = bumpy(width, height);
     let texels: Vec<f32> = (0..width * height)
         .map(|i| bumps.texels[i as usize] + 10.0 * ((i % width / layout.tile) + 7 * (i / width / layout.tile)) as f32)
@@ -201,10 +201,10 @@ fn wrong_sizes_are_explained() {
         let heights = HeightMap { width, height, texels };
         LeadrMapGpu::new(&gpu, &heights, border, MomentFormat::Float32).err().expect("refused").to_string()
     };
-    assert!(fails(4, 4, 15, Border::Wrap).contains("15 heights do not fill 4x4"));
+    assert!(fails(4, 4, 15, Border::Wrap).contains("15 heights do not match 4x4"));
     assert!(fails(0, 4, 0, Border::Wrap).contains("0x4"));
     let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
-    assert!(fails(32, 16, 512, Border::Tiles(layout)).contains("are not the atlas's 32x24"));
+    assert!(fails(32, 16, 512, Border::Tiles(layout)).contains("the atlas has 32x24"));
     let moments = |change: &dyn Fn(&mut LeadrMap)| {
         let mut map = LeadrMap::new(&bumpy(8, 8), Wrap::Repeat);
         change(&mut map);
@@ -212,7 +212,7 @@ fn wrong_sizes_are_explained() {
         made.err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(moments(&|_| ()), "");
-    assert!(moments(&|map| map.levels.truncate(3)).contains("has 3 levels, not 4"));
+    assert!(moments(&|map| map.levels.truncate(3)).contains("has 3 levels instead of 4"));
     assert!(moments(&|map| map.levels[1].width = 5).contains("level 1 has 16 texels"));
     assert!(moments(&|map| map.levels.clear()).contains("no levels"));
 }
@@ -220,7 +220,7 @@ fn wrong_sizes_are_explained() {
 /// The T-rex's atlas: 4096 x 5696 texels, 839 MB with mips and heights, on a heap of 2 GiB.
 #[test]
 #[ignore = "takes a gigabyte and some seconds"]
-fn a_creature_sized_atlas_fits() {
+fn creature_sized_atlas_fits_in_memory() {
     let Some(gpu) = test_gpu() else { return };
     let layout = TileLayout { tile: 32, gutter: 2, columns: 128, rows: 178 };
     let (width, height) = layout.size();

@@ -13,7 +13,7 @@ use leadr::scenes::stage::{Lights, ReliefOptions, plane_stage};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::luminance;
 
-/// Edge of a face, at the size that the irradiance pass projects.
+/// Edge of a face, the size projected by the irradiance pass.
 const FACE: usize = 64;
 
 /// The projection of the 64-bit sky on the texel centres of the cube.
@@ -53,7 +53,7 @@ fn scene(gpu: &TestGpu) -> (Renderer, impl Fn(f64) -> FrameState) {
 }
 
 #[test]
-fn after_any_number_of_frames_the_device_holds_the_sky_of_the_last() {
+fn device_holds_the_latest_sky() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let settings = RenderSettings { size: (16, 12), samples: 2, ..RenderSettings::default() };
@@ -72,7 +72,7 @@ fn after_any_number_of_frames_the_device_holds_the_sky_of_the_last() {
         let off = error(&got, &project(&sky));
         println!("frame {frame}, sun at {:.1} degrees: {off:.1e}", sky.sun_direction.z.asin().to_degrees());
         worst = worst.max(off);
-        // The sun of a minute later must differ.
+        // The sun one minute later must differ.
         let mut later = state.clone();
         daylight::pass(&mut later, 1.0 / 60.0);
         assert!(sky.sun_direction.z < -0.1 || error(&got, &project(&later.sky.unwrap())) > 3.0 * off);
@@ -82,7 +82,7 @@ fn after_any_number_of_frames_the_device_holds_the_sky_of_the_last() {
 }
 
 #[test]
-fn a_frame_is_the_same_whichever_frames_came_before() {
+fn frame_does_not_depend_on_earlier_frames() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let settings = RenderSettings { size: (32, 24), ..RenderSettings::default() };

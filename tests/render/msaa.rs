@@ -1,4 +1,4 @@
-//! Multisampled geometry: outlines as smooth as with several samples, surfaces shaded once.
+//! Multisampled geometry: outlines as smooth as with several samples, with one shading sample per surface.
 
 use crate::edges::{rms, rock, scene};
 use crate::shore;
@@ -15,7 +15,7 @@ fn settings(samples: u32, msaa: u32) -> RenderSettings {
     RenderSettings { size: (SIZE, SIZE), samples, msaa, ..Default::default() }
 }
 
-/// Pixels whose eight neighbours and they themselves are all at about the same depth.
+/// Pixels that have nearly the same depth as their eight neighbours.
 fn inside(depth: &[[f32; 4]], step: f32) -> impl Fn(usize) -> bool {
     let width = SIZE as usize;
     move |i| {
@@ -34,7 +34,7 @@ fn assert_finite(picture: &FrameOutput) {
 }
 
 #[test]
-fn outlines_are_as_smooth_as_with_four_samples_and_surfaces_stay_as_they_are() {
+fn outlines_match_four_samples_without_changing_surfaces() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let many = renderer.render(&state, &settings(256, 1)).unwrap();
@@ -62,7 +62,7 @@ fn outlines_are_as_smooth_as_with_four_samples_and_surfaces_stay_as_they_are() {
     };
     let mut differences: Vec<f32> = (0..once.color.len()).filter(|&i| inside(i)).map(differ).collect();
     differences.sort_unstable_by(f32::total_cmp);
-    // Where the surface turns away within a pixel, its parts are shaded by themselves.
+    // Parts of a surface that turn away within a pixel are shaded separately.
     let (count, most, worst) =
         (differences.len(), differences[differences.len() * 9 / 10], differences.last().unwrap());
     println!("{count} pixels inside: 90 % differ by {most:.1e} at most, one by {worst:.1e}");
@@ -84,7 +84,7 @@ fn samples_of_a_picture_are_multisampled_each() {
     assert!(errors[1] < 0.85 * errors[0], "{errors:?}");
 }
 
-/// A rough sphere of few pixels: most blocks of pixels have more surfaces than slots or nearly so.
+/// A rough sphere of a few pixels: most pixel blocks have nearly as many surfaces as slots, or more.
 #[test]
 #[ignore = "long"]
 fn small_and_rough_objects_are_finite_and_the_same_every_time() {
@@ -98,7 +98,7 @@ fn small_and_rough_objects_are_finite_and_the_same_every_time() {
         let sum = |picture: &FrameOutput| picture.color.iter().map(|c| f64::from(c[3])).sum::<f64>();
         let ratio = sum(&first) / sum(&many);
         println!("{distance} m: {ratio:.4} of the pixels that it covers");
-        // From afar it covers two pixels.
+        // At a distance it covers two pixels.
         assert!((ratio - 1.0).abs() < 0.03 || distance > 50.0, "{distance} m: {ratio}");
     }
 }
@@ -126,12 +126,12 @@ fn it_gives_way_to_edge_samples_and_the_reference_and_wrong_numbers_are_refused(
         renderer.render(&state, &RenderSettings { shading, ..settings(1, msaa) })
     };
     for (technique, edges) in [(Technique::Leadr, 4), (Technique::Reference, 1)] {
-        let [plain, asked] = [1, 4].map(|msaa| shoot(technique, edges, msaa).unwrap());
-        assert!(plain.color == asked.color, "{technique:?}");
+        let [plain, requested] = [1, 4].map(|msaa| shoot(technique, edges, msaa).unwrap());
+        assert!(plain.color == requested.color, "{technique:?}");
     }
     for msaa in [2, 4, 8] {
         if let Err(fault) = shoot(Technique::Leadr, 1, msaa) {
-            assert!(fault.to_string().contains(&format!("samples in a pixel, not {msaa}")), "{fault}");
+            assert!(fault.to_string().contains(&format!("samples per pixel, not {msaa}")), "{fault}");
         }
     }
     for msaa in [0, 3, 16] {
@@ -140,7 +140,7 @@ fn it_gives_way_to_edge_samples_and_the_reference_and_wrong_numbers_are_refused(
     }
 }
 
-/// Water beside sand and in front of the sky.
+/// Water next to sand and in front of the sky.
 #[test]
 #[ignore = "long"]
 fn the_sea_has_smooth_outlines() {
@@ -160,7 +160,7 @@ fn the_sea_has_smooth_outlines() {
     assert!(all[1] < all[0], "{all:?}");
 }
 
-/// Every technique that filters, with pixels that show the sky beside surfaces.
+/// Every filtering technique, with pixels that show both sky and surfaces.
 #[test]
 fn every_technique_has_smooth_outlines() {
     let Some(gpu) = test_gpu() else { return };

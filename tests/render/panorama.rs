@@ -1,4 +1,4 @@
-//! Panoramas as an image and its suns: what is taken out, and how it lights.
+//! Panoramas as an image and extracted suns: the extraction, and its lighting.
 
 use std::f64::consts::PI;
 
@@ -41,13 +41,13 @@ fn without_lights(image: &RgbImage, parts: &Split) -> RgbImage {
     rest
 }
 
-/// A disk with a soft edge, so that a picture of texels follows its movement.
+/// A disk with a soft edge, so that a texel image follows its movement.
 fn disk(d: DVec3, middle: DVec3, radius_degrees: f64) -> f64 {
     let angle = d.angle_between(middle.normalize()).to_degrees();
     1.0 - ((angle - radius_degrees) / 0.8 + 0.5).clamp(0.0, 1.0)
 }
 
-/// The same with an edge wider than a texel of the smaller panoramas, so that moving it changes no texel at once.
+/// The same with an edge wider than a texel of the smaller panoramas, so that no texel changes abruptly.
 fn glow(d: DVec3, middle: DVec3, radius_degrees: f64) -> f64 {
     let angle = d.angle_between(middle.normalize()).to_degrees();
     let x = ((radius_degrees - angle) / 4.0 + 0.5).clamp(0.0, 1.0);
@@ -55,13 +55,13 @@ fn glow(d: DVec3, middle: DVec3, radius_degrees: f64) -> f64 {
 }
 
 #[test]
-fn one_bright_pixel_becomes_one_light_wherever_it_is() {
+fn one_bright_pixel_becomes_one_light() {
     for (width, column, row) in
         [(1024u32, 300u32, 200u32), (1024, 0, 255), (1024, 1023, 40), (1024, 700, 0), (256, 9, 127), (64, 5, 20)]
     {
         let mut image = panorama(width, |_| DVec3::ONE);
         let at = (row * width + column) as usize;
-        // At the pole a texel is small.
+        // A texel at the pole is small.
         let bright = if row == 0 { 100.0 } else { 1.0 };
         image.texels[at] = [1e5 * bright, 2e5 * bright, 5e4 * bright];
         let parts = lights_of(&image);
@@ -70,12 +70,12 @@ fn one_bright_pixel_becomes_one_light_wherever_it_is() {
             PI * (f64::from(row) + 0.5) / f64::from(image.height),
             2.0 * PI * (0.5 - (f64::from(column) + 0.5) / f64::from(width)),
         );
-        let place = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-        assert!(light.direction.as_dvec3().distance(place) < 1e-5, "{light:?} {place}");
+        let expected_direction = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        assert!(light.direction.as_dvec3().distance(expected_direction) < 1e-5, "{light:?} {expected_direction}");
         let irradiance = DVec3::new(1e5, 2e5, 5e4) * f64::from(bright) * solid_angle(&image, row as usize);
         assert!((light.irradiance.as_dvec3() / irradiance - 1.0).abs().max_element() < 1e-3, "{light:?} {irradiance}");
         assert!(light.radius_degrees() < 400.0 / width as f32, "{light:?}");
-        // What is left is what is around it.
+        // The residual matches its surroundings.
         let left = Vec3::from(without_lights(&image, &parts).texels[at]);
         assert!(parts.rest.len() == 1 && left.max_element() < 40.0, "{left}");
     }
@@ -107,7 +107,7 @@ fn image_and_lights_together_have_the_power_of_the_panorama() {
         assert!((f64::from(light.radius_degrees()) - radius).abs() < 0.25, "{light:?}");
     }
     assert_eq!(parts, lights_of(&image));
-    // No more lights than are asked for, and none at all without any.
+    // At most the requested number of lights, and none for zero.
     assert_eq!(split(&image, NONE), Split::default());
     assert!(split(&image, LightExtraction { count: 1, threshold: 8.0 }).lights.len() <= 1);
 }
@@ -138,7 +138,7 @@ fn large_and_many_things_stay_in_the_image() {
     }
 }
 
-/// What a few surfaces receive from the lights.
+/// Irradiance of a few surfaces from the lights.
 fn received(parts: &Split) -> Vec<f64> {
     let normals = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::ONE.normalize()];
     let on = |n: DVec3| {
@@ -148,7 +148,7 @@ fn received(parts: &Split) -> Vec<f64> {
     normals.into_iter().map(on).collect()
 }
 
-/// Largest change of what the lights give over a path of pictures in so many steps, over the most they give.
+/// Largest change of the lights' irradiance over a sequence of `steps` pictures, relative to its maximum.
 fn largest_step(steps: u32, picture: impl Fn(f64) -> RgbImage) -> f64 {
     let path: Vec<Vec<f64>> =
         (0..=steps).map(|i| received(&lights_of(&picture(f64::from(i) / f64::from(steps))))).collect();
@@ -157,7 +157,7 @@ fn largest_step(steps: u32, picture: impl Fn(f64) -> RgbImage) -> f64 {
     steps.fold(0.0, f64::max) / most
 }
 
-/// A jump stays as it is when the steps become smaller; a movement shrinks with them.
+/// A jump is independent of the step size; a continuous change shrinks with it.
 #[test]
 #[ignore = "long"]
 fn nothing_pops_when_the_picture_changes_slowly() {
@@ -248,7 +248,7 @@ fn settings(shading: Shading) -> RenderSettings {
     RenderSettings { size: (96, 96), shading, samples: 1, ..Default::default() }
 }
 
-/// Lambert's law, for every technique that shades; the reference without shadows of the relief is one of them.
+/// Lambert's law, for every shading technique, including the reference without shadows of the relief.
 #[test]
 fn a_sun_of_one_pixel_lights_a_sphere_by_the_cosine() {
     let Some(gpu) = test_gpu() else { return };
@@ -278,7 +278,7 @@ fn a_sun_of_one_pixel_lights_a_sphere_by_the_cosine() {
     }
 }
 
-/// Mirrors of a light with a size are as bright as those of its picture.
+/// Specular reflections of an extracted light are as bright as those of its image.
 #[test]
 fn mirrors_reflect_as_much_with_lights_as_without() {
     let Some(gpu) = test_gpu() else { return };
@@ -298,7 +298,7 @@ fn mirrors_reflect_as_much_with_lights_as_without() {
     }
 }
 
-/// Order-2 harmonics of image and lights together are those of the panorama.
+/// Order-2 harmonics of image and lights together equal those of the panorama.
 #[test]
 fn the_mean_light_is_conserved_on_the_device() {
     let Some(gpu) = test_gpu() else { return };
@@ -313,9 +313,9 @@ fn the_mean_light_is_conserved_on_the_device() {
     assert!((rest / whole - 1.0).abs() < 1e-3, "{rest} {whole}");
 }
 
-/// The sun stays to be seen where it was, and another panorama can be put up at any time.
+/// The sun stays visible at its position, and the panorama can be replaced at any time.
 #[test]
-fn backgrounds_keep_their_suns_and_panoramas_change_places() {
+fn backgrounds_keep_suns_and_panoramas_can_be_replaced() {
     let Some(gpu) = test_gpu() else { return };
     let sun = |x: f64| panorama(512, move |d| DVec3::splat(0.5) + 400.0 * disk(d, DVec3::new(x, 1.0, 0.2), 2.0));
     let seen = |renderer: &mut Renderer| renderer.render(&towards(), &settings(Shading::default())).unwrap().color;
@@ -331,7 +331,7 @@ fn backgrounds_keep_their_suns_and_panoramas_change_places() {
     assert!(seen(&mut with) == fresh && fresh != lit);
     with.set_environment(old);
     assert!(seen(&mut with) == lit);
-    // Under a sky that moves on the device nothing has to be taken out.
+    // For a sky updated on the device, nothing is extracted.
     let sky = Environment::from_sky(&gpu, 64, &Sky::default()).unwrap();
     assert!(sky.lights().is_empty());
     with.set_environment(sky);
@@ -340,15 +340,15 @@ fn backgrounds_keep_their_suns_and_panoramas_change_places() {
     assert!(with.resume(paused).is_err(), "the frame was prepared for other lights");
 }
 
-/// Past the ball to where the suns are.
+/// A camera looking past the ball toward the suns.
 fn towards() -> FrameState {
     let camera = Camera::looking_at(Vec3::new(0.9, -5.0, -0.6), Vec3::new(0.8, 0.0, 0.4), 45.0);
     FrameState::new(camera, vec![Pose::REST])
 }
 
-/// Two suns throw a shadow each, also where edge samples were joined.
+/// Two suns cast one shadow each, also with resolved edge samples.
 #[test]
-fn every_sun_throws_its_own_shadow() {
+fn every_sun_casts_a_shadow() {
     let Some(gpu) = test_gpu() else { return };
     let image = panorama(512, |d| {
         DVec3::splat(0.02)
@@ -376,7 +376,7 @@ fn every_sun_throws_its_own_shadow() {
         across(-y) * size as usize + across(x)
     };
     for (i, sun) in suns.iter().enumerate() {
-        // Where the ray from the sun through the ball's middle meets the floor.
+        // The intersection of the floor with the sun's ray through the ball's centre.
         let shadow = Vec3::Z * 1.5 - sun.direction * (1.5 / sun.direction.z);
         let other = suns[1 - i];
         for picture in &pictures {

@@ -1,10 +1,9 @@
-//! What the renderer guarantees about geometry: no cracks, culling that changes no pixel, reproducible frames.
+//! Geometry guarantees of the renderer: no cracks, culling that changes no pixel, reproducible frames.
 
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::maps::HeightMap;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
-use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::HeightField;
@@ -28,11 +27,11 @@ fn renderer(gpu: &TestGpu, object: Object) -> Renderer {
 }
 
 fn state(camera: Camera) -> FrameState {
-    FrameState { sky: Some(Sky::default()), ..FrameState::new(camera, vec![Pose::REST]) }
+    FrameState::new(camera, vec![Pose::REST])
 }
 
-/// Pixels that show the inside, without those of the silhouette: there the last front face and the first back face meet
-/// edge-on at one depth, and either may win.
+/// Pixels that show the inside, except on the silhouette. There the last front face and the first back face meet edge-on at equal depth,
+/// and either may be drawn.
 fn inside_pixels(output: &FrameOutput) -> usize {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
     let at = |x: usize, y: usize| output.color[y * width + x];
@@ -46,7 +45,7 @@ fn inside_pixels(output: &FrameOutput) -> usize {
         .count()
 }
 
-/// Pixels that show the inside and pixels covered at all, at several distances, directions and tessellations.
+/// Pixels that show the inside, and all covered pixels, at several distances, directions and tessellations.
 fn count_inside(renderer: &mut Renderer, max_slope_views: &[f32]) -> (usize, usize) {
     let (mut inside, mut pixels) = (0, 0);
     for (i, &distance) in max_slope_views.iter().enumerate() {
@@ -93,9 +92,9 @@ fn closed_meshes_show_no_crack_across_uv_seams() {
     assert_eq!(inside, 0);
 }
 
-/// The same seams without shared edges: every patch has vertices of its own, so nothing joins their heights.
+/// The same seams without shared edges: every patch has its own vertices, so their heights are not joined.
 #[test]
-fn the_crack_test_sees_cracks() {
+fn crack_test_detects_cracks() {
     let Some(gpu) = test_gpu() else { return };
     let mut mesh = cube_sphere(4, [0.5; 4]);
     let (positions, normals) = (mesh.positions.clone(), mesh.normals.clone());
@@ -131,7 +130,7 @@ fn culling_changes_no_pixel() {
 
 #[test]
 #[ignore = "long"]
-fn the_same_frame_gives_the_same_bits() {
+fn same_frame_is_bit_identical() {
     let Some(gpu) = test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 4, 16, [0.5; 4]);
     let camera = Camera::looking_at(Vec3::new(2.0, -2.0, 1.0), Vec3::ZERO, 40.0);
@@ -139,7 +138,7 @@ fn the_same_frame_gives_the_same_bits() {
     let mut first = renderer(&gpu, object(mesh.clone(), heights.clone(), 0.05));
     let mut second = renderer(&gpu, object(mesh, heights, 0.05));
     let a = first.render(&state(camera), &settings).unwrap();
-    // A frame in between must not change the next.
+    // An intermediate frame must not change the next.
     let other = RenderSettings { size: (40, 40), ..settings };
     second.render(&state(camera.at_distance(9.0)), &other).unwrap();
     let b = second.render(&state(camera), &settings).unwrap();
@@ -148,8 +147,7 @@ fn the_same_frame_gives_the_same_bits() {
     assert_ne!(a.color, reseeded.color);
 }
 
-/// The camera sees no shadows of a light beside it, however coarse its triangles are: bumps that it does not draw must not
-/// throw shadows.
+/// A light beside the camera casts no visible shadows at any tessellation: bumps that are not drawn must not cast shadows.
 #[test]
 fn coarse_surfaces_do_not_shade_themselves() {
     let Some(gpu) = test_gpu() else { return };
@@ -168,15 +166,15 @@ fn coarse_surfaces_do_not_shade_themselves() {
         println!("{distance} m: {lost:.4} of the light lost");
         assert!((-1e-6..0.01).contains(&lost), "{distance} m: {lost}");
     }
-    // A low sun must throw shadows, otherwise the check above proves nothing.
+    // A low sun must cast shadows; otherwise the check above proves nothing.
     let low = (direction + 3.0 * direction.any_orthonormal_vector()).normalize();
     let lost = 1.0 - light(1.6, low, true) / light(1.6, low, false);
     println!("low sun: {lost:.4}");
     assert!(lost > 0.002, "{lost}");
 }
 
-/// Objects so small that screen tiles show several of them, in a picture whose size is not a multiple of the tile size: as many as the
-/// tiles have bits for, and many more.
+/// Objects so small that a screen tile shows several of them, in a picture with a size that is not a multiple of the tile: as many as a
+/// tile has bits for, and many more.
 #[test]
 #[ignore = "long"]
 fn every_pixel_of_a_full_scene_is_filtered() {
@@ -191,8 +189,8 @@ fn every_pixel_of_a_full_scene_is_filtered() {
         };
         let mut renderer = under_sky(&gpu, (0..count).map(sphere).collect::<Vec<_>>(), 32);
         let middle = (columns - 1) as f32 / 2.0;
-        let place = |k: u32| Vec3::new((k % columns) as f32 - middle, 0.0, (k / columns) as f32 - middle) * 2.5;
-        let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
+        let position = |k: u32| Vec3::new((k % columns) as f32 - middle, 0.0, (k / columns) as f32 - middle) * 2.5;
+        let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(position(k)))).collect();
         let eye = Vec3::new(2.0, -60.0, 5.0) * (columns as f32 / 8.0);
         let state = FrameState { poses, ..state(Camera::looking_at(eye, Vec3::ZERO, 22.0)) };
         let settings = RenderSettings { size: (107 * columns / 8, 93 * columns / 8), ..Default::default() };
@@ -211,7 +209,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
             }
         }
         assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
-        // Edge samples are filtered and shaded per tile; a sample left out would be black or come from another frame.
+        // Edge samples are filtered and shaded per tile; a missing sample would be black or come from another frame.
         let shading = Technique::Leadr.with(ShadingOptions { edge_samples: 64, ..Default::default() });
         let edges = renderer.render(&state, &RenderSettings { shading, ..settings }).unwrap();
         let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
@@ -237,7 +235,7 @@ fn layers_describe_the_surface() {
     let mut at = |layer: Layer, x: usize, y: usize| renderer.layer(layer).unwrap()[y * 65 + x];
     assert!(at(Layer::Depth, 0, 0)[0].is_infinite());
     let mut centre = |layer| at(layer, 32, 32);
-    // Vertices of coarse pieces stand somewhat outside the sphere, so that the triangles between them lie about it.
+    // Vertices of coarse tessellations are slightly outside the sphere, so that the triangles between them approximate it.
     let depth = centre(Layer::Depth)[0];
     assert!((depth - 3.0).abs() < 1e-2, "{depth}");
     let normal = centre(Layer::Normal);

@@ -34,7 +34,7 @@ pub fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
     Object { casts_shadow: casts, ..object }
 }
 
-/// From 60° and so far away that rays are parallel: a picture twice as wide as high shows exactly one repeat.
+/// From 60° and so far that rays are parallel: a picture twice as wide as high shows exactly one repeat.
 pub const VIEW: Vec3 = Vec3::new(0.866_025_4, 0.0, 0.5);
 
 pub fn state(sun: Option<Vec3>) -> FrameState {
@@ -72,8 +72,8 @@ fn lights_agree_with_ray_casts() {
             let output = renderer.render(&state(Some(light)), &reference((64, 32), 16, true)).unwrap();
             let error = 100.0 * (mean(&output.color) / want - 1.0);
             println!("{name} light {shadows} shadows: {:.4} instead of {want:.4}: {error:+.2} %", mean(&output.color));
-            // The opposite light grazes few facets: their shadows begin closer than the search in a bilinear height field
-            // resolves, and 32,768 rays are noisier.
+            // The opposite light grazes few facets: their shadows start closer than the search in a bilinear height field resolves, and
+            // 32,768 rays are noisier.
             let bound = if name == "opposite" { 8.0 } else { 2.0 };
             assert!(error.abs() < bound, "{name} light {shadows} shadows: {error:+.2} %");
         }
@@ -81,7 +81,7 @@ fn lights_agree_with_ray_casts() {
     }
 }
 
-/// The same under a uniform sky that is sampled direction by direction.
+/// The same under a uniform sky, sampled by directions.
 #[test]
 fn the_sky_agrees_with_ray_casts() {
     let Some(gpu) = test_gpu() else { return };
@@ -125,9 +125,9 @@ fn terms_add_up() {
     }
 }
 
-/// A point light far away, which has another kind of shadow map, throws the shadows of a sun.
+/// A distant point light, with another kind of shadow map, casts the same shadows as a sun.
 #[test]
-fn far_point_lights_throw_the_shadows_of_a_sun() {
+fn far_point_lights_shadow_like_a_sun() {
     let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 2);
     let mut renderer = renderer(&gpu, plane_of(&tile, 1.0, true), 0.0);
@@ -186,13 +186,13 @@ fn errors_fall_with_samples() {
     });
     println!("relative errors with 2, 8 and 32 samples: {errors:.4?}");
     assert!(errors[0] > 0.02, "the picture should be noisy: {errors:?}");
-    // The noise of the 128-sample picture is in all of them.
+    // The noise of the 128-sample picture affects all of them.
     assert!(errors[1] < errors[0] / 2.0 && errors[2] < errors[0] / 4.0, "{errors:?}");
 }
 
-/// With mapped normals on smooth geometry (LEADR Figure 8) nothing throws a shadow, whatever the settings.
+/// With mapped normals on smooth geometry (LEADR Figure 8) nothing casts a shadow, with any settings.
 #[test]
-fn smooth_geometry_throws_no_shadows() {
+fn smooth_geometry_casts_no_shadows() {
     let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 4);
     let state = state(Some(Vec3::new(-0.6, 0.2, 0.6).normalize()));
@@ -207,8 +207,8 @@ fn smooth_geometry_throws_no_shadows() {
     assert!(shadowed[1] < 0.97 * open[1], "the displaced surface throws no shadows");
 }
 
-/// Seen straight down, a pixel for each texel, the plane is as high at every pixel as the map says: a vertex stands at its centre. The
-/// map has 100 texels a repeat, so borders of patches lie anywhere between texels.
+/// Seen straight down with one pixel per texel, the plane's height equals the map at every pixel, because each texel centre has a vertex.
+/// The map has 100 texels per repeat, so patch borders fall between texels.
 #[test]
 fn the_plane_has_a_vertex_at_the_centre_of_every_texel() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! Bumps that hide the surroundings from each other: against ray casts, at every distance.
+//! Bumps that occlude the environment: against ray casts, at every distance.
 
 use glam::{DVec2, Vec3};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
@@ -19,10 +19,10 @@ fn settings(technique: Technique, size: (u32, u32), samples: u32, relief_occlusi
     }
 }
 
-/// Under a white sky: bumps of sixteen texels resolved by many pixels, half resolved, and all within a pixel, where the
-/// statistics of the slopes do everything.
+/// Under a white sky: bumps of sixteen texels resolved by many pixels, half resolved, and all within a pixel, where only the slope
+/// statistics act.
 #[test]
-fn bumps_hide_the_sky_as_in_ray_casts() {
+fn bumps_occlude_sky_as_in_ray_casts() {
     let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
     let patch = Patch::new(&tile, DVec2::ZERO, tile.covariance());
@@ -43,7 +43,7 @@ fn bumps_hide_the_sky_as_in_ray_casts() {
     }
 }
 
-/// Flat ground is the same with and without.
+/// Flat ground does not change with occlusion.
 #[test]
 fn flat_ground_hides_nothing() {
     let Some(gpu) = test_gpu() else { return };

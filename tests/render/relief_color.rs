@@ -1,4 +1,4 @@
-//! Colours that follow the relief: one sample of LEADR against the reference, which draws every texel in its own colour.
+//! Colours that follow the relief: one sample of LEADR against the reference, which uses every texel's own colour.
 
 use crate::reference::{mean, plane_of, renderer};
 use glam::Vec3;
@@ -19,7 +19,7 @@ const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];
 const CELLS: u32 = 64;
 
-/// Bumps with paint where `paint` says so of the rank of the height, 0 to 1, and of the rise along x.
+/// Bumps painted where `paint` selects the rank of the height, 0 to 1, and the slope along x.
 fn painted(tile: &Tile, sigma: f32, paint: impl Fn(f32, f32) -> bool) -> Object {
     let heights = tile.heights();
     let mut order: Vec<usize> = (0..heights.len()).collect();
@@ -63,8 +63,8 @@ fn seen(renderer: &mut Renderer, degrees: f32, sun: Vec3, technique: Technique, 
 /// Lights in front of the viewer, beside and behind.
 const LIGHTS: [Vec3; 3] = [Vec3::new(0.6, 0.1, 0.8), Vec3::new(0.0, 0.8, 0.6), Vec3::new(-0.6, 0.2, 0.77)];
 
-/// Relative errors of the share of red in the light, over views and lights: of LEADR, and without the colours' relief. Brightness
-/// is left out, since its errors come from the model of masking.
+/// Relative errors of the red fraction of the light, over views and lights: of LEADR, and without relief colours. Brightness is excluded,
+/// because its errors come from the masking model.
 fn errors(gpu: &TestGpu, paint: impl Fn(f32, f32) -> bool, lights: &[Vec3]) -> [f64; 2] {
     let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
     let mut renderer = renderer(gpu, painted(&tile, 0.6, paint), 0.0);
@@ -96,7 +96,7 @@ fn paint_on_tops_and_in_cracks() {
     assert!(cracks < 0.18 * dropped && dropped > 0.04, "{cracks} {dropped}");
 }
 
-/// Paint on slopes that face one way brightens under light from there, and darkens under light from the other side.
+/// Paint on slopes facing one way brightens under light from that side, and darkens under light from the other.
 #[test]
 #[ignore = "long"]
 fn rain_side_flips_with_the_light() {
@@ -118,7 +118,7 @@ fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     (error / power).sqrt()
 }
 
-/// Frames that go through the G-buffer show the same colours; and where nothing follows the relief, the setting changes nothing.
+/// Frames with a G-buffer show the same colours; on surfaces without relief colours the setting changes nothing.
 #[test]
 fn colours_pass_through_the_g_buffer() {
     let Some(gpu) = test_gpu() else { return };
@@ -144,7 +144,7 @@ fn colours_pass_through_the_g_buffer() {
     assert_eq!(plain(true), plain(false));
 }
 
-/// A material with red tops, and what a moss that covers stripes of it is made of.
+/// A material with red tops, and the material of a moss that covers stripes of it.
 fn red_tops(size: u32) -> (Material, MaterialDetail) {
     let map = HeightMap::new(size, size, procedural::gaussian(size, size, 3, 1.0, 0.016).texels).unwrap();
     let raster = |width: u32, channels: usize, codes: Vec<u8>| {
@@ -159,7 +159,7 @@ fn red_tops(size: u32) -> (Material, MaterialDetail) {
     let fine = HeightMap::new(32, 32, procedural::gaussian(32, 32, 4, 1.0, 0.1).texels).unwrap();
     layer.relief = Some(Relief { map: fine, scale: Some(0.002), middle: 0.0, in_widths: false });
     let mut material = Material::new("red tops");
-    // What mirrors reflect has no colour of its own, and errors of its own.
+    // The specular reflection has no colour and its own errors.
     material.specular = Input::constant(0.0);
     material.base_color = Input::colors(colors);
     material.relief = Some(Relief { map, scale: Some(0.7), middle: 0.0, in_widths: false });
@@ -169,8 +169,7 @@ fn red_tops(size: u32) -> (Material, MaterialDetail) {
     (material, detail)
 }
 
-/// In an atlas of tiles, whose patches are smaller than pixels, and under a detail: the pipelines with most resources, in one pass and in
-/// two.
+/// An atlas of tiles with patches smaller than pixels, and a detail: the pipelines with the most resources, in one pass and in two.
 #[test]
 #[ignore = "long"]
 fn tops_of_a_sphere_and_under_a_detail() {
@@ -181,7 +180,7 @@ fn tops_of_a_sphere_and_under_a_detail() {
     for (material, sphere) in [(&bare, true), (&bare, false), (&covered, true), (&covered, false)] {
         let mut stage =
             if sphere { dressed::sphere_stage(material, None, 16) } else { dressed::plane_stage(material, None) };
-        // Steep, and as wide in a pixel as a bump.
+        // Steep, with pixels as wide as a bump.
         let positions = &stage.objects[0].mesh.positions;
         let centre = positions.iter().sum::<Vec3>() / positions.len() as f32;
         let eye = centre + Vec3::new(0.3, -0.85, 0.42).normalize() * 200.0;
@@ -217,7 +216,7 @@ fn tops_of_a_sphere_and_under_a_detail() {
         changes.push(change);
         if sphere && material.detail.is_none() {
             let truth = shoot(false, false, Technique::Reference, 16);
-            // Where the colours' relief shows: the rest of a sphere is seen steeply, and the sky is no object.
+            // Where the relief colours are visible: the rest of the sphere is seen at grazing angles, and the sky is no object.
             let share = |[r, g, b, _]: [f32; 4]| r / (r + g + b);
             let shows: Vec<usize> = (0..on.len())
                 .filter(|&i| on[i][3] > 0.99 && (share(on[i]) / share(off[i]) - 1.0).abs() > 0.01)
@@ -229,12 +228,12 @@ fn tops_of_a_sphere_and_under_a_detail() {
             };
             let [want, got, mean] = [&truth, &on, &off].map(|picture| red(picture));
             println!("{} pixels, red {want:.4}, LEADR {got:.4}, of the mean colour {mean:.4}", shows.len());
-            // To the right side, and twice too far (measured 1.96): hardly nearer to the truth than the mean colour is. Planes, which
-            // `paint_on_tops_and_in_cracks` holds against the truth, do not. Perhaps because a sphere falls away behind its bumps.
+            // In the right direction, but twice too far (measured 1.96): hardly closer to the truth than the mean colour. Planes do not
+            // show this; see `paint_on_tops_and_in_cracks`. A possible cause is that a sphere curves away behind its bumps.
             let part = (got - mean) / (want - mean);
             assert!(want > mean + 0.01 && (0.5..2.4).contains(&part), "{want} {got} {mean}");
         }
     }
-    // What the detail covers follows nothing.
+    // Colours covered by the detail follow nothing.
     assert!(changes[2] < changes[0] && changes[3] < changes[1], "{changes:?}");
 }

@@ -1,4 +1,4 @@
-//! Nothing jumps where patches meet, where levels of detail change, or where a tap begins.
+//! No jumps where patches meet, where mip levels change, or where a tap starts.
 
 use glam::{DVec3, Vec3};
 use leadr::maps::HeightMap;
@@ -24,7 +24,7 @@ fn seen_from(position: Vec3, target: Vec3, degrees: f32) -> FrameState {
     FrameState::new(Camera::looking_at(position, target, degrees), vec![Pose::REST])
 }
 
-/// A unit sphere of 6·6² patches whose heights and colours are functions of the place in space, not of the patch.
+/// A unit sphere of 6·6² patches with heights and colours that are functions of the 3D position, not of the patch.
 fn landscape(gpu: &TestGpu) -> Renderer {
     let mut mesh = cube_sphere(6, [1.0, 1.0, 1.0, 0.2]);
     let (layout, texels) = bake_tiles(&mut mesh, 16, |p, _| p.dot(GRADIENT));
@@ -43,8 +43,8 @@ fn landscape(gpu: &TestGpu) -> Renderer {
 /// Gradient of the heights in space.
 const GRADIENT: Vec3 = Vec3::new(0.12, -0.2, 0.16);
 
-/// Whether a pixel covers less than a texel of the atlas or several patches, its filtered normal and colour are those of the
-/// place in space; also on the borders of patches and at the corners of the cube.
+/// Pixels smaller than an atlas texel or larger than several patches: the filtered normal and colour match the 3D position, also on patch
+/// borders and at the corners of the cube.
 #[test]
 fn patches_are_filtered_as_one_surface() {
     let Some(gpu) = test_gpu() else { return };
@@ -60,7 +60,7 @@ fn patches_are_filtered_as_one_surface() {
         let [normals, slopes, albedos, lods] = layers.map(|layer| renderer.layer(layer).unwrap());
         let (mut worst, mut count) = ([0.0f32; 2], 0);
         for i in 0..(SIZE * SIZE) as usize {
-            // On a unit sphere, the normal equals the place.
+            // On a unit sphere, the normal equals the position.
             let p = Vec3::from_slice(&normals[i][..3]);
             if albedos[i] == [0.0; 4] || p.dot(toward) < 0.5 {
                 continue;
@@ -82,13 +82,13 @@ fn patches_are_filtered_as_one_surface() {
     assert!(coarsest > 12.0f32.log2() + 0.5, "the far view looks past the tiles: {coarsest}");
 }
 
-/// Largest errors of normals (radians) and of albedo; measured .0158 and .0052, .0178 and .0059, .0167 and .0166. Normals are off
-/// by .15 if gradients are not turned into the neighbouring patch's frame, colours by .026 if taps stop at a tile's border.
+/// Largest errors of normals (radians) and of albedo; measured .0158 and .0052, .0178 and .0059, .0167 and .0166. Normal errors are .15 if
+/// gradients are not rotated into the neighbouring patch's frame, colour errors .026 if taps stop at a tile's border.
 const NEAR: [f32; 2] = [0.018, 0.006];
 const MIDDLE: [f32; 2] = [0.02, 0.007];
 const FAR: [f32; 2] = [0.019, 0.018];
 
-/// Root mean square and maximum of a layer's second differences over frames, relative to the layer's standard deviation.
+/// RMS and maximum of a layer's second differences over frames, relative to the layer's standard deviation.
 fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
     let (mut squares, mut largest, mut count) = (0.0, 0.0f64, 0.0);
     let (mut sum, mut all) = (0.0, 0.0);
@@ -105,7 +105,7 @@ fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
     [f64::sqrt(squares / count) / deviation, largest / deviation]
 }
 
-/// The camera moves slowly away from a rough sphere whose patches are as small as pixels.
+/// The camera moves slowly away from a rough sphere with patches as small as pixels.
 #[test]
 fn small_patches_do_not_jump() {
     let Some(gpu) = test_gpu() else { return };
@@ -125,7 +125,7 @@ fn small_patches_do_not_jump() {
     };
     let [rms, largest] = jerks(&frames, middle);
     println!("second differences of mean slopes: rms {rms:.4}, largest {largest:.3} deviations");
-    // Measured .0117 and .62 on llvmpipe, .0147 and .61 on an NVIDIA H200; with coarse levels sharpened as texels are .0204 and 1.07.
+    // Measured .0117 and .62 on llvmpipe, .0147 and .61 on an NVIDIA H200; .0204 and 1.07 with coarse levels sharpened like texels.
     assert!(rms < 0.0165 && largest < 0.75, "{rms} {largest}");
 }
 
@@ -146,6 +146,6 @@ fn taps_begin_without_a_jump() {
         .collect();
     let [rms, largest] = jerks(&frames, |_| true);
     println!("second differences of mean slopes: rms {rms:.4}, largest {largest:.3} deviations");
-    // Measured .0101 and .20 on llvmpipe, .0112 and .21 on an NVIDIA H200; with taps a whole width of the footprint apart .0150 and .34.
+    // Measured .0101 and .20 on llvmpipe, .0112 and .21 on an NVIDIA H200; .0150 and .34 with taps a full footprint width apart.
     assert!(rms < 0.0125 && largest < 0.26, "{rms} {largest}");
 }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
-use leadr::reflectance::integrals::facet_mirrors::{facet_mirrors, facet_mirrors_light};
+use leadr::reflectance::integrals::facet_specular::{facet_specular, facet_specular_light};
 use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
@@ -43,7 +43,7 @@ fn settings(shading: Shading) -> RenderSettings {
     RenderSettings { size: (SIZE, SIZE), shading, shadows: false, ..Default::default() }
 }
 
-/// Without shadowing, a white surface in a white room is invisible, because LEADR eq. 16 integrates to one.
+/// Without shadowing, a white surface is invisible in a white furnace, because LEADR eq. 16 integrates to one.
 #[test]
 #[ignore = "long"]
 fn a_white_surface_vanishes_in_a_white_room() {
@@ -55,7 +55,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
         (Technique::LeadrGgx, grid),
         (Technique::LeadrGgx, few),
         (Technique::NormalMip, few),
-        // With one mean normal: one lookup for the reflection and one for the diffuse part.
+        // With one mean normal: one lookup for the specular and one for the diffuse term.
         (Technique::Lean, grid),
         (Technique::Toksvig, grid),
     ];
@@ -64,7 +64,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
         let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
         for distance in [3.0, 12.0, 60.0] {
             for (technique, quadrature) in cases {
-                // Neither facets nor resolved bumps hide the room from each other.
+                // Neither facets nor resolved bumps occlude the furnace.
                 let options =
                     ShadingOptions { shadowing: Shadowing::None, relief_occlusion: false, ..Default::default() };
                 let shading = technique.with(ShadingOptions { quadrature, ..options });
@@ -79,7 +79,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
     }
 }
 
-/// With shadowing some of that light is lost, and none is created.
+/// Shadowing removes some of that light and never creates any.
 #[test]
 fn shadowing_only_removes_light() {
     let Some(gpu) = test_gpu() else { return };
@@ -138,20 +138,20 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
 }
 
 impl Pixel {
-    /// Reflected radiance in a white room, and mean Fresnel reflectance.
-    fn mirrors(&self, integral: ShadingOptions, f0: DVec3) -> [DVec3; 2] {
+    /// Reflected radiance in a white furnace, and mean Fresnel reflectance.
+    fn specular_terms(&self, integral: ShadingOptions, f0: DVec3) -> [DVec3; 2] {
         let (wo, s, shadowing) = (self.wo, self.specular_s, integral.shadowing);
         match integral.quadrature {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let white = |_: &EnvironmentSample| DVec3::ONE;
-                let mirrors = leadr_specular_environment(shadowing, wo, self.m, s, f0, n, lambda, white);
-                [mirrors.reflected, mirrors.fresnel]
+                let specular_terms = leadr_specular_environment(shadowing, wo, self.m, s, f0, n, lambda, white);
+                [specular_terms.reflected, specular_terms.fresnel]
             }
             Quadrature::VisibleSlopes(probes) => {
                 let rule = visible_specular::probe_rule(probes.count());
-                let mirrors = visible_specular_environment(shadowing, wo, self.m, s, f0, rule, |_| DVec3::ONE);
-                [mirrors.reflected, mirrors.fresnel]
+                let specular_terms = visible_specular_environment(shadowing, wo, self.m, s, f0, rule, |_| DVec3::ONE);
+                [specular_terms.reflected, specular_terms.fresnel]
             }
         }
     }
@@ -191,7 +191,7 @@ impl Pixel {
 /// The integration methods that the tests below cover.
 fn integrals() -> Vec<(Shading, ShadingOptions)> {
     let with = |quadrature, shadowing, diffuse_lights| {
-        // tests/render/relief.rs judges the occlusion of resolved bumps.
+        // tests/render/relief.rs tests the occlusion of resolved bumps.
         let options =
             ShadingOptions { quadrature, shadowing, diffuse_lights, relief_occlusion: false, ..Default::default() };
         let shading = Technique::Leadr.with(options);
@@ -225,7 +225,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
             let mut worst_here = 0.0f64;
             for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
                 let f0 = DVec3::splat(f64::from(f0));
-                let albedo = pixel.albedo * (1.0 - pixel.mirrors(integral, f0)[1]);
+                let albedo = pixel.albedo * (1.0 - pixel.specular_terms(integral, f0)[1]);
                 let to_point = point.position.as_dvec3() - pixel.position;
                 let lights = [
                     (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()),
@@ -238,8 +238,9 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                     let wi = frame::to_frame(&pixel.frame, direction);
                     let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
                     let shadowing = integral.shadowing;
-                    let mirrors = facet_mirrors(wo, wi, pixel.alpha, 0.0);
-                    let specular = facet_mirrors_light(shadowing, &areas[0], &areas[1], &mirrors, m, cholesky, f0);
+                    let specular_terms = facet_specular(wo, wi, pixel.alpha, 0.0);
+                    let specular =
+                        facet_specular_light(shadowing, &areas[0], &areas[1], &specular_terms, m, cholesky, f0);
                     expected += irradiance * (albedo * pixel.diffuse_light(integral, wi) + specular);
                 }
                 let actual = DVec3::new(
@@ -259,7 +260,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     assert!(worst < 2e-4, "{worst}");
 }
 
-/// Reflections of a white room, with shadowing: every pixel against the 64-bit reference.
+/// Reflections of a white furnace, with shadowing: every pixel against the 64-bit reference.
 #[test]
 fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     let Some(gpu) = test_gpu() else { return };
@@ -271,19 +272,19 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
         let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
         let mut worst = 0.0f64;
         for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
-            let [expected, _] = pixel.mirrors(integral, DVec3::splat(f64::from(f0)));
+            let [expected, _] = pixel.specular_terms(integral, DVec3::splat(f64::from(f0)));
             worst = worst.max((f64::from(output.color[i][0]) - expected.x).abs() / (expected.x + 0.02));
         }
         println!("{shading}: worst relative error {worst:.2e}");
-        // 32 bits against 64: one pixel of the five probes with Smith's shadowing has up to 8e-4, depending on how it is filtered.
+        // 32 bits against 64: one pixel of the five probes with Smith's shadowing differs by up to 8e-4, depending on its filtering.
         assert!(worst > 0.0 && worst < 1.2e-3, "{shading}: {worst}");
     }
 }
 
-/// A lamp off all axes, of a deviation of 6°, in the mirrors of a smooth sphere: every pixel against the integral of the lamp over its
-/// lobe. Unlike a room of one radiance, this fails if the cube is turned or its levels are one off.
+/// A lamp off all axes, with a deviation of 6°, reflected in a smooth specular sphere: every pixel against the integral of the lamp over
+/// its lobe. Unlike a uniform furnace, this fails if the cube is rotated or its levels are off by one.
 #[test]
-fn a_lamp_is_mirrored_where_it_stands_and_as_wide_as_its_lobe() {
+fn lamp_reflection_has_right_position_and_width() {
     let Some(gpu) = test_gpu() else { return };
     let towards = DVec3::new(0.75, -0.5, 0.43).normalize();
     let lamp = |d: DVec3| 0.1 + 30.0 * (90.0 * (d.dot(towards) - 1.0)).exp();
@@ -297,7 +298,7 @@ fn a_lamp_is_mirrored_where_it_stands_and_as_wide_as_its_lobe() {
         let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
         let state = state(6.0, None, Vec::new());
         let output = renderer.render_in_two_passes(&state, &settings(Shading::default())).unwrap();
-        let (mut error, mut turned, mut whole, mut count) = (0.0, 0.0, 0.0, 0);
+        let (mut error, mut rotated, mut whole, mut count) = (0.0, 0.0, 0.0, 0);
         for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.3).step_by(5)
         {
             let lambda = slope_grid::grid_lambda(48);
@@ -309,19 +310,19 @@ fn a_lamp_is_mirrored_where_it_stands_and_as_wide_as_its_lobe() {
             };
             let (want, got) = (seen(&lamp), f64::from(output.color[i][0]));
             error += (got - want).powi(2);
-            turned += (got - seen(&|d| lamp(DVec3::new(-d.y, d.x, d.z)))).powi(2);
+            rotated += (got - seen(&|d| lamp(DVec3::new(-d.y, d.x, d.z)))).powi(2);
             whole += want * want;
             count += 1;
         }
-        let [error, turned] = [error, turned].map(|e: f64| (e / whole).sqrt());
-        println!("α {alpha}: {count} pixels, relative error {error:.4}, of a turned lamp {turned:.4}");
-        assert!(count > 300 && error < bound && turned > 0.3, "α {alpha}: {error}, {turned}");
+        let [error, rotated] = [error, rotated].map(|e: f64| (e / whole).sqrt());
+        println!("α {alpha}: {count} pixels, relative error {error:.4}, of a turned lamp {rotated:.4}");
+        assert!(count > 300 && error < bound && rotated > 0.3, "α {alpha}: {error}, {rotated}");
     }
 }
 
 /// Without reflectance at normal incidence nothing is reflected, even at grazing angles.
 #[test]
-fn a_purely_diffuse_surface_mirrors_nothing() {
+fn diffuse_surface_has_no_specular_term() {
     let Some(gpu) = test_gpu() else { return };
     for f0 in [0.0, 0.04] {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.25], f0);
@@ -337,8 +338,8 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
     }
 }
 
-/// A picture is the sum of its terms. Diffuse terms lose what the mirrors reflect: the mean Fresnel reflectance of the
-/// probes where the specular environment is drawn, and its closed form where it is not. With either, the rest is a sum.
+/// A picture is the sum of its terms. Diffuse terms lose the specular reflection: the probes' mean Fresnel reflectance if the specular
+/// environment is drawn, and its closed form otherwise. With either, the rest is a sum.
 #[test]
 #[ignore = "long"]
 fn terms_sum_to_the_whole() {
@@ -354,27 +355,27 @@ fn terms_sum_to_the_whole() {
             renderer.render(&state, &settings(shading)).unwrap().color
         };
         let black = picture(Terms::NONE);
-        let mirrors = picture(Terms::SPECULAR_ENVIRONMENT);
-        let with_mirrors = rest.map(|term| picture(term | Terms::SPECULAR_ENVIRONMENT));
+        let specular_terms = picture(Terms::SPECULAR_ENVIRONMENT);
+        let with_specular = rest.map(|term| picture(term | Terms::SPECULAR_ENVIRONMENT));
         let alone = rest.map(&mut picture);
         let wholes = [picture(Terms::ALL), picture(rest[0] | rest[1] | rest[2])];
         let (mut worst, mut fresnel, mut most, mut count) = (0.0f32, 0.0f32, [0.0f32; 4], 0);
         for i in (0..black.len()).filter(|&i| black[i][3] > 0.0) {
             assert_eq!(black[i][0], 0.0);
-            let mirrored = mirrors[i][0];
+            let specular_only = specular_terms[i][0];
             let sums = [
-                mirrored + with_mirrors.iter().map(|p| p[i][0] - mirrored).sum::<f32>(),
+                specular_only + with_specular.iter().map(|p| p[i][0] - specular_only).sum::<f32>(),
                 alone.iter().map(|p| p[i][0]).sum(),
             ];
             for (sum, whole) in sums.iter().zip(&wholes) {
                 worst = worst.max((sum - whole[i][0]).abs() / whole[i][0]);
             }
-            // How far the closed form of the Fresnel term is from the probes', as a share of the diffuse light.
+            // Difference of the Fresnel term's closed form from the probes', relative to the diffuse light.
             for term in 1..3 {
-                let (a, b) = (with_mirrors[term][i][0] - mirrored, alone[term][i][0]);
+                let (a, b) = (with_specular[term][i][0] - specular_only, alone[term][i][0]);
                 fresnel = fresnel.max(if a > 0.02 { (b / a - 1.0).abs() } else { 0.0 });
             }
-            most[0] = most[0].max(mirrored);
+            most[0] = most[0].max(specular_only);
             for (most, part) in most[1..].iter_mut().zip(&alone) {
                 *most = most.max(part[i][0]);
             }
@@ -389,8 +390,8 @@ fn terms_sum_to_the_whole() {
     }
 }
 
-/// In a panorama of order-2 radiance, which nine coefficients represent exactly, the diffuse part of every pixel (the
-/// difference between a white and a black surface) against the 64-bit reference.
+/// In a panorama of order-2 radiance, which nine coefficients represent exactly: the diffuse part of every pixel (the difference between a
+/// white and a black surface) against the 64-bit reference.
 #[test]
 fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
     let Some(gpu) = test_gpu() else { return };
@@ -410,7 +411,7 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
             renderers.each_mut().map(|r| r.render_in_two_passes(&state, &settings(shading)).unwrap().color);
         let (mut worst, mut count) = (0.0f64, 0);
         for (i, pixel) in pixels(&mut renderers[0], &state, &white) {
-            let [_, fresnel] = pixel.mirrors(integral, DVec3::splat(f64::from(f0)));
+            let [_, fresnel] = pixel.specular_terms(integral, DVec3::splat(f64::from(f0)));
             let diffuse = if integral.shadowing == Shadowing::Correlated {
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let bent = bent_normal(&direction_area(pixel.wo, pixel.m, cholesky), pixel.m, cholesky);

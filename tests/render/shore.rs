@@ -1,4 +1,4 @@
-//! The sea at its beach: the shaders' beach against the 64-bit one, where water and sand show, and the whole scene.
+//! The sea at its beach: the shaders' beach against the 64-bit one, visibility of water and sand, and the whole scene.
 
 use std::f64::consts::TAU;
 
@@ -42,13 +42,13 @@ fn points(count: u32, x: [f32; 2], y: [f32; 2]) -> Vec<Vec2> {
 fn the_shaders_and_the_sand_have_the_same_beach() {
     let Some(gpu) = test_gpu() else { return };
     let shore = shore();
-    let mut places = points(40_000, [-60.0, 40.0], [-300.0, 300.0]);
-    places.extend(points(10_000, [-20e3, 20e3], [-20e3, 20e3]));
-    let inputs: Vec<[f32; 3]> = places.iter().map(|p| [p.x, p.y, 0.0]).collect();
+    let mut positions = points(40_000, [-60.0, 40.0], [-300.0, 300.0]);
+    positions.extend(points(10_000, [-20e3, 20e3], [-20e3, 20e3]));
+    let inputs: Vec<[f32; 3]> = positions.iter().map(|p| [p.x, p.y, 0.0]).collect();
     let (mut offshore, mut ground) = (0.0f64, 0.0f64);
-    for (p, got) in places.iter().zip(probe(&gpu, &inputs, 3.0)) {
+    for (p, got) in positions.iter().zip(probe(&gpu, &inputs, 3.0)) {
         let at = shore.offshore(DVec2::new(p.x.into(), p.y.into()));
-        // The phase of a bend has 24 bits, so far along the coast its position is less precise.
+        // The phase of a bend has 24 bits, so its position is less precise far along the coast.
         let far = 1.0 + f64::from(p.y.abs()) / 100.0;
         offshore = offshore.max((f64::from(got[0]) - at).abs() / at.abs().max(far));
         let level = shore.ground(f64::from(got[0]));
@@ -64,11 +64,11 @@ fn the_shaders_and_the_sand_have_the_same_beach() {
 #[test]
 fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
     let Some(gpu) = test_gpu() else { return };
-    let places = points(30_000, [-60.0, 2.0], [-100.0, 100.0]);
+    let positions = points(30_000, [-60.0, 2.0], [-100.0, 100.0]);
     let step = 0.02;
     for time in [0.0, 2.7, 100.0] {
         let at = |dx: f32, dy: f32| -> Vec<[f32; 7]> {
-            let moved: Vec<[f32; 3]> = places.iter().map(|p| [p.x + dx, p.y + dy, 0.0]).collect();
+            let moved: Vec<[f32; 3]> = positions.iter().map(|p| [p.x + dx, p.y + dy, 0.0]).collect();
             probe(&gpu, &moved, time)
         };
         let (here, xs, ys) = (at(0.0, 0.0), [at(-step, 0.0), at(step, 0.0)], [at(0.0, -step), at(0.0, step)]);
@@ -82,7 +82,7 @@ fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
             foam += f64::from(h[5]) / here.len() as f64;
             highest = highest.max(h[2]);
         }
-        // The shaders' slope ignores that the height of waves changes from wave to wave.
+        // The shaders' slope ignores the variation of height between waves.
         println!(
             "{time} s: slopes off by {:.3} of their size, foam on {foam:.3}, to {highest:.2} m",
             (error / size).sqrt()
@@ -92,7 +92,7 @@ fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
     }
 }
 
-/// The beach and the sea without the animal, seen by `camera` at `time`.
+/// The beach and the sea without the animal, from `camera` at `time`.
 pub(crate) fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
     let objects = beach::sand(&shore).to_vec();
@@ -152,7 +152,7 @@ fn every_technique_draws_it_at_every_height_of_the_sun() {
         let output = renderer.render(&state, &settings).unwrap();
         let finite = output.color.iter().all(|c| c.iter().all(|v| v.is_finite() && *v >= 0.0));
         assert!(finite, "{technique:?} with the sun at {elevation}");
-        // Below the horizon everything is covered.
+        // Everything below the horizon is covered.
         let below = &output.color[(size.0 * size.1 / 2) as usize..];
         assert!(below.iter().all(|c| c[3] == 1.0), "{technique:?}: holes");
         let again = renderer.render(&state, &settings).unwrap();
@@ -162,8 +162,8 @@ fn every_technique_draws_it_at_every_height_of_the_sun() {
     }
 }
 
-/// Pixels that are shaded by the pass that filters them have the radiance of those that go through the G-buffer, but for its rounding:
-/// on meshes, on the sea, and in the sky.
+/// Pixels filtered and shaded in one pass have the radiance of those with a G-buffer, within its rounding: on meshes, on the sea, and in
+/// the sky.
 #[test]
 #[ignore = "long"]
 fn one_pass_filters_and_shades_as_two_do() {
@@ -186,6 +186,6 @@ fn one_pass_filters_and_shades_as_two_do() {
         all = all.max(worst);
         assert!(one.color.iter().zip(&two.color).all(|(a, b)| a[3] == b[3]), "{technique:?}: coverage");
     }
-    // Measured 7.8e-4 on llvmpipe; on an NVIDIA H200 5.3e-3 of techniques with one lobe, and 8.9e-4 of the others.
+    // Measured 7.8e-4 on llvmpipe; on an NVIDIA H200 5.3e-3 for techniques with one lobe, and 8.9e-4 for the others.
     assert!(all < 8e-3, "{all}");
 }

@@ -1,4 +1,4 @@
-//! Shadows of lights with a size, against rays toward points of their discs.
+//! Shadows of lights with a size, against rays to points of their discs.
 
 use std::f32::consts::TAU;
 
@@ -19,7 +19,7 @@ const WHITE: [f32; 4] = [0.8, 0.8, 0.8, 0.9];
 /// Tangent of the sun's angular radius.
 const SUN: f32 = 0.004_651;
 
-/// A box about the origin with these half sides.
+/// A box around the origin with these half sides.
 fn cuboid(half: Vec3) -> Object {
     let mut mesh = PatchMesh::default();
     for (n, u, v) in [(Vec3::X, Vec3::Y, Vec3::Z), (Vec3::Y, Vec3::Z, Vec3::X), (Vec3::Z, Vec3::X, Vec3::Y)] {
@@ -48,7 +48,7 @@ fn at(position: Vec3) -> Pose {
     Pose::Rigid(Affine3A::from_translation(position))
 }
 
-/// Straight down at a place of the floor, so closely that `2 · half` metres are seen.
+/// Straight down at a point of the floor, close enough to show `2 · half` metres.
 fn close_up(middle: Vec2, half: f32) -> Camera {
     let target = middle.extend(0.0);
     let distance = 0.25;
@@ -56,7 +56,7 @@ fn close_up(middle: Vec2, half: f32) -> Camera {
     Camera { up: Vec3::Y, ..Camera::looking_at(target + Vec3::Z * distance, target, fov) }
 }
 
-/// Part of the light that arrives in each pixel: a picture over the same without shadows.
+/// Fraction of the light reaching each pixel: a picture divided by the same without shadows.
 fn visibility(renderer: &mut Renderer, state: &FrameState) -> Vec<f32> {
     let settings = RenderSettings { size: (SIZE, SIZE), shading: Technique::Leadr.into(), ..Default::default() };
     let lit = renderer.render(state, &RenderSettings { shadows: false, ..settings }).unwrap().color;
@@ -64,38 +64,38 @@ fn visibility(renderer: &mut Renderer, state: &FrameState) -> Vec<f32> {
     seen.iter().zip(&lit).map(|(seen, lit)| if lit[1] > 0.0 { seen[1] / lit[1] } else { 1.0 }).collect()
 }
 
-/// Whether a box at `centre` lies between a point and as far as `reach` in a direction.
+/// Whether a box at `centre` blocks the ray from a point in a direction, up to `reach`.
 fn hits(point: Vec3, direction: Vec3, reach: f32, centre: Vec3, half: Vec3) -> bool {
     let (a, b) = ((centre - half - point) / direction, (centre + half - point) / direction);
     let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
     near < far && far > 0.0 && near < reach
 }
 
-/// Points of a disc, evenly.
+/// Evenly spaced points of a disc.
 fn disc(count: u32) -> impl Iterator<Item = Vec2> {
     (0..count).map(move |i| Vec2::from_angle(2.399_963_2 * i as f32) * ((i as f32 + 0.5) / count as f32).sqrt())
 }
 
-/// What the pixels of a close-up see, given what a place of the floor sees.
+/// Values of a close-up's pixels, from a function of the floor point.
 fn close_up_truth(middle: Vec2, half: f32, seen: impl Fn(Vec3) -> f32) -> Vec<f32> {
     let across = |i: u32| ((i as f32 + 0.5) / SIZE as f32 * 2.0 - 1.0) * half;
-    let place = |i: u32| Vec3::new(middle.x + across(i % SIZE), middle.y - across(i / SIZE), 0.0);
-    (0..SIZE * SIZE).map(|i| seen(place(i))).collect()
+    let position = |i: u32| Vec3::new(middle.x + across(i % SIZE), middle.y - across(i / SIZE), 0.0);
+    (0..SIZE * SIZE).map(|i| seen(position(i))).collect()
 }
 
 fn rms(a: &[f32], b: &[f32]) -> f32 {
     (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f32>() / a.len() as f32).sqrt()
 }
 
-/// Metres from where a tenth of the light arrives to where nine tenths do, in the mean over the rows of a close-up.
+/// Metres from a tenth of the light to nine tenths, averaged over the rows of a close-up.
 fn width(picture: &[f32], half: f32) -> f32 {
     let between = picture.iter().filter(|&&v| v > 0.1 && v < 0.9).count();
     between as f32 / picture.len() as f32 * 2.0 * half
 }
 
-/// The edge of a box's shadow, from near and from far, against the mean of the hard shadows of directions on the sun's disc.
+/// The edge of a box's shadow, near and far, against the mean of hard shadows from directions on the sun's disc.
 #[test]
-fn the_suns_penumbra_grows_with_the_distance_of_what_casts_it() {
+fn penumbra_grows_with_caster_distance() {
     let Some(gpu) = test_gpu() else { return };
     let half = Vec3::new(0.5, 0.7, 0.05);
     let direction = Vec3::new(0.6, 0.0, 0.8);
@@ -104,21 +104,21 @@ fn the_suns_penumbra_grows_with_the_distance_of_what_casts_it() {
     let mut widths = Vec::new();
     for height in [0.4f32, 1.0, 2.0] {
         let centre = Vec3::Z * height;
-        // The edge towards the sun is that of the lower face or of the upper one, whichever reaches farther.
+        // The edge towards the sun comes from the lower or the upper face, whichever reaches further.
         let edge = half.x - direction.x / direction.z * (height - half.z);
         let (middle, seen) = (Vec2::new(edge, 0.0), 0.03);
         let sun = Some(Sun { direction, irradiance: Vec3::splat(3.0) });
         let state = FrameState { sun, ..FrameState::new(close_up(middle, seen), vec![Pose::REST, at(centre)]) };
         let picture = visibility(&mut renderer, &state);
-        let mean = |place: Vec3, count: u32| {
+        let mean = |position: Vec3, count: u32| {
             let lit = disc(count).filter(|d| {
-                !hits(place, (direction + (x * d.x + y * d.y) * SUN).normalize(), f32::INFINITY, centre, half)
+                !hits(position, (direction + (x * d.x + y * d.y) * SUN).normalize(), f32::INFINITY, centre, half)
             });
             lit.count() as f32 / count as f32
         };
-        let truth = close_up_truth(middle, seen, |place| mean(place, 256));
+        let truth = close_up_truth(middle, seen, |position| mean(position, 256));
         let hard =
-            close_up_truth(middle, seen, |place| f32::from(!hits(place, direction, f32::INFINITY, centre, half)));
+            close_up_truth(middle, seen, |position| f32::from(!hits(position, direction, f32::INFINITY, centre, half)));
         let (error, of_hard) = (rms(&picture, &truth), rms(&hard, &truth));
         let [wide, wanted] = [&picture, &truth].map(|p| width(p, seen));
         println!("{height} m: rms {error:.4} (hard {of_hard:.4}), width {:.2} mm of {:.2}", 1e3 * wide, 1e3 * wanted);
@@ -135,12 +135,12 @@ fn the_suns_penumbra_grows_with_the_distance_of_what_casts_it() {
     assert!(widths[2] > 1.6 * widths[1], "{widths:?}");
 }
 
-/// Wide kernels do not darken what faces the light, curved or slanted.
+/// Wide kernels do not darken surfaces facing the light, curved or slanted.
 #[test]
-fn what_faces_a_wide_light_does_not_shadow_itself() {
+fn surfaces_facing_a_wide_light_do_not_self_shadow() {
     let Some(gpu) = test_gpu() else { return };
     let ball = Object::new("ball", cube_sphere(16, WHITE)).with_specular_f0(0.0);
-    // Another caster far above makes the widest penumbra of the search wide.
+    // A second caster far above makes the penumbra of the search wide.
     let mut renderer = dark(&gpu, vec![ball, cuboid(Vec3::splat(0.05))]);
     let sun = Vec3::new(0.5, -0.6, 0.62).normalize();
     for (sun, lamps) in [
@@ -153,7 +153,7 @@ fn what_faces_a_wide_light_does_not_shadow_itself() {
         let settings = RenderSettings { size: (SIZE, SIZE), shading: Technique::Leadr.into(), ..Default::default() };
         let lit = renderer.render(&state, &RenderSettings { shadows: false, ..settings }).unwrap().color;
         let seen = visibility(&mut renderer, &state);
-        // What faces the light by more than a fifth of the brightest.
+        // Surfaces facing the light by more than a fifth of the brightest.
         let brightest = lit.iter().fold(0.0f32, |a, p| a.max(p[1]));
         let facing = || seen.iter().zip(&lit).filter(|(_, lit)| lit[1] > 0.2 * brightest).map(|(seen, _)| *seen);
         let (least, count) = (facing().fold(1.0f32, f32::min), facing().count());
@@ -162,9 +162,9 @@ fn what_faces_a_wide_light_does_not_shadow_itself() {
     }
 }
 
-/// A box's shadow by a lamp lies where rays say, with the lamp's penumbra, and ends where the lamp's map does.
+/// A box's shadow from a lamp matches the rays, with the lamp's penumbra, and ends with the lamp's map.
 #[test]
-fn a_lamp_throws_the_shadow_that_its_place_and_size_give() {
+fn lamp_shadow_matches_its_position_and_size() {
     let Some(gpu) = test_gpu() else { return };
     let half = Vec3::new(0.3, 0.3, 0.05);
     let (centre, lamp, radius) = (Vec3::new(0.1, 0.0, 0.8), Vec3::new(-0.4, 0.2, 2.4), 0.08);
@@ -176,11 +176,11 @@ fn a_lamp_throws_the_shadow_that_its_place_and_size_give() {
         visibility(renderer, &FrameState { point_lights: lamps(radius), ..FrameState::new(camera, poses) })
     };
     let truth = |middle: Vec2, seen: f32, radius: f32| {
-        close_up_truth(middle, seen, |place| {
-            let (x, y) = (lamp - place).normalize().any_orthonormal_pair();
+        close_up_truth(middle, seen, |position| {
+            let (x, y) = (lamp - position).normalize().any_orthonormal_pair();
             let lit = disc(128).filter(|d| {
-                let to = lamp + (x * d.x + y * d.y) * radius - place;
-                !hits(place, to, 1.0, centre, half)
+                let to = lamp + (x * d.x + y * d.y) * radius - position;
+                !hits(position, to, 1.0, centre, half)
             });
             lit.count() as f32 / 128.0
         })
@@ -196,7 +196,7 @@ fn a_lamp_throws_the_shadow_that_its_place_and_size_give() {
         assert!(error < 0.06, "{radius}: {error}");
         assert!(radius == 0.0 || of_hard > 1.5 * error, "a hard shadow would pass: {of_hard} {error}");
     }
-    // Its middle is dark, and all around is lit.
+    // Its centre is dark, and everything around it is lit.
     let dark = picture(&mut renderer, middle - Vec2::X * 0.6, 0.05, radius);
     assert!(dark.iter().all(|&v| v < 0.01), "{:?}", dark.iter().copied().fold(0.0, f32::max));
     for turn in 0..8 {
@@ -206,7 +206,7 @@ fn a_lamp_throws_the_shadow_that_its_place_and_size_give() {
     }
 }
 
-/// A lamp among what casts shadows still throws those of what lies toward the middle.
+/// A lamp among casters still casts the shadows of those toward the centre.
 #[test]
 fn a_lamp_between_casters_throws_shadows() {
     let Some(gpu) = test_gpu() else { return };
@@ -222,9 +222,9 @@ fn a_lamp_between_casters_throws_shadows() {
     assert!(lit.iter().all(|&v| v > 0.99));
 }
 
-/// The layer tells of each pixel what the picture shows of its one light, in shade, penumbra and light.
+/// The layer equals the picture's visibility of its one light, in shade, penumbra and light.
 #[test]
-fn the_shadow_layer_tells_what_arrives() {
+fn shadow_layer_shows_arriving_light() {
     let Some(gpu) = test_gpu() else { return };
     let half = Vec3::new(0.25, 1.0, 0.25);
     let mut renderer = dark(&gpu, vec![cuboid(half), floor()]);
@@ -239,7 +239,7 @@ fn the_shadow_layer_tells_what_arrives() {
     let of = |range: std::ops::Range<f32>| floor.iter().filter(|&&i| range.contains(&layer[i][0])).count();
     println!("worst {worst:.5}; {} in shade, {} partly, {} lit", of(0.0..0.01), of(0.01..0.99), of(0.99..1.1));
     assert!(worst < 1e-3 && of(0.0..0.01) > 20 && of(0.01..0.99) > 5 && of(0.99..1.1) > 200, "{worst}");
-    // The picture and its layers are as they were; without shadows all is lit.
+    // The picture and its layers are unchanged; without shadows everything is lit.
     assert_eq!(renderer.layer(Layer::Patch).unwrap(), objects);
     let settings = RenderSettings { size: (SIZE, SIZE), shadows: false, ..Default::default() };
     renderer.render(&state, &settings).unwrap();
@@ -247,9 +247,9 @@ fn the_shadow_layer_tells_what_arrives() {
     assert!(renderer.sky_probes().is_empty());
 }
 
-/// Beside a box that stands on the floor much of the sky is hidden, far from it nothing; the probes there know it.
+/// Much of the sky is hidden next to a box on the floor, and nothing far from it; the probes there match.
 #[test]
-fn the_sky_layer_tells_what_large_shapes_hide() {
+fn sky_layer_shows_occlusion_by_large_shapes() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = in_room(&gpu, vec![cuboid(Vec3::splat(0.5)), floor()], [1.0; 3]);
     let camera = Camera::looking_at(Vec3::new(0.0, -6.0, 3.0), Vec3::new(0.0, 0.0, 0.2), 60.0);
@@ -260,9 +260,9 @@ fn the_sky_layer_tells_what_large_shapes_hide() {
     let floor = || (0..objects.len()).filter(|&i| objects[i][0] == 2.0).map(|i| sky[i][0]);
     let (least, most) = (floor().fold(1.0, f32::min), floor().fold(0.0, f32::max));
     let mean = |near: bool| {
-        // Not inside of the box.
-        let aside = |p: &SkyProbe| p.place.truncate().abs().max_element();
-        let some = |p: &&SkyProbe| aside(p) > 0.5 && (aside(p) < 0.8) == near && (0.0..0.3).contains(&p.place.z);
+        // Not inside the box.
+        let aside = |p: &SkyProbe| p.position.truncate().abs().max_element();
+        let some = |p: &&SkyProbe| aside(p) > 0.5 && (aside(p) < 0.8) == near && (0.0..0.3).contains(&p.position.z);
         let probes = renderer.sky_probes();
         let (sum, count) = probes.iter().filter(some).fold((0.0, 0), |(s, n), p| (s + p.mean, n + 1));
         sum / count as f32

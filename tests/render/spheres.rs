@@ -1,4 +1,4 @@
-//! Spheres of known roughness, as the renderer filters them.
+//! Filtering of spheres of known roughness.
 
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 use leadr::maps::material::TextureWrap;
@@ -10,21 +10,21 @@ use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::object::with_same_maps;
-use leadr::scenes::spheres::cell::{Facets, Lighting, TURN};
+use leadr::scenes::spheres::cell::{Facets, Lighting, ROTATION_PERIOD};
 use leadr::scenes::spheres::surface::{Detail, Frequency, Surface};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::under_sky;
 
-/// Objects whose reliefs differ in how high they are alone have one set of maps, and look as with maps of their own.
+/// Objects with reliefs that differ only in height share one set of maps, and match objects with their own maps.
 #[test]
 fn reliefs_of_several_heights_share_their_maps() {
     let Some(gpu) = test_gpu() else { return };
     let surface = Surface::bake(Vec2::ONE, Frequency::Low, Detail { patches: 2, tile: 16 });
     let sphere = |height: f32| surface.object("sphere", height, Facets::Diffuse);
-    // What lies beyond the edges of tiles is said once more, in other words.
-    let told = |object: Object| Object { slope_wrap: Some([TextureWrap::Clamp; 2]), ..object };
+    // The wrap beyond the tile edges is redundant here.
+    let with_wrap = |object: Object| Object { slope_wrap: Some([TextureWrap::Clamp; 2]), ..object };
     let alike = vec![sphere(0.1), sphere(0.3), sphere(-0.2), sphere(0.2)];
-    let apart = vec![sphere(0.1), told(sphere(0.3)), sphere(-0.2), sphere(0.2)];
+    let apart = vec![sphere(0.1), with_wrap(sphere(0.3)), sphere(-0.2), sphere(0.2)];
     assert_eq!(with_same_maps(&alike), [None, Some(0), None, Some(0)]);
     assert_eq!(with_same_maps(&apart), [None, None, None, Some(0)]);
     let camera = Camera::looking_at(Vec3::new(3.0, -14.0, 3.0), Vec3::new(3.0, 0.0, 0.0), 40.0);
@@ -38,7 +38,7 @@ fn reliefs_of_several_heights_share_their_maps() {
     assert_ne!(under_sky(&gpu, other, 16).render(&state, &settings).unwrap().color, own, "heights count");
 }
 
-/// Mean over the disc of covariance and mean slope squared along (ω_θ, ω_φ) at the table's distance, with the LOD.
+/// Mean over the disc of covariance and squared mean slope along (ω_θ, ω_φ) at the table's distance, with the LOD.
 fn filtered(gpu: &TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 3], [f64; 2], f64) {
     let lighting = Lighting::Environment;
     let mut stage = surface.stage(sigma.max_element(), lighting.facets());
@@ -46,9 +46,11 @@ fn filtered(gpu: &TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 
     let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
     let settings = RenderSettings { size: (size, size), ..Default::default() };
     let (mut sum, mut means, mut lods, mut count) = ([0.0; 3], [0.0; 2], 0.0, 0.0);
-    // Four sides of the sphere, for more bumps than one view has.
+    // Four sides of the sphere, for more bumps than in one view.
     for quarter in [0.0, 0.25, 0.5, 0.75] {
-        renderer.render(&stage.state(TURN * quarter, &stage.views.mid, &lighting.lights()), &settings).unwrap();
+        renderer
+            .render(&stage.state(ROTATION_PERIOD * quarter, &stage.views.mid, &lighting.lights()), &settings)
+            .unwrap();
         let mut layer = |layer: Layer| renderer.layer(layer).unwrap();
         let (depth, normal) = (layer(Layer::Depth), layer(Layer::Normal));
         let (mean, covariance, lod) = (layer(Layer::MeanSlope), layer(Layer::Covariance), layer(Layer::Lod));
@@ -92,7 +94,7 @@ fn the_covariance_of_a_pixel_is_the_prescribed_one() {
         println!(
             "{sigma}: covariance {share:.3?} of the prescribed, with the means {whole:.3?}, correlation {correlation:.3}, LOD {lod:.2}"
         );
-        // Bumps that still show in the mean slopes of pixels are missing from their covariances.
+        // Bumps resolved in the mean slopes of pixels are missing from their covariances.
         assert!(share[0] > least[0] && share[1] > least[1], "{share:?}");
         assert!(whole.iter().all(|w| (w - 1.0).abs() < 0.04), "{whole:?}");
         assert!(correlation.abs() < 0.05, "{correlation}");

@@ -1,4 +1,4 @@
-//! What techniques make of the slopes under a pixel, on every kind of surface.
+//! Slopes under a pixel by technique, on every kind of surface.
 
 use glam::Vec3;
 use leadr::render::camera::Camera;
@@ -22,8 +22,8 @@ fn sea(gpu: &leadr_testing::gpu::TestGpu) -> (Renderer, FrameState) {
     (renderer, FrameState::new(camera, Vec::new()).under(&Sky::default()))
 }
 
-/// CLEAN's covariance is LEAN's with one variance, their mean, for all directions: where pixels are filtered, where edge
-/// samples are joined, and on the sea.
+/// CLEAN's covariance is LEAN's reduced to one mean variance for all directions: in filtered pixels, in resolved edge samples, and on the
+/// sea.
 #[test]
 fn clean_has_one_variance_on_every_surface() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
@@ -41,7 +41,7 @@ fn clean_has_one_variance_on_every_surface() {
             stretched += u32::from((xx - yy).abs().max(xy.abs()) > 0.1 * (xx + yy));
             let ([x, y, mixed, _], mean) = (clean, 0.5 * (xx + yy));
             assert!((x, mixed) == (y, 0.0), "{name}: {clean:?} is not isotropic");
-            // Joined samples are isotropic before they are turned and joined.
+            // Resolved samples are isotropic before they are rotated and joined.
             assert!((x - mean).abs() < if edge_samples > 1 { 0.1 } else { 1e-5 } * mean, "{name}: {x}, not {mean}");
         }
         println!("{name}: {pixels} pixels, {stretched} of them stretched");
@@ -49,9 +49,9 @@ fn clean_has_one_variance_on_every_surface() {
     }
 }
 
-/// What a pixel sees: nothing or a place on a patch of an object, and of its bumps what their distribution says.
+/// Layers of a pixel: nothing, or a point on a patch of an object, and the visible area of its bumps.
 #[test]
-fn layers_tell_patches_and_visible_areas() {
+fn layers_report_patches_and_visible_areas() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 20.0);
     renderer.render(&state, &settings_of(Technique::Leadr, 1, 1)).unwrap();
@@ -68,13 +68,13 @@ fn layers_tell_patches_and_visible_areas() {
         }
         seen += 1;
         different.insert(*patch as u32);
-        // Pixels at an edge lie beyond it by what rasterisers interpolate.
-        assert!([u, v].iter().all(|place| (-0.01..=1.01).contains(*place)), "{u} {v}");
+        // Pixels at an edge lie beyond it by the rasteriser's interpolation.
+        assert!([u, v].iter().all(|coordinate| (-0.01..=1.01).contains(*coordinate)), "{u} {v}");
         assert!(areas[i][0].is_finite() && areas[i][0] > 0.0, "{:?}", areas[i]);
         let normal = Vec3::new(normals[i][0], normals[i][1], normals[i][2]);
         let cosine = normal.dot((state.camera.position - state.camera.target).normalize());
         assert!(covariances[i][0] > 0.0);
-        // The one that is seen most steeply, and the one that is seen least so.
+        // The pixels seen at the most and the least grazing angle.
         if cosine < steepest[0].0 {
             steepest[0] = (cosine, areas[i][0]);
         }
@@ -84,21 +84,21 @@ fn layers_tell_patches_and_visible_areas() {
     }
     println!("{seen} pixels of {} patches; areas {steepest:?}", different.len());
     assert!(seen > 50 && different.len() > 10, "{seen} {different:?}");
-    // From in front all of the bumps is seen and they are as large as what they lie on; from the side they stand out of it.
+    // From the front all bumps are visible, with the area of their base; from the side they stand out of it.
     assert!((steepest[1].1 - 1.0).abs() < 0.1 && steepest[0].1 > 1.1, "{steepest:?}");
 }
 
-/// Lines that a row of pixels crosses.
+/// Number of lines crossed by a row of pixels.
 fn crossings(row: &[[f32; 4]]) -> usize {
     let mut edges: Vec<bool> = row.iter().map(|edge| edge[0] == 1.0).collect();
     edges.dedup();
     edges.into_iter().filter(|edge| *edge).count()
 }
 
-/// The layer of segments says what the settings ask for, and so many triangles does the tessellator make: between two rows of vertices each
-/// cell has a side and a diagonal. Nothing else is an edge, and the other layers stay as they were.
+/// The segment layer shows the settings' values, and the tessellator makes as many triangles: between two rows of vertices each cell has a
+/// side and a diagonal. Nothing else is an edge, and the other layers are unchanged.
 #[test]
-fn triangles_are_as_many_as_the_segments_say() {
+fn triangle_count_follows_the_segments() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
     let (size, patches) = (240u32, 2u32);
     let mesh = plane(1.0, patches, 1.0, [0.4, 0.4, 0.4, 0.3], even);
@@ -136,7 +136,7 @@ fn triangles_are_as_many_as_the_segments_say() {
     }
 }
 
-/// What is behind is not seen through what is in front: of a ball no more edges than those of its front.
+/// Hidden edges are not drawn: a ball shows only the edges of its front.
 #[test]
 fn edges_of_triangles_hide_behind_surfaces() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
@@ -151,7 +151,7 @@ fn edges_of_triangles_hide_behind_surfaces() {
     }
 }
 
-/// A sea has triangles too, but for the reference, which marches rays.
+/// A sea also has triangles, except in the reference, which marches rays.
 #[test]
 fn a_sea_has_triangles_and_segments() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! Planes whose maps are shown without their repeats.
+//! Planes with tiling by example.
 
 use glam::{Affine3A, Vec3};
 use leadr::maps::{HeightMap, LeadrMap, RgbImage, Wrap, procedural};
@@ -18,13 +18,13 @@ fn settings(size: u32) -> RenderSettings {
     RenderSettings { size: (size, size), samples: 1, shadows: false, ..Default::default() }
 }
 
-/// From above, with so many metres across the picture.
+/// From above, with a picture `metres` wide.
 fn from_above(metres: f32) -> Camera {
     let eye = Vec3::new(3.0, -2.0, metres / 2.0 / 15f32.to_radians().tan());
     Camera { up: Vec3::Y, ..Camera::looking_at(eye, Vec3::new(3.0, -2.0, 0.0), 30.0) }
 }
 
-/// The device blends moments as crates/leadr-maps/tests/maps/tiling.rs does: mean and variance are those of the map, whatever a pixel covers.
+/// The device blends moments like crates/leadr-maps/tests/maps/tiling.rs: mean and variance equal the map's, for any footprint.
 #[test]
 fn pixels_of_a_plane_by_example_have_the_statistics_of_its_map() {
     let Some(gpu) = test_gpu() else { return };
@@ -61,7 +61,7 @@ fn pixels_of_a_plane_by_example_have_the_statistics_of_its_map() {
     }
 }
 
-/// The far picture of the T-rex repeated itself every 5 m.
+/// The far picture of the T-rex used to repeat every 5 m.
 #[test]
 fn the_ground_does_not_repeat_itself() {
     let Some(gpu) = test_gpu() else { return };
@@ -78,7 +78,7 @@ fn the_ground_does_not_repeat_itself() {
     assert!(ground < 0.3, "{ground}");
 }
 
-/// What is on the ground stays where it is while the mesh follows somebody.
+/// Features of the ground stay in place while its mesh follows the viewer.
 #[test]
 fn the_ground_stays_in_the_world() {
     let Some(gpu) = test_gpu() else { return };
@@ -92,12 +92,12 @@ fn the_ground_stays_in_the_world() {
         a.iter().zip(b).map(|(a, b)| (a[0] - b[0]).abs()).sum::<f32>() / a.len() as f32
     };
     let [here, stepped, slid] = [0.0, 5.0, 0.37].map(&mut albedo);
-    // The displaced triangles are others, and with them the places that pixels see, a little.
+    // The displaced triangles differ, so the points seen by pixels change slightly.
     let (stepped, slid) = (apart(&here, &stepped), apart(&here, &slid));
     assert!(stepped < 0.01 && slid < 0.01, "{stepped} {slid}");
 }
 
-/// Metres after which the hills of [`sand`] repeat.
+/// Repeat of the hills of [`sand`], metres.
 const HILLS: f32 = 2.0 * SQUARE;
 
 /// The dry sand of the shore on low hills.
@@ -119,7 +119,7 @@ fn sand(tiling: Tiling) -> Object {
         .without_shadow()
 }
 
-/// Towards the horizon the sand of the shore was a grid of its repeats.
+/// Towards the horizon the shore's sand used to show the grid of its repeats.
 #[test]
 fn sand_on_hills_does_not_repeat_itself() {
     let Some(gpu) = test_gpu() else { return };
@@ -136,7 +136,7 @@ fn sand_on_hills_does_not_repeat_itself() {
     assert!(alone < 0.3, "{alone}");
 }
 
-/// One look everywhere is the map side by side, drawn by other shaders.
+/// With only one variant the result is the repeated map, drawn by other shaders.
 #[test]
 #[ignore = "long"]
 fn one_look_is_the_map_as_it_is() {
@@ -148,22 +148,22 @@ fn one_look_is_the_map_as_it_is() {
     };
     for layer in [Layer::Albedo, Layer::MeanSlope, Layer::Covariance, Layer::Depth] {
         let [repeats, one, example] =
-            [Tiling::Repeats, Tiling::OneLook, Tiling::ByExample].map(|tiling| seen(tiling, layer));
+            [Tiling::Repeats, Tiling::OneVariant, Tiling::ByExample].map(|tiling| seen(tiling, layer));
         let apart = |other: &[[f32; 4]]| {
             let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|i| (a[i] - b[i]).powi(2)).sum::<f32>();
             (repeats.iter().zip(other).map(square).sum::<f32>() / other.len() as f32).sqrt()
         };
         let (one, example) = (apart(&one), apart(&example));
         println!("{layer:?}: one look {one:.1e}, by example {example:.1e}");
-        // Heights along the edges of patches are looked up there, and baked where maps lie side by side.
-        // Hardware blends texels in steps: 1.1e-3 of the albedo on an H100.
+        // Here heights along patch edges are looked up; repeated maps bake them. Hardware blends texels in steps: 1.1e-3 of the albedo on
+        // an H100.
         let blended = if gpu.is_software() { 1e-3 } else { 2e-3 };
         let most = if layer == Layer::Depth { 0.05 } else { blended };
         assert!(one < most * example, "{layer:?}: {one:e} of {example:e}");
     }
 }
 
-/// A mesh of hills that follows somebody by whole repeats of them leaves its sand where it is.
+/// A mesh of hills that follows the viewer by whole repeats leaves its sand in place.
 #[test]
 fn sand_on_hills_stays_in_the_world() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! The T-rex through the renderer: without cracks at every distance and in every pose, and equally bright from afar.
+//! The T-rex in the renderer: no cracks at any distance or pose, and equal brightness at a distance.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use leadr::scenes::trex::stage::walking;
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{luminance, under_sky};
 
-/// Texels along a tile: few, so that baking takes seconds. The result is kept in the build folder for the next run.
+/// Texels along a tile: few, so that baking takes seconds. The result is cached in the build folder.
 const TILE: u32 = 16;
 
 fn stage() -> Stage {
@@ -33,9 +33,9 @@ fn lights() -> Lights {
     Lights::under(&Sky::default())
 }
 
-/// Pixels that show the inside and are covered on all sides (see `tests/render/pictures.rs` for silhouettes), as `(cracks,
-/// folds)`: a crack shows the far wall, well behind all neighbouring pixels; a fold of skin that turns over by a few
-/// millimetres is as near as they are, and one at an outline lies between them.
+/// Pixels that show the inside and are covered on all sides (for silhouettes see `tests/render/pictures.rs`), as `(cracks, folds)`. A crack
+/// shows the far wall, well behind all neighbouring pixels. A fold of skin by a few millimetres is as near as they are; one at an outline
+/// lies between them.
 fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]]) -> (usize, usize) {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
     let (mut cracks, mut folds) = (0, 0);
@@ -105,7 +105,7 @@ fn no_pixel_is_black_or_sparkles() {
     for camera in [views.near, views.mid, views.far] {
         let settings = RenderSettings { size: (256, 256), ..Default::default() };
         let output = renderer.render(&stage.state(0.3, &camera, &lights()), &settings).unwrap();
-        // Dark paint in the nostril is not black: what counts is the share of the light that its colour could return.
+        // Dark paint in the nostril is not black, so this tests the fraction of light that its colour could return.
         let albedo = renderer.layer(Layer::Albedo).unwrap();
         let (mut low, mut high) = (f32::MAX, 0.0f32);
         for (color, albedo) in output.color.iter().zip(&albedo) {
@@ -121,7 +121,7 @@ fn no_pixel_is_black_or_sparkles() {
     }
 }
 
-/// In this sample a triangle of the ground is seen exactly edge-on and must not produce NaN.
+/// In this sample a triangle of the ground is exactly edge-on and must not produce NaN.
 #[test]
 #[ignore = "long"]
 fn the_horizon_is_finite() {
@@ -153,7 +153,7 @@ fn the_animal_keeps_its_brightness_with_distance() {
                 let output = renderer.render(&state, &settings).unwrap();
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for c in &output.color {
-                    // Only pixels that the animal covers; the sky has coverage 0.
+                    // Only pixels covered by the animal; the sky has coverage 0.
                     if c[3] > 0.99 {
                         sum += f64::from(luminance(c));
                         weight += 1.0;

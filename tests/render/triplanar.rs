@@ -1,4 +1,4 @@
-//! Relief on triangles without texture coordinates, beside the same blend baked into tiles, and beside the finest maps.
+//! Relief on triangles without texture coordinates, against the same blend baked into tiles, and against the finest maps.
 
 use glam::Vec3;
 use leadr::maps::RgbImage;
@@ -16,7 +16,7 @@ use leadr_tools::metrics::compare::rrmse;
 const GREY: [f32; 4] = [0.5, 0.5, 0.5, 0.3];
 /// Metres per repeat.
 const REPEAT: f32 = 0.7;
-/// Root of the mean square of the slopes.
+/// RMS slope.
 const STEEPNESS: f32 = 0.45;
 
 fn relief() -> HeightField {
@@ -40,13 +40,13 @@ fn ball(repeat: f32, field: HeightField) -> Object {
     Object::new("ball", mesh).with_heights(field, STEEPNESS * REPEAT)
 }
 
-/// The same sphere in patches whose tiles hold the blend.
+/// The same sphere in patches with the blend in tiles.
 fn tiled() -> Object {
     let (mesh, heights) = displaced_sphere(&relief(), REPEAT, 12, 16, GREY);
     Object::new("tiled", mesh).with_heights(heights, STEEPNESS * REPEAT)
 }
 
-/// A picture of the sphere, in light from the left, with the place in its middle where three views meet.
+/// A picture of the sphere, lit from the left, centred on the point where three projections meet.
 fn picture(
     gpu: &TestGpu,
     object: Object,
@@ -68,9 +68,9 @@ fn picture(
 
 #[test]
 #[ignore = "long"]
-fn triangles_show_the_blend_that_tiles_hold() {
+fn triangles_show_the_blend_in_the_tiles() {
     let Some(gpu) = test_gpu() else { return };
-    // Tiles look for horizons within a few texels only.
+    // Tiles search for horizons only within a few texels.
     let shot = |object| picture(&gpu, object, Technique::Leadr, 6.0, 48, false);
     let tiles = shot(tiled());
     let error = |object| rrmse(&tiles, &shot(object)).unwrap();
@@ -81,7 +81,7 @@ fn triangles_show_the_blend_that_tiles_hold() {
 
 #[test]
 #[ignore = "long"]
-fn one_sample_is_what_many_of_the_finest_maps_are() {
+fn one_sample_matches_many_samples_of_finest_maps() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [12.0, 36.0] {
         let shot = |technique, samples| picture(&gpu, ball(REPEAT, relief()), technique, distance, samples, true);

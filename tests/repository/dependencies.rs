@@ -1,5 +1,4 @@
-//! What the crates depend on: licences and sources, versions beside each other, the Rust that they ask for, and how much
-//! each part brings.
+//! Dependencies of the crates: licences and sources, duplicate versions, required Rust version, and dependency counts.
 //!
 //! The lists are those of `deny.toml`, which `cargo deny check` reads where it is installed.
 
@@ -11,10 +10,10 @@ use serde_json::Value;
 
 use crate::source::root;
 
-/// Packages and who needs whom, as cargo tells it.
+/// Packages and their dependencies, from cargo.
 struct Metadata {
     packages: BTreeMap<String, Package>,
-    /// What each package needs, and whether only its tests do.
+    /// Dependencies of each package, and whether only its tests need them.
     needs: BTreeMap<String, Vec<(String, bool)>>,
     root: String,
 }
@@ -28,7 +27,7 @@ struct Package {
 }
 
 impl Metadata {
-    /// Of the crate with these features.
+    /// The metadata of the crate with these features.
     fn of(features: &[&str]) -> Self {
         let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
         let ask = |how: &[&str]| {
@@ -36,8 +35,8 @@ impl Metadata {
             command.current_dir(root()).args(["metadata", "--locked", "--format-version", "1"]);
             command.args(features).args(how).output().expect("cargo runs")
         };
-        // Of all platforms; or, where their packages were never fetched, of the one that was built for; or with those that only other
-        // members of the workspace need, which are fetched then.
+        // For all platforms. If their packages were never fetched, for the built platform, or including packages of other workspace
+        // members, which are fetched then.
         let mut output = ask(&["--offline"]);
         if !output.status.success() {
             let host = Command::new("rustc").arg("-vV").output().expect("rustc runs").stdout;
@@ -74,7 +73,7 @@ impl Metadata {
         Self { packages, needs, root }
     }
 
-    /// What the program is made of, with or without what only tests need.
+    /// Packages of the program, with or without those only for tests.
     fn needed(&self, with_tests: bool) -> Vec<&Package> {
         self.needed_by(&self.root, with_tests)
     }
@@ -92,7 +91,7 @@ impl Metadata {
     }
 }
 
-/// The strings of the array that `key` names in `deny.toml`.
+/// The strings of the array `key` in `deny.toml`.
 fn listed(key: &str) -> Vec<String> {
     let text = fs::read_to_string(root().join("deny.toml")).unwrap();
     let (_, after) = text.split_once(&format!("\n{key} = [\n")).unwrap_or_else(|| panic!("deny.toml has no {key}"));
@@ -100,7 +99,7 @@ fn listed(key: &str) -> Vec<String> {
     lines.map(|line| line.trim_end_matches(',').trim_matches('"').to_owned()).collect()
 }
 
-/// Whether the licences that `allowed` has satisfy an expression: `OR` or `/` binds less than `AND`.
+/// Whether the licences in `allowed` satisfy an expression: `OR` or `/` binds less than `AND`.
 fn permits(expression: &str, allowed: &[String]) -> bool {
     let spaced = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");
     let mut words = spaced.split_whitespace().peekable();
@@ -144,13 +143,13 @@ fn minor(version: &str) -> [u32; 2] {
     [parts.next().unwrap_or(0), parts.next().unwrap_or(0)]
 }
 
-/// Packages that ask for a newer Rust than `rust`.
+/// Packages that require a newer Rust than `rust`.
 fn newer_than(rust: &str, packages: &[&Package]) -> Vec<String> {
-    let newer = packages.iter().filter(|p| p.rust.as_deref().is_some_and(|asked| minor(asked) > minor(rust)));
+    let newer = packages.iter().filter(|p| p.rust.as_deref().is_some_and(|requested| minor(requested) > minor(rust)));
     newer.map(|p| format!("{} {} asks for Rust {}", p.name, p.version, p.rust.as_deref().unwrap_or(""))).collect()
 }
 
-/// Whether an entry such as `syn:2` means this package.
+/// Whether an entry such as `syn:2` matches this package.
 fn is_meant(entry: &str, package: &Package) -> bool {
     let Some((name, version)) = entry.split_once(':') else { return false };
     let same = package.version.strip_prefix(version).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
@@ -208,7 +207,7 @@ fn the_oldest_rust_is_the_one_that_is_stated() {
     assert!(faults.is_empty(), "newer than README.md says: {faults:?}");
 }
 
-/// Layers are crates, so the compiler keeps them apart. What remains to be watched is what each one brings along.
+/// Layers are crates, so the compiler keeps them separate. This test limits their dependencies.
 #[test]
 fn the_mathematics_and_the_renderer_stay_light() {
     let metadata = Metadata::of(&["--all-features"]);

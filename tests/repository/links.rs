@@ -1,4 +1,4 @@
-//! Links between the documents lead to files and headings that exist.
+//! Links between the documents point to existing files and headings.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::source::{files_under, prose, root};
 
-/// The anchors of the headings, as GitHub makes them.
+/// The anchors of the headings, in GitHub's form.
 fn anchors(text: &str) -> BTreeSet<String> {
     let headings = prose(text).filter(|(_, line)| line.starts_with('#'));
     let slug = |(_, line): (usize, &str)| {

@@ -1,4 +1,4 @@
-//! The repository itself: what its crates depend on, how its sources are laid out, that the shaders stay portable.
+//! The repository: dependencies of its crates, layout of its sources, portability of its shaders.
 
 mod dependencies;
 mod links;

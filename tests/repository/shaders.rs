@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::source::{code_only, files_under, root, words};
 
-/// Places where GLSL numbers a binding. Numbers follow from names, so that no pass has to agree with its shader about them.
+/// GLSL lines with binding numbers. Numbers are derived from names, so that passes and shaders need not agree on them.
 fn numbered_bindings(path: &str, source: &str) -> Vec<String> {
     let code = code_only(source);
     let numbered = words(&code).filter(|(_, word)| *word == "binding");
@@ -14,7 +14,7 @@ fn numbered_bindings(path: &str, source: &str) -> Vec<String> {
 }
 
 #[test]
-fn shaders_number_no_bindings() {
+fn shaders_have_no_binding_numbers() {
     let folder = root().join("shaders-glsl");
     let files = files_under(&folder, &["glsl", "comp", "vert", "tesc", "tese", "frag"]);
     assert!(files.len() > 100, "only {} shaders were read", files.len());
@@ -59,7 +59,7 @@ fn glsl_with_a_binding_is_refused() {
     assert!(impure_glsl("x", "// a uniform distribution\nfloat f(in vec2 uniformity, out float layout_x);").is_empty());
 }
 
-/// What a tool says about a file, if it refuses it.
+/// A tool's message about a file, if it refuses it.
 fn refusal(command: &mut Command) -> Option<String> {
     let output =
         command.output().unwrap_or_else(|e| panic!("{:?}: {e} (`make setup` installs it)", command.get_program()));
@@ -67,10 +67,10 @@ fn refusal(command: &mut Command) -> Option<String> {
         .then(|| [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat())
 }
 
-/// Compiles an entry point as other projects do, with nothing of this one's compiler, and validates the result.
+/// Compiles an entry point like another project, without this project's compiler, and validates the result.
 fn glslang_refusal(entry: &Path, spirv: &Path) -> Option<String> {
     let mut compile = Command::new("glslangValidator");
-    // Names instead of numbers of bindings and locations: glslang chooses them.
+    // Names instead of binding and location numbers: glslang assigns them.
     compile.args(["-V", "--target-env", "vulkan1.3", "--auto-map-bindings", "--auto-map-locations"]);
     compile.arg(format!("-I{}", root().join("shaders-glsl").display())).arg("-o").arg(spirv).arg(entry);
     refusal(&mut compile).or_else(|| refusal(Command::new("spirv-val").args(["--target-env", "vulkan1.3"]).arg(spirv)))

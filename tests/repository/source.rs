@@ -1,14 +1,14 @@
-//! Rust and GLSL sources as text: code without comments, words, and the paths that a Rust file names.
+//! Rust and GLSL sources as text: code without comments, words, and the paths in a Rust file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The repository.
+/// The repository root.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All files below a folder that have one of these extensions, in order.
+/// All files below a folder with one of these extensions, in order.
 pub fn files_under(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let Ok(entries) = fs::read_dir(folder) else { return files };
@@ -66,7 +66,7 @@ pub fn code_only(source: &str) -> String {
     code
 }
 
-/// Length of the character literal at the start of a text; none where a lifetime stands.
+/// Length of the character literal at the start of a text; `None` for a lifetime.
 fn character_length(text: &str) -> Option<usize> {
     let inside = text.strip_prefix('\'')?;
     let first = inside.chars().next()?;
@@ -79,7 +79,7 @@ pub fn identifier(text: &str) -> &str {
     &text[..text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len())]
 }
 
-/// The identifiers and keywords of some code, each with its place.
+/// The identifiers and keywords of some code, with their positions.
 pub fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
     code.char_indices().filter_map(move |(i, c)| {
         let starts = (c.is_alphabetic() || c == '_')

@@ -1,10 +1,10 @@
-//! Words that the field does not use, or that make a sentence read twice, stay out of what users read (docs/style.md).
+//! Keeps words out of user documents that are not terms of the field or are hard to read (docs/style.md).
 
 use std::fs;
 
 use crate::source::{files_under, prose, root};
 
-/// The word or phrase, and what to write.
+/// The word or phrase, and its replacement.
 const REFUSED: [(&str, &str); 16] = [
     ("mirrors", "the specular term"),
     ("what of the", "a noun"),
@@ -24,7 +24,7 @@ const REFUSED: [(&str, &str); 16] = [
     ("the lack", "the shortening"),
 ];
 
-/// The refused words of a text, with their lines. Code in backticks and fences keeps its names.
+/// The refused words of a text, with their lines. Code in backticks and fences is ignored.
 fn refused(path: &str, text: &str) -> Vec<String> {
     let mut faults = Vec::new();
     for (number, line) in prose(text) {
@@ -45,7 +45,7 @@ fn guides_use_the_fields_words() {
     let mut files = files_under(&root().join("docs/guide"), &["md"]);
     files.extend(["README.md", "docs/theory.md"].map(|name| root().join(name)));
     assert!(files.len() > 20, "only {} pages were read", files.len());
-    // Written from the help texts.
+    // Generated from the help texts.
     files.retain(|file| !file.ends_with("options.md"));
     let faults: Vec<String> = (files.iter())
         .flat_map(|file| {

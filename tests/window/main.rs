@@ -1,9 +1,8 @@
-//! The window under a real X server (Xvfb), driven from outside as a user and a window manager would: keys, mouse,
-//! resizing, covering, minimising, closing. Validation is on throughout and must be silent.
+//! The window under a real X server (Xvfb), driven like by a user and a window manager: keys, mouse, resizing, covering, minimising,
+//! closing. Validation is on throughout and must be silent.
 //!
-//! Without Xvfb the test fails, unless `LEADR_SKIP_WINDOW=1` says to skip it. `LEADR_KEEP_SCREENSHOT=FILE.png` keeps
-//! a picture to look at, `LEADR_WINDOW_SIZES=500` lets the window be resized more often. A filter chooses among the parts of the test:
-//! `cargo test --test window -- storm`.
+//! Without Xvfb the test fails, unless `LEADR_SKIP_WINDOW=1` skips it. `LEADR_KEEP_SCREENSHOT=FILE.png` keeps a picture for inspection,
+//! `LEADR_WINDOW_SIZES=500` sets the number of resizes. A filter selects parts of the test: `cargo test --test window -- storm`.
 
 #[cfg(target_os = "linux")]
 #[path = "../../examples/02_orbit.rs"]
@@ -18,7 +17,7 @@ fn main() {
 
 #[cfg(target_os = "linux")]
 fn main() {
-    // Windows open on the main thread only, so the test starts itself again as the program under test.
+    // Windows open on the main thread only, so the test restarts itself as the program under test.
     if std::env::var_os("LEADR_WINDOW_CHILD").is_some() {
         if let Err(error) = orbit::main() {
             eprintln!("{error}");
@@ -26,10 +25,10 @@ fn main() {
         }
         return;
     }
-    let asked = |flag: &str| std::env::args().skip(1).any(|argument| argument == flag);
-    // cargo-nextest runs the tests that are listed, and asks for the ignored ones separately.
-    if asked("--list") {
-        if !asked("--ignored") {
+    let requested = |flag: &str| std::env::args().skip(1).any(|argument| argument == flag);
+    // cargo-nextest runs the listed tests and queries the ignored ones separately.
+    if requested("--list") {
+        if !requested("--ignored") {
             println!("window: test");
         }
         return;
@@ -65,7 +64,7 @@ mod linux {
 
     use super::server::{App, Server, until};
 
-    /// What a part of the test does.
+    /// A part of the test.
     type Part = fn(&Server);
 
     /// The parts and their names.
@@ -75,7 +74,7 @@ mod linux {
         ("complete", after_a_coarse_first_picture_comes_all_detail),
         ("walk", the_demo_goes_along_with_the_walk),
         ("controls", every_control_can_be_clicked),
-        ("dropped", what_is_dropped_is_worn),
+        ("dropped", dropped_files_are_applied),
         ("layout", the_window_opens_as_it_was_left),
         ("storm", a_storm_of_sizes_leaves_nothing_behind),
         ("destroyed", a_window_that_another_program_closes_ends_the_program),
@@ -88,10 +87,10 @@ mod linux {
             .env_remove("WAYLAND_SOCKET")
             .output()
             .unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains("no window can be opened") && said.contains("leadr capture"), "{said}");
-        assert!(!said.contains(".rs"), "{said}");
+        let written = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{written}");
+        assert!(written.contains("no window can be opened") && written.contains("leadr capture"), "{written}");
+        assert!(!written.contains(".rs"), "{written}");
     }
 
     fn a_limited_run_ends(server: &Server) {
@@ -101,14 +100,13 @@ mod linux {
         assert!(out.contains("\"frames\":4"), "{out}");
     }
 
-    /// Five seconds later the animal is metres away, and the window shows the same as a capture of that moment, in
-    /// any environment.
+    /// Five seconds later the animal has moved by metres, and the window matches a capture of that time, in any environment.
     fn the_demo_goes_along_with_the_walk(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
         let leadr = |flags: &[&str], file: &Path| {
             let mut leadr = Command::new(env!("CARGO_BIN_EXE_leadr"));
-            // What is said later counts, but clap takes each flag once.
+            // clap rejects repeated flags, so a given --size replaces the scene's flags.
             let scene = if flags.contains(&"--size") { &["--validation"][..] } else { &scene[..] };
             leadr.arg("capture").args(scene).args(flags).arg("-o").arg(file);
             if let Ok(device) = std::env::var("LEADR_DEVICE") {
@@ -130,7 +128,7 @@ mod linux {
         let window = app.window();
         server.focus(window);
         let title = || server.title(window);
-        // While it walks, frames are drawn one after the other without waiting, and simpler on a slow device.
+        // While it walks, frames are drawn without pauses, and simplified on a slow device.
         until(&app, "frames", || title().contains("geometry"));
         let picture = || Rgb8Image::new(160, 120, server.picture(window)).unwrap();
         // On a busy machine a second may pass between two frames.
@@ -151,7 +149,7 @@ mod linux {
                 server.tap(key);
                 until(&app, moment, || title() != before);
             }
-            app.settles();
+            app.wait_until_idle();
             Rgb8Image::new(160, 120, server.picture(window)).unwrap()
         };
         // X11's arrow keys, left and right.
@@ -160,7 +158,7 @@ mod linux {
         let (same, moved) = (differs(&first, &begin).max(differs(&second, &later)), differs(&begin, &later));
         println!("window and capture differ by {same:.3} codes, the moments by {moved:.3}");
         assert!(same < 0.3 && moved > 5.0 * same, "{same} {moved}");
-        // Another environment, and the first one again.
+        // Another environment, then the first one again.
         let surrounded = |expected: &Rgb8Image, what: &str| {
             server.tap(b'e');
             let off = || differs(&Rgb8Image::new(160, 120, server.picture(window)).unwrap(), expected);
@@ -170,13 +168,13 @@ mod linux {
         surrounded(&studio, "the studio");
         surrounded(&later, "the sky");
 
-        // Another technique on the right: each side is the picture that it would be alone.
+        // Another technique on the right: each side equals its picture alone.
         let file = folder.path().join("normal-mip.png");
         let (left, right) = (&later, &leadr(&["--technique", "normal-mip", "--time", "5"], &file));
         server.tap(b'c');
         let sides = || {
             let shown = Rgb8Image::new(160, 120, server.picture(window)).unwrap();
-            // Apart from the names at the top and the line in the middle.
+            // Without the names at the top and the line in the middle.
             let part = |image: &Rgb8Image, columns: std::ops::Range<usize>| {
                 let rows = image.texels.chunks(160).skip(40);
                 Rgb8Image {
@@ -192,7 +190,7 @@ mod linux {
         };
         until(&app, "two sides", || sides().iter().all(|off| *off < 0.3));
         assert!(differs(left, right) > 0.5, "the techniques do not differ: {}", differs(left, right));
-        // The line goes where it is dragged.
+        // The line follows the drag.
         let line = |column: usize| {
             let shown = server.picture(window);
             shown.chunks(160).skip(100).filter(|row| row[column].iter().all(|code| *code > 200)).count()
@@ -202,12 +200,12 @@ mod linux {
         server.tap(b'c');
         until(&app, "one side", || differs(&Rgb8Image::new(160, 120, server.picture(window)).unwrap(), left) < 0.3);
 
-        // The command that is copied makes the picture that is shown.
+        // The copied command makes the displayed picture.
         server.drag(window, [80, 60], [95, 52]);
-        app.settles();
+        app.wait_until_idle();
         server.tap(b'x');
         let command =
-            || app.said(1).lines().find_map(|line| line.split_once("leadr capture ").map(|(_, c)| c.to_owned()));
+            || app.written(1).lines().find_map(|line| line.split_once("leadr capture ").map(|(_, c)| c.to_owned()));
         until(&app, "a command", || command().is_some());
         let file = folder.path().join("copied.png");
         let command = command().unwrap();
@@ -220,7 +218,7 @@ mod linux {
         assert!(out.contains("\"command\": \"demo\""), "{out}");
     }
 
-    /// Size, panel and sections are kept; a file that is none of a layout is named and the window opens as usual.
+    /// Size, panel and sections are restored; an invalid layout file is reported and the window opens as usual.
     fn the_window_opens_as_it_was_left(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("leadr/window.json");
@@ -236,7 +234,7 @@ mod linux {
         server.focus(app.window());
         server.tap(b' ');
         server.resize(app.window(), 440, 300);
-        app.settles();
+        app.wait_until_idle();
         let without = server.picture(app.window());
         server.tap(0xff09u32);
         until(&app, "the panel", || server.picture(app.window()) != without);
@@ -246,7 +244,7 @@ mod linux {
         let kept: serde_json::Value = serde_json::from_str(&kept).unwrap();
         assert_eq!((&kept["size"], &kept["panel"]), (&serde_json::json!([440, 300]), &true.into()), "{kept}");
 
-        // So narrow a window would begin without the panel, which is almost black on the left.
+        // A window this narrow would start without the panel, which is almost black on the left.
         let app = start(&[]);
         let dark = |app: &App| {
             let picture = server.picture(app.window());
@@ -264,7 +262,7 @@ mod linux {
         let (code, _, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
         assert_eq!(err.matches("window.json").count(), 1, "{err}");
-        // A fresh layout reads nothing; a run of some frames keeps nothing.
+        // A fresh layout ignores the file; a run with a frame count does not write it.
         std::fs::write(&file, "nothing").unwrap();
         let app = start(&["--size", "200x150", "--fresh-layout"]);
         server.close(app.window());
@@ -277,28 +275,28 @@ mod linux {
         assert!(!file.exists());
     }
 
-    /// Sizes as fast as the server takes them, with the window minimised now and then: afterwards it shows its scene in the size that it
-    /// has, validation is silent, and storms that follow take no more memory than those before.
+    /// Resizes as fast as the server allows, with occasional minimising. Afterwards the window shows its scene at its size, validation is
+    /// silent, and later storms take no more memory than earlier ones.
     fn a_storm_of_sizes_leaves_nothing_behind(server: &Server) {
         assert_eq!(usual_growth(&[274, 290, 290, 295, 295, 295, 295, 357]), 0);
         assert_eq!(usual_growth(&[274, 290, 293, 297, 300, 303, 306, 380]), 3);
         let sizes = std::env::var("LEADR_WINDOW_SIZES").map_or(40, |sizes| sizes.parse().expect("a number of sizes"));
         storms(server, 1, sizes, true);
-        // The validation layers keep something of every swapchain that ever was, so memory is watched without them.
+        // The validation layers keep data of every past swapchain, so memory is checked without them.
         let after = storms(server, 10, sizes / 2, false);
         println!("MiB after each of ten storms of {} sizes: {after:?}", sizes / 2);
         assert!(usual_growth(&after) <= 2, "{after:?} MiB");
     }
 
-    /// The median growth from one storm to the next. Which sizes are drawn differs between storms, and now and then a storm draws more of them
-    /// at once than any before it and raises the mark; a leak grows with every storm.
+    /// The median growth between storms. The drawn sizes vary, and occasionally a storm draws more of them at once than before and raises
+    /// the peak. A leak grows with every storm.
     fn usual_growth(after: &[u64]) -> u64 {
         let mut steps: Vec<_> = after.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
         steps.sort_unstable();
         steps[steps.len() / 2]
     }
 
-    /// The same storm again and again, and the resident memory after each, in MiB.
+    /// The same storm repeatedly, and the resident memory after each, in MiB.
     fn storms(server: &Server, count: u32, sizes: u32, validation: bool) -> Vec<u64> {
         let mut arguments = vec!["--width", "320", "--height", "240", "--samples", "1"];
         arguments.extend(validation.then_some("--validation"));
@@ -313,7 +311,7 @@ mod linux {
                     server.minimise(window);
                     server.restore(window);
                 }
-                // Every third size is drawn, as long as the machine is not busy; the others overtake each other.
+                // Every third size is drawn if the machine is not busy; the others are superseded.
                 if i % 3 == 0 {
                     std::thread::sleep(std::time::Duration::from_millis(60));
                 }
@@ -332,19 +330,19 @@ mod linux {
         after
     }
 
-    /// Another client destroys the window: the program ends, and either says what it did or that the window is gone, but never panics.
+    /// Another client destroys the window: the program ends with its results or with an error about the window, and never panics.
     fn a_window_that_another_program_closes_ends_the_program(server: &Server) {
         let mut app = App::start(server, &["--width", "200", "--height", "150", "--validation"]);
         app.find_window(server, "Orbit");
         server.uncover(app.window());
         let (code, out, err) = app.end();
-        let told = code == Some(0) && out.contains("\"frames\"");
-        // A frame was on its way.
+        let reported = code == Some(0) && out.contains("\"frames\"");
+        // A frame was in flight.
         let gone = code == Some(1) && err.trim().lines().count() == 1 && err.contains("window");
-        assert!(told || gone, "{code:?} {out} {err}");
+        assert!(reported || gone, "{code:?} {out} {err}");
     }
 
-    /// Everything in the panel is clicked, the panel scrolled and clicked again. Nothing of it may fail, and validation is silent.
+    /// Clicks everything in the panel, scrolls it and clicks again. Nothing may fail, and validation is silent.
     fn every_control_can_be_clicked(server: &Server) {
         let arguments =
             ["--scene", "sphere", "--atlas-tile", "8", "--size", "620x500", "--panel", "on", "--validation"];
@@ -361,7 +359,7 @@ mod linux {
             }
             server.wheel(window, [100, 400], -30);
         }
-        // Tab hides it, whatever was chosen, and F1 shows the keys.
+        // Tab hides it in every state, and F1 shows the keys.
         server.tap(b'r');
         let shown = || server.picture(window);
         until(&app, "frames after the clicks", || shown() != before);
@@ -372,14 +370,14 @@ mod linux {
         server.tap(0xffbeu32);
         until(&app, "the help", || shown() != without);
         server.resize(window, 480, 400);
-        app.settles();
+        app.wait_until_idle();
         server.close(window);
         let (code, _, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
     }
 
-    /// A measured material is worn by the sphere and by a model; what cannot be worn changes nothing.
-    /// A processor draws a first picture of coarse maps; the next is the one that the copied command makes, which has the maps' own texels.
+    /// The sphere and a model take a measured material; an unsuitable one changes nothing.
+    /// On a CPU the first picture has coarse maps; the next equals that of the copied command, with full-resolution maps.
     fn after_a_coarse_first_picture_comes_all_detail(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let arguments =
@@ -388,13 +386,13 @@ mod linux {
         app.find_window(server, "leadr");
         let window = app.window();
         server.focus(window);
-        app.settles();
+        app.wait_until_idle();
         let shown = server.picture(window);
         server.tap(b'x');
-        let command = || app.said(1).lines().find_map(|line| Some(line.split_once("leadr capture ")?.1.to_owned()));
+        let command = || app.written(1).lines().find_map(|line| Some(line.split_once("leadr capture ")?.1.to_owned()));
         until(&app, "a command", || command().is_some());
-        let said = command().unwrap();
-        let without_target = said.split(" -o ").next().unwrap();
+        let written = command().unwrap();
+        let without_target = written.split(" -o ").next().unwrap();
         let made = |tile: &str| {
             let file = folder.path().join(tile).with_extension("png");
             let mut capture = Command::new(env!("CARGO_BIN_EXE_leadr"));
@@ -405,7 +403,7 @@ mod linux {
                 .arg("-o")
                 .arg(&file);
             let output = capture.output().unwrap();
-            assert!(output.status.success(), "{said}: {}", String::from_utf8_lossy(&output.stderr));
+            assert!(output.status.success(), "{written}: {}", String::from_utf8_lossy(&output.stderr));
             load_color_srgb8(&file).unwrap()
         };
         let apart = |made: &Rgb8Image| {
@@ -420,10 +418,10 @@ mod linux {
         assert_eq!(code, Some(0), "{err}");
     }
 
-    fn what_is_dropped_is_worn(server: &Server) {
+    fn dropped_files_are_applied(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
-        // A Beckmann lobe of alpha .1 before a red body.
+        // A Beckmann lobe of alpha .1 over a red diffuse base.
         let backscattering = |degrees: u32| {
             let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
             let lobe = (-(sine / cosine).powi(2) / 0.01).exp() / (4.0 * std::f64::consts::PI * 0.01 * cosine.powi(5));
@@ -449,11 +447,11 @@ mod linux {
         let redness = |picture: &[[u8; 3]]| picture.iter().filter(is_red).count();
         let own = server.picture(window);
         server.drop_file(window, &file("none.json"));
-        until(&app, "a complaint", || app.said(1).contains("none.json"));
+        until(&app, "a complaint", || app.written(1).contains("none.json"));
         server.drop_file(window, &file("red.json"));
         until(&app, "a red sphere", || redness(&server.picture(window)) > redness(&own) + 1000);
         let command = || {
-            app.said(1)
+            app.written(1)
                 .lines()
                 .filter_map(|line| line.split_once("leadr capture "))
                 .next_back()
@@ -461,10 +459,13 @@ mod linux {
         };
         server.tap(b'x');
         until(&app, "a command", || command().is_some());
-        let said = command().unwrap();
-        assert!(said.contains("--material") && said.contains("red.json") && !said.contains("none.json"), "{said}");
+        let written = command().unwrap();
+        assert!(
+            written.contains("--material") && written.contains("red.json") && !written.contains("none.json"),
+            "{written}"
+        );
 
-        // A model has nothing of it until it is dropped anew.
+        // A model keeps its own material until the measured one is dropped on it.
         let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/snail.glb");
         let sphere = server.picture(window);
         server.drop_file(window, &model);
@@ -473,9 +474,12 @@ mod linux {
         server.drop_file(window, &file("red.json"));
         until(&app, "a red model", || redness(&server.picture(window)) > redness(&model) + 300);
         server.tap(b'x');
-        until(&app, "another command", || command().is_some_and(|now| now != said));
-        let said = command().unwrap();
-        assert!(said.contains("--measured") && said.contains("*=") && !said.contains("--material"), "{said}");
+        until(&app, "another command", || command().is_some_and(|now| now != written));
+        let written = command().unwrap();
+        assert!(
+            written.contains("--measured") && written.contains("*=") && !written.contains("--material"),
+            "{written}"
+        );
         server.tap(b'q');
         let (code, _, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
@@ -520,7 +524,7 @@ mod linux {
         let title = || server.title(window);
         until(&app, "a title with times", || title().contains("leadr") && title().contains("geometry"));
 
-        // Keys that change the technique and stop the time.
+        // Keys that change the technique and stop time.
         server.tap(b'2');
         until(&app, "mipmapped normals", || title().contains("normal-mip"));
         server.tap(b'1');
@@ -530,11 +534,11 @@ mod linux {
         assert!(app.cpu_share() > 0.1, "a running animation works");
         server.tap(b' ');
         until(&app, "time to stop", || title().contains("(paused)"));
-        app.settles();
+        app.wait_until_idle();
 
         // Resizing the window while nothing moves.
         server.resize(window, 480, 300);
-        app.settles();
+        app.wait_until_idle();
         let first = screenshot(server, &app, folder.path(), 1, (480, 300));
         let (middle, corner) = (detail(&first, 224, 134), detail(&first, 8, 8));
         assert!(middle > 4.0 * corner + 1.0, "detail {middle} in the middle, {corner} in a corner");
@@ -542,32 +546,32 @@ mod linux {
             std::fs::copy(folder.path().join("shot-1.png"), keep).unwrap();
         }
 
-        // A drag turns the camera, the wheel moves it closer.
+        // A drag rotates the camera, the wheel moves it closer.
         server.drag(window, [240, 150], [330, 150]);
-        app.settles();
-        let turned = screenshot(server, &app, folder.path(), 2, (480, 300));
-        assert!(differs(&first, &turned) > 1.0, "a drag changes the picture by {}", differs(&first, &turned));
+        app.wait_until_idle();
+        let rotated = screenshot(server, &app, folder.path(), 2, (480, 300));
+        assert!(differs(&first, &rotated) > 1.0, "a drag changes the picture by {}", differs(&first, &rotated));
         server.tap(b'r');
         server.tap(b' ');
         until(&app, "time to stop again", || title().contains("(paused)"));
         server.wheel(window, [100, 100], 5);
-        app.settles();
+        app.wait_until_idle();
         let closer = screenshot(server, &app, folder.path(), 3, (480, 300));
-        // The sphere now covers what was sky.
+        // The sphere now covers former sky.
         let (before, after) = (detail(&first, 90, 134), detail(&closer, 90, 134));
         assert!(after > before + 1.0, "detail at the rim {before}, {after} from closer");
 
-        // Covered and minimised windows draw nothing, and draw again when they are back.
+        // Covered and minimised windows draw nothing, and draw again when restored.
         server.tap(b' ');
         until(&app, "time to run again", || !title().contains("(paused)"));
         let cover = server.cover();
-        app.settles();
+        app.wait_until_idle();
         let covered = title();
         server.uncover(cover);
         until(&app, "frames after being covered", || title() != covered);
         assert!(app.cpu_share() > 0.1, "it draws again");
         server.minimise(window);
-        app.settles();
+        app.wait_until_idle();
         let minimised = title();
         server.restore(window);
         until(&app, "frames after being minimised", || title() != minimised);

@@ -17,7 +17,7 @@ use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-/// Even a busy machine does everything within this time.
+/// Time limit of an action, sufficient on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Sleeps until a condition holds.
@@ -109,7 +109,7 @@ impl Server {
     fn point(&self, window: Window, at: [i16; 2]) {
         let origin = self.connection.translate_coordinates(window, self.root, 0, 0).unwrap().reply().unwrap();
         self.fake(xproto::MOTION_NOTIFY_EVENT, 0, [origin.dst_x + at[0], origin.dst_y + at[1]]);
-        // The program sees a jump of the pointer as one motion event; it must arrive before the next event.
+        // The program receives a pointer jump as one motion event; it must arrive before the next event.
         std::thread::sleep(Duration::from_millis(200));
     }
 
@@ -126,7 +126,7 @@ impl Server {
         self.fake(xproto::BUTTON_RELEASE_EVENT, 1, [0, 0]);
     }
 
-    /// Turns the wheel at a place of the window, forward or back.
+    /// Turns the wheel at a point of the window, forward or back.
     pub fn wheel(&self, window: Window, at: [i16; 2], notches: i32) {
         self.point(window, at);
         for _ in 0..notches.abs() {
@@ -206,29 +206,34 @@ impl Server {
         };
         say("XdndEnter", [5 << 24, uris, 0, 0]);
         say("XdndPosition", [0, 0, x11rb::CURRENT_TIME, self.atom("XdndActionCopy")]);
-        // The window asks which file it is.
+        // The window requests the file name.
         let start = Instant::now();
-        let asked = loop {
+        let requested = loop {
             match connection.poll_for_event().unwrap() {
-                Some(Event::SelectionRequest(asked)) => break asked,
+                Some(Event::SelectionRequest(requested)) => break requested,
                 _ => std::thread::sleep(Duration::from_millis(10)),
             }
             assert!(start.elapsed() < PATIENCE, "the window does not ask for what is dropped");
         };
         let text = format!("file://{}\r\n", file.display());
-        let told =
-            connection.change_property8(PropMode::REPLACE, asked.requestor, asked.property, uris, text.as_bytes());
-        told.unwrap().check().unwrap();
+        let changed = connection.change_property8(
+            PropMode::REPLACE,
+            requested.requestor,
+            requested.property,
+            uris,
+            text.as_bytes(),
+        );
+        changed.unwrap().check().unwrap();
         let answer = SelectionNotifyEvent {
             response_type: xproto::SELECTION_NOTIFY_EVENT,
             sequence: 0,
-            time: asked.time,
-            requestor: asked.requestor,
-            selection: asked.selection,
-            target: asked.target,
-            property: asked.property,
+            time: requested.time,
+            requestor: requested.requestor,
+            selection: requested.selection,
+            target: requested.target,
+            property: requested.property,
         };
-        connection.send_event(false, asked.requestor, EventMask::NO_EVENT, answer).unwrap().check().unwrap();
+        connection.send_event(false, requested.requestor, EventMask::NO_EVENT, answer).unwrap().check().unwrap();
         std::thread::sleep(Duration::from_millis(200));
         say("XdndDrop", [0, x11rb::CURRENT_TIME, 0, 0]);
     }
@@ -246,7 +251,7 @@ pub struct App {
     id: u32,
     window: Window,
     /// Written to files, because pipes can fill up and block.
-    said: [File; 2],
+    written: [File; 2],
 }
 
 impl Drop for App {
@@ -262,18 +267,18 @@ impl App {
     pub fn command(arguments: &[&str]) -> Command {
         let mut command = Command::new(std::env::current_exe().unwrap());
         command.args(arguments).env("LEADR_WINDOW_CHILD", "1");
-        // With one arena the C library reuses what any thread has freed, so that resident memory grows only where something is kept.
+        // With one arena the C library reuses memory freed by any thread, so resident memory grows only by leaks.
         command.env("MALLOC_ARENA_MAX", "1");
         command
     }
 
-    /// Starts `leadr demo` with the T-rex from the cache that all tests share.
+    /// Starts `leadr demo` with the T-rex from the cache shared by all tests.
     pub fn demo(server: &Server, arguments: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
         command
             .arg("demo")
             .args(arguments)
-            // What the user of this machine keeps is none of a test's business.
+            // Tests ignore the user's saved layout.
             .arg("--fresh-layout")
             .env("XDG_CONFIG_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/config"))
             .env("LEADR_LOG", "info")
@@ -281,7 +286,7 @@ impl App {
         Self::spawn(server, command)
     }
 
-    /// The same in a folder, for what it writes.
+    /// The same in a folder for output files.
     pub fn demo_in(server: &Server, arguments: &[&str], folder: &Path) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
         command.arg("demo").args(arguments).current_dir(folder).env("XDG_CONFIG_HOME", folder);
@@ -298,16 +303,16 @@ impl App {
         if let Ok(device) = std::env::var("LEADR_DEVICE") {
             command.args(["--device", &device]);
         }
-        let said = [tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap()];
-        let [out, err] = [0, 1].map(|i| Stdio::from(said[i].try_clone().unwrap()));
+        let written = [tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap()];
+        let [out, err] = [0, 1].map(|i| Stdio::from(written[i].try_clone().unwrap()));
         command.env("DISPLAY", &server.display).stdout(out).stderr(err);
         let process = command.spawn().unwrap();
         let id = process.id();
-        Self { process: Cell::new(Some(process)), id, window: 0, said }
+        Self { process: Cell::new(Some(process)), id, window: 0, written }
     }
 
     pub fn find_window(&mut self, server: &Server, title: &str) {
-        // The times are in the title from the first frame on.
+        // The title has the times from the first frame on.
         let start = format!("{title} ·");
         until(self, "a window", || server.find(&start).is_some());
         self.window = server.find(&start).unwrap();
@@ -322,7 +327,7 @@ impl App {
         let running = process.as_mut().is_some_and(|p| matches!(p.try_wait(), Ok(None)));
         self.process.set(process);
         if !running {
-            eprintln!("{}", self.said(1));
+            eprintln!("{}", self.written(1));
         }
         running
     }
@@ -349,7 +354,7 @@ impl App {
     }
 
     /// Waits until the program is idle: it draws nothing and uses no CPU time.
-    pub fn settles(&self) {
+    pub fn wait_until_idle(&self) {
         let mut still = 0;
         until(self, "the program to rest", || {
             still = if self.cpu_share() < 0.03 { still + 1 } else { 0 };
@@ -357,7 +362,7 @@ impl App {
         });
     }
 
-    /// Waits until the program ends; gives exit code, stdout and stderr.
+    /// Waits until the program ends; returns exit code, stdout and stderr.
     pub fn end(self) -> (Option<i32>, String, String) {
         let mut process = self.process.take().expect("running");
         let start = Instant::now();
@@ -366,12 +371,12 @@ impl App {
             std::thread::sleep(Duration::from_millis(40));
         }
         let code = process.wait().unwrap().code();
-        (code, self.said(0), self.said(1))
+        (code, self.written(0), self.written(1))
     }
 
-    /// Everything written to stdout (0) or stderr (1) so far.
-    pub fn said(&self, stream: usize) -> String {
-        let mut file = &self.said[stream];
+    /// All output to stdout (0) or stderr (1) so far.
+    pub fn written(&self, stream: usize) -> String {
+        let mut file = &self.written[stream];
         let mut bytes = Vec::new();
         file.rewind().unwrap();
         file.read_to_end(&mut bytes).unwrap();

@@ -1,16 +1,16 @@
-//! Compiles shader entry points to SPIR-V and checks what each declares.
+//! Compiles shader entry points to SPIR-V and checks their declarations.
 
 use std::path::{Component, Path, PathBuf};
 
-// Linked for its archives, which it says more about.
+// Links the archives that it documents.
 use leadr_shaderc_debian as _;
 
 use crate::{Stage, reflect};
 
-/// Adds the entry points below `folder`; a folder that does not exist holds none.
+/// Adds the entry points below `folder`; a folder that does not exist adds none.
 ///
 /// # Errors
-/// A folder that cannot be read.
+/// If a folder cannot be read.
 pub fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
     if !folder.is_dir() {
         return Ok(());
@@ -36,10 +36,10 @@ fn kind(stage: Stage) -> shaderc::ShaderKind {
     }
 }
 
-/// Turns GLSL below a root into SPIR-V.
+/// Compiles GLSL below a root to SPIR-V.
 ///
-/// It is not optimised here: the optimiser writes every function out wherever it is called, which makes a module three times as large, takes
-/// ten times as long as the translation, and is done again by every driver.
+/// It does not run the optimiser, which inlines every function: modules become three times as large, and it takes ten times as
+/// long as the translation. Drivers inline in any case.
 pub struct Compiler {
     root: PathBuf,
     compiler: shaderc::Compiler,
@@ -47,17 +47,17 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// A compiler of the files below `root`.
+    /// A compiler for the files below `root`.
     ///
     /// # Errors
-    /// shaderc cannot be started.
+    /// If shaderc cannot be started.
     pub fn new(root: &Path) -> Result<Self, String> {
         let failed = |e: shaderc::Error| format!("shaderc: {e}");
         let mut options = shaderc::CompileOptions::new().map_err(failed)?;
         options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
         options.set_target_spirv(shaderc::SpirvVersion::V1_6);
         options.set_optimization_level(shaderc::OptimizationLevel::Zero);
-        // Keeps the names, by which all that crosses to the shaders is bound and checked.
+        // Keeps the names, which bind and check all shared declarations.
         options.set_generate_debug_info();
         // Sources name their resources; pipelines number them.
         options.set_auto_bind_uniforms(true);
@@ -72,13 +72,14 @@ impl Compiler {
     /// The SPIR-V of the entry point `name`, a path below the root.
     ///
     /// # Errors
-    /// The message of the compiler, with file and line, or what [`interface`](reflect::interface) refuses.
+    /// The compiler's message, with file and line, or an error of [`interface`](reflect::interface).
     pub fn compile(&self, name: &str) -> Result<Vec<u32>, String> {
         let file = self.root.join(name);
         let shown =
             self.root.file_name().map_or_else(|| self.root.display().to_string(), |n| n.to_string_lossy().into());
         let source = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-        let stage = Stage::of(&file).ok_or_else(|| format!("{shown}/{name}: its ending names no stage"))?;
+        let stage = Stage::of(&file)
+            .ok_or_else(|| format!("{shown}/{name}: the file extension is not that of a shader stage"))?;
         let compiled = self
             .compiler
             .compile_into_spirv(&source, kind(stage), name, "main", Some(&self.options))
@@ -89,7 +90,7 @@ impl Compiler {
     }
 }
 
-/// `#include "x"` is looked for beside the including file, then below the root; `#include <x>` only there.
+/// `#include "x"` is resolved relative to the including file, then to the root; `#include <x>` only to the root.
 fn resolve_include(
     root: &Path,
     requested: &str,
@@ -110,10 +111,10 @@ fn resolve_include(
             return Ok(shaderc::ResolvedInclude { resolved_name: slashes(candidate), content });
         }
     }
-    Err(format!("{requested:?} is neither beside {includer:?} nor below {}", root.display()))
+    Err(format!("{requested:?} exists neither beside {includer:?} nor below {}", root.display()))
 }
 
-/// The path without `.` and `..`, so that one file has one name in messages.
+/// The path without `.` and `..`, so that messages name each file in one way.
 pub fn normal(path: &Path) -> PathBuf {
     let mut result = PathBuf::new();
     for part in path.components() {

@@ -1,4 +1,4 @@
-//! Constants that shaders and Rust share: a build script makes Rust source of the GLSL that declares them.
+//! Constants shared by shaders and Rust: a build script generates Rust source from their GLSL declarations.
 
 use std::fmt::Write as _;
 
@@ -11,10 +11,10 @@ pub enum Floats {
     F64,
 }
 
-/// Rust source for the lines `const int PREFIX… = VALUE;` of a GLSL file, the prefix taken off.
+/// Rust source for the lines `const int PREFIX… = VALUE;` of a GLSL file, without the prefix.
 ///
 /// # Errors
-/// That there is none, or that two have one value.
+/// If there is none, or two have the same value.
 pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
     let start = format!("const int {prefix}");
     let mut rust = String::new();
@@ -23,19 +23,20 @@ pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
         let (name, rest) = line.split_once('=').ok_or_else(|| format!("{prefix}{line}: no value"))?;
         let value = rest.split(';').next().unwrap_or_default().trim();
         if values.contains(&value) {
-            return Err(format!("two constants {prefix}… are {value}"));
+            return Err(format!("two constants {prefix}… have the value {value}"));
         }
         values.push(value);
-        writeln!(rust, "/// `{prefix}{0}`\npub const {0}: isize = {value};", name.trim()).expect("a String takes all");
+        writeln!(rust, "/// `{prefix}{0}`\npub const {0}: isize = {value};", name.trim())
+            .expect("writing to a String cannot fail");
     }
     if values.is_empty() { Err(format!("no constant {prefix}…")) } else { Ok(rust) }
 }
 
-/// Rust source for a GLSL file of nothing but comments, preprocessor lines and `const TYPE NAME = VALUE;`. The comments
+/// Rust source for a GLSL file that contains only comments, preprocessor lines and `const TYPE NAME = VALUE;`. The comments
 /// above a constant become its documentation.
 ///
 /// # Errors
-/// The number and text of the first line that is something else.
+/// The number and text of the first other line.
 pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
     let mut rust = String::new();
     let mut comments = Vec::new();
@@ -47,11 +48,11 @@ pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
             comments.clear();
         } else {
             let declaration = declaration(line, floats)
-                .ok_or_else(|| format!("line {}: not `const TYPE NAME = VALUE;`: {line}", i + 1))?;
+                .ok_or_else(|| format!("line {}: expected `const TYPE NAME = VALUE;`: {line}", i + 1))?;
             for comment in comments.drain(..) {
-                writeln!(rust, "/// {comment}").expect("a String takes all");
+                writeln!(rust, "/// {comment}").expect("writing to a String cannot fail");
             }
-            writeln!(rust, "{declaration}").expect("a String takes all");
+            writeln!(rust, "{declaration}").expect("writing to a String cannot fail");
         }
     }
     Ok(rust)
@@ -74,7 +75,7 @@ fn declaration(line: &str, floats: Floats) -> Option<String> {
     Some(format!("pub const {}: {kind} = {value};", name.trim()))
 }
 
-/// The expression without the `u` of GLSL's unsigned numbers. Between its words are spaces.
+/// The expression without GLSL's `u` suffixes. Spaces separate its words.
 fn without_suffixes(value: &str) -> String {
     let plain = |word: &str| match word.starts_with(|c: char| c.is_ascii_digit()) {
         true => word.trim_end_matches('u').to_owned(),

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::Stage;
 use crate::compiler::{Compiler, collect, slashes};
 
-/// Compiles the entry points of `folders` below `root`, and writes `shaders.rs` into the folder for the build's output: a static
-/// `TABLE` of all of them, sorted by name. Includes are looked for below `root`. The folders are watched for
-/// changes, and so is the include library, `leadr`.
+/// Compiles the entry points of `folders` below `root`, and writes `shaders.rs` into the build's output folder: a static
+/// `TABLE` of all of them, sorted by name. Includes are resolved below `root`. Cargo watches the folders and the include
+/// library, `leadr`, for changes.
 ///
 /// # Errors
 /// Files that cannot be read or written, and the compiler's messages, with file and line.
@@ -18,7 +18,7 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
     for watched in folders.iter().chain(&["leadr"]) {
         println!("cargo:rerun-if-changed={}", root.join(watched).display());
     }
-    let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR, and it is missing")?);
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: call it in a cargo build script")?);
     let mut files = Vec::new();
     for folder in folders {
         collect(&root.join(folder), &mut files)?;
@@ -40,7 +40,7 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
                 std::fs::write(&binary, bytes).map_err(|e| format!("{}: {e}", binary.display()))?;
                 let stage = Stage::of(name.as_ref()).expect("collected by its stage");
                 writeln!(table, "    Shader::new({name:?}, Stage::{stage:?}, include_bytes!({binary:?})),")
-                    .expect("a String takes all");
+                    .expect("writing to a String cannot fail");
             }
             Err(message) => {
                 failures.push_str(&message);
@@ -55,7 +55,7 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
     std::fs::write(out.join("shaders.rs"), table).map_err(|e| format!("shaders.rs: {e}"))
 }
 
-/// Compiles the entry points side by side.
+/// Compiles the entry points in parallel.
 fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Vec<u32>, String>>, String> {
     let results = Mutex::new(names.iter().map(|_| None).collect::<Vec<_>>());
     let next = AtomicUsize::new(0);

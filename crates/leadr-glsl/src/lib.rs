@@ -1,8 +1,8 @@
-//! GLSL entry points as programs embed them: SPIR-V with the names of all that it declares.
+//! GLSL entry points embedded in programs: SPIR-V with the names of all declarations.
 //!
-//! A build script calls [`embed`] and the crate includes the file that it writes: a table of [`Shader`]s. Pipelines find
-//! resources, constants and structs of a shader in its [`Interface`](reflect::Interface) by name. A program that compiles
-//! changed sources while it runs uses [`compiler::Compiler`] and [`Shader::leaked`].
+//! A build script calls [`embed`] and the crate includes the generated file: a table of [`Shader`]s. Pipelines find resources,
+//! constants and structs of a shader in its [`Interface`](reflect::Interface) by name. A program that compiles changed sources
+//! at run time uses [`compiler::Compiler`] and [`Shader::leaked`].
 
 #[cfg(feature = "compile")]
 pub mod compiler;

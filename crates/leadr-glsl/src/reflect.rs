@@ -1,4 +1,4 @@
-//! Reads from SPIR-V what a pipeline must know of a shader: resources, constants and structs by name, work group size.
+//! Reads a shader's interface from SPIR-V: resources, constants and structs by name, work group size.
 //!
 //! Numbers of opcodes, decorations and storage classes are those of the SPIR-V 1.6 specification.
 
@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::spirv::{HEADER, all_instructions};
 
-/// What one entry point declares.
+/// Declarations of one entry point.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Interface {
     /// Work group size of a compute entry point, specialization constants at their defaults; otherwise 1.
@@ -17,20 +17,20 @@ pub struct Interface {
     pub constants: Vec<Constant>,
     /// The push constant block.
     pub push: Option<Push>,
-    /// Every struct that buffers and push constants are made of.
+    /// Every struct in buffers and push constants.
     pub structs: Vec<Struct>,
 }
 
 /// A descriptor.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Resource {
-    /// Of the variable; of the block, where the block has no instance name.
+    /// Name of the variable, or of the block if it has no instance name.
     pub name: String,
     /// Its kind.
     pub kind: ResourceKind,
     /// Its descriptor set, 0 to 2.
     pub set: u32,
-    /// Index of the word of the module that holds the binding number; `None` where nothing reads or writes it.
+    /// Index of the module's word with the binding number; `None` if the resource is unused.
     pub binding_word: Option<usize>,
 }
 
@@ -43,7 +43,7 @@ pub enum ResourceKind {
     Storage,
     /// An image with its sampler.
     Sampled,
-    /// An image that is written.
+    /// A storage image.
     StorageImage,
 }
 
@@ -51,7 +51,7 @@ impl ResourceKind {
     /// Every kind.
     pub const ALL: [Self; 4] = [Self::Uniform, Self::Storage, Self::Sampled, Self::StorageImage];
 
-    /// Its name in messages.
+    /// Name of the kind in messages.
     pub fn words(self) -> &'static str {
         match self {
             Self::Uniform => "a uniform buffer",
@@ -93,7 +93,7 @@ pub struct Push {
     pub block: String,
     /// Bytes up to the end of its last member.
     pub bytes: u32,
-    /// Whether anything reads it.
+    /// Whether the shader uses it.
     pub used: bool,
 }
 
@@ -102,9 +102,9 @@ pub struct Push {
 pub struct Struct {
     /// Name of the type.
     pub name: String,
-    /// All members but an array without end.
+    /// All members except a trailing unsized array.
     pub members: Vec<Member>,
-    /// Bytes to the next struct of an array, or to the array without end that follows.
+    /// Bytes to the next struct of an array, or to the unsized array that follows.
     pub pitch: Option<u32>,
 }
 
@@ -115,21 +115,21 @@ pub struct Member {
     pub name: String,
     /// From the start of the struct.
     pub offset: u32,
-    /// Padding between elements of arrays included.
+    /// Includes the padding between elements of arrays.
     pub size: u32,
 }
 
-/// What the module's entry point declares.
+/// The declarations of the module's entry point.
 ///
 /// # Errors
-/// What a shader may not contain: two specialization constants of one number, arrays of descriptors, separate samplers
-/// and texel buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, a resource in use without a binding.
+/// Unsupported declarations: two specialization constants with one number, arrays of descriptors, separate samplers and texel
+/// buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, a used resource without a binding.
 pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
 
-/// A module without the text of its source, the lines that its instructions come from, and the names of functions and what is in them,
-/// which tell the types of all parameters.
+/// The module without its source text, its line information, and the names of functions and their contents. Function names
+/// contain the types of all parameters.
 pub fn stripped(words: &[u32]) -> Vec<u32> {
     // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
     const LINES: [u32; 7] = [2, 3, 4, 7, 8, 317, 330];
@@ -176,7 +176,7 @@ struct Module {
     variables: Vec<(u32, u32, u32)>,
     /// The entry point's function.
     entry: u32,
-    /// The function that is being read, and what the instructions of each name: variables and functions.
+    /// The current function, and the variables and functions used by each function.
     function: u32,
     named: HashMap<u32, Vec<u32>>,
     local_size: Option<[u32; 3]>,
@@ -191,7 +191,7 @@ const BINDING: u32 = 33;
 const DESCRIPTOR_SET: u32 = 34;
 const OFFSET: u32 = 35;
 
-/// The last set: that of an object.
+/// The last set, which belongs to an object.
 const MOST_SETS: u32 = 2;
 
 const UNIFORM_CONSTANT: u32 = 0;
@@ -207,7 +207,7 @@ impl Module {
         let mut module = Self::default();
         for i in all_instructions(words) {
             if i.words.len() != (i.words[0] >> 16) as usize {
-                return Err("the SPIR-V module ends within an instruction".to_owned());
+                return Err("the SPIR-V module ends in the middle of an instruction".to_owned());
             }
             module.instruction(i.operation, &i.words[1..], i.at + 1);
         }
@@ -270,7 +270,7 @@ impl Module {
         self.named.entry(self.function).or_default().extend(ids);
     }
 
-    /// The functions that may be called, and the variables that they name.
+    /// The functions that may be called, and the variables that they use.
     fn reached(&self) -> HashSet<u32> {
         let (mut reached, mut next) = (HashSet::from([self.entry]), vec![self.entry]);
         while let Some(named) = next.pop().map(|function| self.named.get(&function)) {
@@ -339,7 +339,7 @@ impl Module {
             let kind = match self.types.get(kind) {
                 Some(Type::Bool) => ConstantKind::Bool,
                 Some(Type::Number { bytes: 4, kind }) => *kind,
-                other => return Err(format!("specialization constant {name} is a {other:?}")),
+                other => return Err(format!("specialization constant {name} has the unsupported type {other:?}")),
             };
             constants.push(Constant { name: name.to_owned(), id: number, kind });
         }
@@ -364,17 +364,17 @@ impl Module {
                 ResourceKind::Uniform
             }
             (Some(Type::Array(..)), _) => return Err(format!("{name} is an array; use an array texture")),
-            _ => return Err(format!("{name} is no buffer, storage image or combined image sampler")),
+            _ => return Err(format!("{name} is not a buffer, storage image or combined image sampler")),
         };
         let binding_word = match self.decorations.get(&(variable, BINDING)) {
             Some((_, word)) if reached => Some(*word),
-            None if reached => return Err(format!("the compiler gave {name} no binding")),
+            None if reached => return Err(format!("the compiler assigned no binding to {name}")),
             _ => None,
         };
         Ok(Resource { name, kind, set, binding_word })
     }
 
-    /// Adds the structs of a buffer's block. A block that only wraps an array or one struct is not itself among them.
+    /// Adds the structs of a buffer's block. A block that only wraps an array or one struct is not added itself.
     fn block(&self, name: &str, id: u32, structs: &mut Vec<Struct>) -> Result<(), String> {
         if let Some(Type::Struct(members)) = self.types.get(&id)
             && let [member] = members[..]
@@ -397,10 +397,10 @@ impl Module {
         self.layout(id, None, structs)
     }
 
-    /// Adds the struct `id` and those it is made of.
+    /// Adds the struct `id` and its nested structs.
     fn layout(&self, id: u32, mut pitch: Option<u32>, structs: &mut Vec<Struct>) -> Result<(), String> {
         let name = self.name(id).ok_or("a struct has no name")?;
-        let Some(Type::Struct(types)) = self.types.get(&id) else { return Err(format!("{name} is no struct")) };
+        let Some(Type::Struct(types)) = self.types.get(&id) else { return Err(format!("{name} is not a struct")) };
         let mut members = Vec::new();
         for (i, kind) in (0u32..).zip(types) {
             let label = self.member_names.get(&(id, i)).ok_or_else(|| format!("a member of {name} has no name"))?;
@@ -436,7 +436,7 @@ impl Module {
         }
     }
 
-    /// Bytes of a type with explicit layout; `None` for what has no fixed size.
+    /// Bytes of a type with explicit layout; `None` for a type without a fixed size.
     fn bytes(&self, id: u32) -> Option<u32> {
         Some(match self.types.get(&id)? {
             Type::Number { bytes, .. } => *bytes,

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::reflect::{Interface, interface};
 
-/// The stage of a pipeline that an entry point belongs to.
+/// The pipeline stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
     /// `.vert`
@@ -21,7 +21,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// The stage that a file's extension names.
+    /// The stage for a file's extension.
     pub fn of(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()? {
             "vert" => Self::Vertex,
@@ -47,15 +47,15 @@ pub struct Shader {
 }
 
 impl Shader {
-    /// An entry point that the compiler of this crate made, which checks what it declares.
+    /// An entry point from the output of this crate's compiler, which has checked its declarations.
     pub const fn new(name: &'static str, stage: Stage, code: &'static [u8]) -> Self {
         Self { name, stage, code, interface: OnceLock::new() }
     }
 
-    /// One that lasts as long as the program: pipelines refer to it, and a session compiles few.
+    /// An entry point that is never freed: pipelines refer to it, and a session compiles few.
     ///
     /// # Panics
-    /// If the name has no extension of a stage; such a file does not compile.
+    /// If the name does not have the extension of a stage; such a file does not compile.
     pub fn leaked(name: &str, code: &[u32]) -> &'static Self {
         let stage = Stage::of(name.as_ref()).expect("compiled by its stage");
         let code: Vec<u8> = code.iter().flat_map(|word| word.to_ne_bytes()).collect();
@@ -67,10 +67,10 @@ impl Shader {
         self.code.as_chunks().0.iter().map(|bytes| u32::from_ne_bytes(*bytes)).collect()
     }
 
-    /// What it declares, read from its SPIR-V at the first call.
+    /// The declarations in its SPIR-V, read at the first call.
     ///
     /// # Panics
-    /// If the SPIR-V is not that of the compiler, which refuses what cannot be read.
+    /// If the SPIR-V does not come from the compiler, which rejects unreadable modules.
     pub fn interface(&self) -> &Interface {
         self.interface.get_or_init(|| interface(&self.words()).expect("the compiler has read it"))
     }

@@ -8,13 +8,13 @@ pub const HEADER: usize = 5;
 pub struct Instruction<'a> {
     /// Its opcode.
     pub operation: u32,
-    /// Where it begins in the module.
+    /// Index of its first word in the module.
     pub at: usize,
-    /// All of it, its first word included; fewer words than that says where the module ends within it.
+    /// All of its words, including the first; fewer than the instruction's length if the module is truncated.
     pub words: &'a [u32],
 }
 
-/// The instructions of a module from one of its words on.
+/// The instructions of a module, starting at a word.
 pub fn instructions(module: &[u32], from: usize) -> impl Iterator<Item = Instruction<'_>> {
     let mut at = from;
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! What the build script reads from shaders, and what it refuses.
+//! What the build script reads from shaders, and its errors.
 
 use leadr_glsl::constants::{Floats, enum_from_glsl, rust_from_glsl};
 use leadr_glsl::reflect::{Constant, ConstantKind, interface};
@@ -57,7 +57,7 @@ fn constants_have_names_numbers_and_types() {
 }
 
 #[test]
-fn what_is_not_spirv_is_refused() {
+fn non_spirv_is_refused() {
     assert!(interface(&[]).is_err());
     assert!(interface(&[1, 2, 3, 4, 5, 6]).is_err());
     // An instruction that claims to be longer than the module, and one of length 0.

@@ -1,4 +1,4 @@
-//! The only place that emits barriers; each goes from one use to the next.
+//! The only module that emits barriers. A barrier is a change from one use to another.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use ash::vk;
 use super::{Commands, Image, Use};
 
 impl Commands {
-    /// Brings the whole image from its current use to the next. Between two equal uses that only read, it does nothing.
+    /// Changes the use of the whole image. A change between equal read-only uses has no effect.
     pub fn transition(&mut self, image: &Image, to: Use) {
         let from = self.use_of(image);
         let reads = [Use::CopySource, Use::Sampled, Use::ComputeRead, Use::GraphicsRead, Use::Present];
@@ -17,15 +17,15 @@ impl Commands {
         self.image_barrier(image, from, to);
     }
 
-    /// Brings the whole image from one use to the next; [`Use::Undefined`] discards its content.
+    /// Changes the whole image from one use to another; [`Use::Undefined`] discards its content.
     pub fn image_barrier(&mut self, image: &Image, from: Use, to: Use) {
         let desc = *image.desc();
         self.mip_barrier(image, 0..desc.mips, 0..desc.layers, from, to);
         self.set_use(image, to);
     }
 
-    /// Brings some mips and layers from one use to the next. The remembered use of the image does not change: the caller
-    /// brings all parts back to it.
+    /// Changes the use of some mips and layers. The image's recorded use stays the same, so the caller must restore all parts
+    /// to it.
     pub fn mip_barrier(&mut self, image: &Image, mips: Range<u32>, layers: Range<u32>, from: Use, to: Use) {
         self.keep(&image.inner);
         let barrier = vk::ImageMemoryBarrier2::default()

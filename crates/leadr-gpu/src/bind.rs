@@ -9,7 +9,7 @@ use super::pipeline_layout::PipelineCore;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Buffer, Commands, GpuError, ImageView, Pipeline, Result, Sampler, SharedStruct, Use};
 
-/// What a shader's resource is bound to.
+/// The object bound to a shader's resource.
 #[derive(Clone, Copy)]
 pub enum Descriptor<'a> {
     /// A whole uniform buffer.
@@ -32,7 +32,7 @@ impl Descriptor<'_> {
         }
     }
 
-    /// The descriptor in Vulkan's form; hands what it refers to to `keep`.
+    /// The descriptor in Vulkan's form; passes the objects behind it to `keep`.
     pub(crate) fn info(&self, keep: &mut dyn FnMut(Arc<dyn Any + Send + Sync>)) -> Info {
         match self {
             Self::Uniform(buffer) | Self::Storage(buffer) => {
@@ -65,10 +65,10 @@ pub(crate) fn write(number: u32, kind: ResourceKind, info: &Info) -> vk::WriteDe
 
 impl Commands {
     /// Binds a pipeline and all resources of its set 0, by their names in its shaders. The name of a block is its instance name or,
-    /// if it has none, the block's own. Names that the shaders declare but do not use have no effect. The sets that outlast a pipeline
-    /// are bound after it, by [`bind_set`](Self::bind_set).
+    /// without one, its own. Names that the shaders declare but do not use have no effect. Bind longer-lived sets
+    /// afterwards, with [`bind_set`](Self::bind_set).
     ///
-    /// The submission fails if a name is missing, is not declared in any stage, or is given twice.
+    /// The submission fails if a name is missing, undeclared in all stages, or given twice.
     pub fn bind(&mut self, pipeline: &impl Pipeline, resources: &[(&str, Descriptor<'_>)]) {
         let core = pipeline.core();
         // SAFETY: the command buffer is being recorded; `keep` and `self.pipeline` hold the pipeline.
@@ -100,7 +100,7 @@ impl Commands {
         Ok(())
     }
 
-    /// Sets the push constants of the bound pipeline; the type must be the one that the pipeline was made with.
+    /// Sets the push constants of the bound pipeline; the type must be the one given to the pipeline.
     pub fn push_constants<T: SharedStruct>(&mut self, value: &T) {
         let Some(core) = self.pipeline.clone() else {
             return self.fail(GpuError::usage("push constants", "no pipeline is bound"));
@@ -124,10 +124,10 @@ pub(crate) enum Info {
     Image(vk::DescriptorImageInfo),
 }
 
-/// What is given for each slot, in their order. `ignored`: names that may be given all the same; `stranger`: the fault of any other.
+/// The descriptors in the order of the slots. `ignored`: further permitted names; `stranger`: the error for any other name.
 ///
 /// # Errors
-/// [`GpuError::Usage`] of `owner` for a slot that is missing, given twice or of another kind, and for a stranger.
+/// [`GpuError::Usage`] of `owner` for a slot that is missing, given twice or of another kind, and for an unknown name.
 pub(crate) fn in_order<'d>(
     owner: &str,
     slots: impl ExactSizeIterator<Item = (&'static str, ResourceKind)> + Clone,
@@ -142,7 +142,7 @@ pub(crate) fn in_order<'d>(
         return fault(stranger(name));
     }
     let twice =
-        |(place, (name, _)): &(usize, &(&str, Descriptor<'d>))| resources[..*place].iter().any(|(n, _)| n == name);
+        |(index, (name, _)): &(usize, &(&str, Descriptor<'d>))| resources[..*index].iter().any(|(n, _)| n == name);
     if let Some((_, (name, _))) = resources.iter().enumerate().find(twice) {
         return fault(format!("{name} was given twice"));
     }

@@ -16,7 +16,7 @@ pub(crate) const STAGING_BYTES: u64 = 32 << 20;
 /// Where a buffer's memory lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// Fast for the GPU and not mapped: reads and writes go through staging and wait.
+    /// Fast for the GPU and not mapped: reads and writes use staging and wait.
     Device,
     /// Mapped, written by the CPU every frame.
     Upload,
@@ -182,7 +182,7 @@ impl Buffer {
     }
 }
 
-/// Bytes from which on it is asked first whether there is memory: drivers report late, or not at all, that there is too little.
+/// Size from which the free memory is checked first, because drivers report a shortage late or never.
 const LARGE: u64 = 64 << 20;
 
 /// Memory for a resource, or an error that names the resource.
@@ -195,7 +195,7 @@ pub(crate) fn allocate(
 ) -> Result<Allocation> {
     if location == MemoryLocation::GpuOnly && requirements.size >= LARGE {
         let bytes = requirements.size;
-        gpu.memory_room().check(bytes, bytes, name, "smaller maps or a smaller picture")?;
+        gpu.memory_room().check(bytes, bytes, name, "smaller maps or a smaller image")?;
     }
     let description = AllocationCreateDesc {
         name,

@@ -1,4 +1,4 @@
-//! Recording of dispatches, draws and timestamps. Binding, barriers and copies have files of their own.
+//! Records dispatches, draws and timestamps. Binding, barriers and copies are in separate files.
 
 use std::any::Any;
 use std::ffi::CString;
@@ -11,7 +11,7 @@ use super::timestamps::TimestampsInner;
 use super::{ComputePipeline, Gpu, GpuError, Image, ImageView, Result, Timestamps, Use};
 use ash::vk;
 
-/// What a colour attachment holds when rendering begins.
+/// The content of a colour attachment at the start of rendering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Load {
     /// This colour.
@@ -20,7 +20,7 @@ pub enum Load {
     ClearUint([u32; 4]),
     /// Its previous content.
     Keep,
-    /// Anything: every pixel will be drawn.
+    /// Undefined, if every pixel is drawn.
     Discard,
 }
 
@@ -29,7 +29,7 @@ pub enum Load {
 pub struct ColorTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// What the attachment holds at the beginning.
+    /// The content at the start.
     pub load: Load,
 }
 
@@ -38,17 +38,17 @@ pub struct ColorTarget<'a> {
 pub struct DepthTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// The depth everywhere at the beginning (0 is farthest when reversed); `None` keeps the previous content.
+    /// The depth everywhere at the start (0 is farthest when reversed); `None` keeps the previous content.
     pub clear: Option<f32>,
 }
 
-/// Commands being recorded. A misuse is remembered and reported by the submission, so that recording code needs no error
-/// handling. Everything that is recorded is kept alive until the commands are done.
+/// Commands being recorded. The submission reports the first misuse, so recording code needs no error handling. All recorded
+/// objects stay alive until the commands are done.
 pub struct Commands {
     gpu: Arc<Gpu>,
     raw: vk::CommandBuffer,
     pub(super) pipeline: Option<Arc<PipelineCore>>,
-    /// A bit for each set that is bound to it.
+    /// A bit for each set bound to the pipeline.
     pub(super) bound: u32,
     pub(super) keep: Vec<Arc<dyn Any + Send + Sync>>,
     effects: Effects,
@@ -56,7 +56,7 @@ pub struct Commands {
     error: Option<GpuError>,
 }
 
-/// State of the device's objects that takes effect once the commands are submitted, and not before.
+/// Changes of the objects' state that take effect only at submission.
 #[derive(Default)]
 pub(crate) struct Effects {
     /// The use each image is in after the commands.
@@ -66,7 +66,7 @@ pub(crate) struct Effects {
 }
 
 impl Effects {
-    /// Applies the changes; called when the commands were submitted.
+    /// Applies the changes after the submission.
     pub(crate) fn commit(&mut self) {
         for (image, last) in self.uses.drain(..) {
             image.set_last_use(last);
@@ -102,7 +102,7 @@ impl Commands {
         self.error.map_or(Ok(Recorded { keep: self.keep, effects: self.effects }), Err)
     }
 
-    /// The use that the whole image is in after the commands recorded so far.
+    /// The use of the whole image after the commands recorded so far.
     pub(crate) fn use_of(&self, image: &Image) -> Use {
         let recorded = self.effects.uses.iter().find(|(known, _)| Arc::ptr_eq(known, &image.inner));
         recorded.map_or_else(|| image.last_use(), |(_, last)| *last)
@@ -125,7 +125,7 @@ impl Commands {
         &self.gpu
     }
 
-    /// Makes the submission fail with this error, unless an earlier error makes it fail first.
+    /// Makes the submission fail with this error, unless an earlier error exists.
     pub fn fail(&mut self, error: GpuError) {
         self.error.get_or_insert(error);
     }
@@ -135,7 +135,7 @@ impl Commands {
         self.keep.push(object.clone());
     }
 
-    /// Records within a region that is named in captures and validation messages.
+    /// Records a region with a name in captures and validation messages.
     pub fn label<R>(&mut self, name: &str, record: impl FnOnce(&mut Self) -> R) -> R {
         let text = CString::new(name).unwrap_or_default();
         if let Some(debug) = &self.gpu.debug {
@@ -153,8 +153,8 @@ impl Commands {
         result
     }
 
-    /// [`label`](Self::label) around the same commands, recorded `times` times, one after the other. `record` must include
-    /// any barriers that the repetitions need between them.
+    /// Records the same commands `times` times in sequence, each in a [`label`](Self::label). `record` must include the
+    /// barriers between the repetitions.
     pub fn label_times(&mut self, name: &str, times: u32, record: impl Fn(&mut Self)) {
         self.label(name, |cmd| (0..times).for_each(|_| record(cmd)));
     }
@@ -177,8 +177,7 @@ impl Commands {
         self.dispatch([0, 1, 2].map(|axis| invocations[axis].div_ceil(local[axis].max(1))));
     }
 
-    /// Begins drawing into attachments, which have one size; viewport and scissor cover all of it. Clip space y points
-    /// down.
+    /// Begins drawing into attachments of one size; viewport and scissor cover all of it. Clip space y points down.
     pub fn begin_rendering(&mut self, colors: &[ColorTarget<'_>], depth: Option<DepthTarget<'_>>) {
         let views = colors.iter().map(|c| c.view).chain(depth.iter().map(|d| d.view));
         let extents: Vec<[u32; 2]> = views.map(ImageView::extent).collect();
@@ -237,7 +236,7 @@ impl Commands {
         }
     }
 
-    /// Sets the viewport: x, y, width, height in pixels, depth 0 to 1. A negative height turns y upwards.
+    /// Sets the viewport: x, y, width, height in pixels, depth 0 to 1. A negative height flips y.
     pub fn viewport(&mut self, [x, y, width, height]: [f32; 4]) {
         let viewport = vk::Viewport { x, y, width, height, min_depth: 0.0, max_depth: 1.0 };
         // SAFETY: the command buffer is being recorded.
@@ -271,7 +270,7 @@ impl Commands {
         timestamps.inner.reset(self.raw);
     }
 
-    /// Marks the moment when all earlier commands are done. Use it outside rendering: within, drivers do not separate
+    /// Records the time at which all earlier commands are done. Use it outside rendering: inside, drivers do not separate
     /// draws.
     pub fn timestamp(&mut self, timestamps: &Timestamps, name: &str) {
         let known = self.effects.marks.iter_mut().find(|(known, _)| Arc::ptr_eq(known, &timestamps.inner));

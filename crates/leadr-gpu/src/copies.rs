@@ -24,7 +24,7 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_copy_buffer(self.raw(), source.raw(), target.raw(), &[region]) };
     }
 
-    /// Fills a whole buffer with a 32-bit pattern (a remainder of fewer than 4 bytes is left unchanged).
+    /// Fills a whole buffer with a 32-bit pattern (a remainder of fewer than 4 bytes stays unchanged).
     pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
         self.keep(&buffer.inner);
         let size = buffer.size() / 4 * 4;

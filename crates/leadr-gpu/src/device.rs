@@ -1,4 +1,4 @@
-//! The instance, the device, its single queue and its allocator, and the order in which they are destroyed.
+//! The instance, the device, its single queue and its allocator, and their order of destruction.
 
 use std::ffi::{CStr, CString};
 use std::mem::ManuallyDrop;
@@ -16,25 +16,24 @@ use super::sets::{SetLayout, SetLayouts};
 use super::shaders::{Shader, Shaders};
 use super::{DriverCall, GpuError, Result, select, validation};
 
-/// How to open the device.
+/// Options for opening the device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
     /// An index into the list of devices, or part of a device's name in any case; `None` prefers a discrete GPU.
     pub device: Option<String>,
-    /// Turns on the validation layer (core and synchronization checks); see [`Gpu::validation_messages`].
+    /// Enables the validation layer (core and synchronization checks); see [`Gpu::validation_messages`].
     pub validation: bool,
-    /// Instance extensions that a window needs (`VK_KHR_surface` and its platform's); if any are given, `VK_KHR_swapchain`
-    /// is enabled.
+    /// Instance extensions for a window (`VK_KHR_surface` and its platform's); if any are given, `VK_KHR_swapchain` is enabled.
     pub window_extensions: Vec<&'static CStr>,
-    /// Tables of the shaders that pipelines name, each sorted by name.
+    /// Tables of the shaders for pipelines, each sorted by name.
     pub shaders: Vec<&'static [Shader]>,
-    /// Layouts of the sets that outlast a pipeline.
+    /// Layouts of the longer-lived sets.
     pub sets: Vec<&'static SetLayout>,
 }
 
 /// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
 pub struct Gpu {
-    // Torn down by `Drop` in the order: allocator, set layouts, pipeline cache, device, messenger, instance.
+    // Destroyed by `Drop` in the order: allocator, set layouts, pipeline cache, device, messenger, instance.
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
@@ -42,7 +41,7 @@ pub struct Gpu {
     pub(super) push_descriptor: ash::khr::push_descriptor::Device,
     pub(super) debug: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<()>,
-    /// How the pipelines are made that there are.
+    /// Recipes of the existing pipelines.
     pub(super) recipes: Mutex<Vec<Weak<dyn Remake>>>,
     shaders: Shaders,
     set_layouts: SetLayouts,
@@ -57,7 +56,7 @@ pub struct Gpu {
     facts: Facts,
 }
 
-/// Properties of the device that are queried more than once.
+/// Device properties that are queried more than once.
 struct Facts {
     name: String,
     driver: String,
@@ -69,7 +68,7 @@ struct Facts {
     wires: bool,
 }
 
-/// The objects created so far, destroyed in order when a later step fails.
+/// The objects created so far, destroyed in order if a later step fails.
 struct Unfinished {
     instance: Option<ash::Instance>,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -133,7 +132,7 @@ impl Gpu {
             physical_device: chosen.physical,
             debug_settings: AllocatorDebugSettings::default(),
             buffer_device_address: false,
-            // Small blocks: lavapipe's heap is 2 GiB and several tests share it. Larger resources get their own.
+            // Small blocks: lavapipe's heap is 2 GiB and several tests share it. Larger resources get dedicated memory.
             allocation_sizes: AllocationSizes::new(32 << 20, 16 << 20),
         })
         .map_err(GpuError::Allocator)?;
@@ -192,31 +191,31 @@ impl Gpu {
         self.facts.driver_id == vk::DriverId::MESA_LLVMPIPE
     }
 
-    /// Whether it can draw the edges of triangles alone.
+    /// Whether the device can draw triangles as wireframes.
     pub(crate) fn draws_wires(&self) -> bool {
         self.facts.wires
     }
 
-    /// Largest number of tessellated vertices that one draw may produce, where the driver has such a limit: beyond 65,536
-    /// lavapipe silently draws wrong geometry. A patch at level l makes at most (ceil_even(l) + 1)² vertices.
+    /// Largest number of tessellated vertices per draw, if the driver has such a limit: beyond 65,536 lavapipe silently draws
+    /// wrong geometry. A patch at level l has at most (ceil_even(l) + 1)² vertices.
     #[doc(hidden)]
     pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
-    /// Largest number of loop iterations that one shader invocation may execute in all, where the driver has such a limit:
-    /// beyond 65,535 lavapipe silently cuts loops short.
+    /// Largest total number of loop iterations per shader invocation, if the driver has such a limit: beyond 65,535 lavapipe
+    /// silently ends loops early.
     #[doc(hidden)]
     pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
-    /// Whether the driver draws on the processor, in the machine's own memory.
+    /// Whether the driver renders on the CPU, in system memory.
     pub fn is_software(&self) -> bool {
         self.facts.kind == vk::PhysicalDeviceType::CPU
     }
 
-    /// The most bytes of memory that the device gives in one piece.
+    /// The device's largest single allocation, bytes.
     pub(super) fn largest_allocation(&self) -> u64 {
         self.facts.largest_allocation
     }
@@ -227,8 +226,8 @@ impl Gpu {
         &self.facts.limits
     }
 
-    /// The numbers of samples per texel, all powers of two, that images of this format can have for the usage (optimal tiling), added
-    /// up. 0 where there are no such images.
+    /// The supported numbers of samples per texel, all powers of two, of images of this format and usage (optimal tiling),
+    /// summed. 0 if there are none.
     #[doc(hidden)]
     pub fn image_samples(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
         // SAFETY: the instance and physical device are alive.
@@ -279,12 +278,12 @@ impl Gpu {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The allocator, for what brings its own buffers and images; it must be gone before the device is.
+    /// The allocator, for code with its own buffers and images; it must be dropped before the device.
     pub fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }
 
-    /// The names of all entry points that it was opened with.
+    /// The names of all entry points in the device's tables.
     pub fn shader_names(&self) -> impl Iterator<Item = &'static str> {
         self.shaders.names()
     }
@@ -305,13 +304,13 @@ impl Gpu {
         &self.faults
     }
 
-    /// How many calls of this kind the device has had.
+    /// Number of calls of this kind so far.
     #[doc(hidden)]
     pub fn calls(&self, call: DriverCall) -> u32 {
         self.faults.made(call)
     }
 
-    /// Makes the call fail that comes after `calls` more of its kind.
+    /// Makes the call fail that follows `calls` more of its kind.
     #[doc(hidden)]
     pub fn fail_after(&self, calls: u32, call: DriverCall) {
         self.faults.fail(call, self.faults.made(call) + calls + 1);
@@ -325,14 +324,14 @@ impl Gpu {
         self.pipeline_cache
     }
 
-    /// Most resources that a pipeline has pushed.
+    /// Largest number of pushed resources of a pipeline.
     pub(crate) fn most_resources(&self) -> usize {
         self.facts.push_descriptors as usize
     }
 
-    /// Held while the labels of any command buffer change: where one begins or ends, and where a command buffer is made, reset
+    /// Held while the labels of any command buffer change: at their start and end, and while a command buffer is created, reset
     /// or destroyed. The validation layer of Debian 12 keeps the labels of all command buffers in one table and clears those of
-    /// a new or reset buffer without locking it, so threads that record different buffers crash in it.
+    /// a new or reset buffer without a lock. Threads that record different buffers would crash in it.
     pub(crate) fn lock_labels(&self) -> MutexGuard<'_, ()> {
         self.labels.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -460,7 +459,7 @@ fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
     let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
     let mut all =
         vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut v11).push_next(&mut push);
-    // SAFETY: the device is Vulkan 1.3 and knows the chain.
+    // SAFETY: the device is Vulkan 1.3 and supports the chain.
     unsafe { instance.get_physical_device_properties2(chosen.physical, &mut all) };
     let limits = all.properties.limits;
     let text = |s: std::result::Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();

@@ -1,18 +1,18 @@
-//! What can go wrong in the Vulkan layer, each error as one sentence with its remedy.
+//! Errors of the Vulkan layer, each one sentence with its remedy.
 
 use ash::vk;
 
-/// The result of whatever uses the device. Short memory, a failed Vulkan call or pipeline and a lost device can happen in each of
-/// these functions; their documentation names only other errors.
+/// The result of functions that use the device. Each can fail with a memory shortage, a failed Vulkan call or pipeline, or a
+/// lost device; their documentation lists only other errors.
 pub type Result<T> = std::result::Result<T, GpuError>;
 
-/// A failure in the Vulkan layer. Its text is one sentence that names the fault and the remedy.
+/// A failure in the Vulkan layer. Its text is one sentence with the fault and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// The Vulkan loader library could not be opened.
     #[error("no Vulkan loader found ({0}): install libvulkan1 and a driver such as mesa-vulkan-drivers")]
     NoLoader(String),
-    /// The loader works but offers no device.
+    /// The loader works but finds no device.
     #[error(
         "no Vulkan driver found: install mesa-vulkan-drivers (software) or your graphics card's driver, \
          and check that VK_DRIVER_FILES, if set, names an existing file"
@@ -24,12 +24,12 @@ pub enum GpuError {
     /// `--device` matched nothing.
     #[error("no Vulkan device matches {wanted:?}: choose an index or part of a name from {available}")]
     UnknownDevice {
-        /// What was asked for.
+        /// The requested device.
         wanted: String,
         /// The available devices, `0: name, 1: name`.
         available: String,
     },
-    /// The chosen device lacks something required.
+    /// The chosen device does not meet a requirement.
     #[error("{device} cannot run the renderer: it lacks {missing}; choose another device or update its driver")]
     MissingFeatures {
         /// Name of the device.
@@ -47,13 +47,13 @@ pub enum GpuError {
     NoInstanceExtension(String),
     /// No entry point of this name was compiled into the build.
     #[error(
-        "no shader named {name:?} in this build: entry points are files below shaders-glsl/passes and shaders-glsl/probes"
+        "this build has no shader named {name:?}: entry points are files below shaders-glsl/passes and shaders-glsl/probes"
     )]
     NoShader {
-        /// The name looked for.
+        /// The requested name.
         name: String,
     },
-    /// A SPIR-V module could not be understood or does not fit its pipeline.
+    /// A SPIR-V module is unsupported or does not fit its pipeline.
     #[error("shader {name}: {fault}")]
     Shader {
         /// Entry point or struct.
@@ -63,47 +63,47 @@ pub enum GpuError {
     },
     /// Memory for a resource could not be allocated.
     #[error(
-        "the device has no {} left for {name} ({source}): take smaller maps or a smaller picture, or close what else uses it",
+        "the device has no {} left for {name} ({source}): use smaller maps or a smaller image, or close other programs that use it",
         binary(*bytes)
     )]
     Allocation {
         /// The resource's debug name.
         name: String,
-        /// Bytes asked for.
+        /// Bytes requested.
         bytes: u64,
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
     },
-    /// What is to be drawn does not fit into the device's memory.
+    /// The content to draw does not fit into the device's memory.
     #[error(
-        "{what} needs {} of device memory, and {} of {} are left: take {remedy}",
+        "{what} needs {} of device memory, but {} of {} are free: use {remedy}",
         binary(*needs), binary(*left), binary(*size)
     )]
     TooLarge {
-        /// What needs it.
+        /// The content that needs the memory.
         what: String,
-        /// Bytes that it needs.
+        /// Bytes needed.
         needs: u64,
-        /// Bytes that are not in use.
+        /// Bytes free.
         left: u64,
         /// Bytes of the device's memory.
         size: u64,
-        /// What would need less.
+        /// An alternative that needs less.
         remedy: String,
     },
-    /// What is to be drawn needs more memory in one piece than the device gives.
+    /// The content to draw needs a larger single allocation than the device allows.
     #[error(
-        "{what} needs {} of device memory in one piece, and the device gives {}: take {remedy}",
+        "{what} needs {} of device memory in one allocation, but the device allows {}: use {remedy}",
         binary(*needs), binary(*most)
     )]
     InOnePiece {
-        /// What needs it.
+        /// The content that needs the memory.
         what: String,
-        /// Bytes that it needs.
+        /// Bytes needed.
         needs: u64,
-        /// The most bytes that one buffer or image can have.
+        /// Largest size of one buffer or image, bytes.
         most: u64,
-        /// What would need less.
+        /// An alternative that needs less.
         remedy: String,
     },
     /// The allocator itself could not be created.
@@ -121,34 +121,34 @@ pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{what} failed: {}", reason(*result))]
     Vulkan {
-        /// What was being done.
+        /// The operation that failed.
         what: String,
         /// Vulkan's result code.
         result: vk::Result,
     },
 }
 
-/// Why Vulkan fails a call, and what to do about it.
+/// The reason of a failed Vulkan call, and its remedy.
 fn reason(result: vk::Result) -> String {
     use vk::Result as R;
     match result {
         R::ERROR_DEVICE_LOST => {
-            "the device was lost: start again, and if that happens again, take a smaller picture, update the driver or choose another device".to_owned()
+            "the device was lost: restart; if it fails again, use a smaller image, update the driver or choose another device".to_owned()
         }
         R::ERROR_OUT_OF_HOST_MEMORY => {
-            "the machine has no memory left: take smaller maps or a smaller picture, or close what else uses it".to_owned()
+            "the system is out of memory: use smaller maps or a smaller image, or close other programs".to_owned()
         }
         R::ERROR_OUT_OF_DEVICE_MEMORY => {
-            "the device has no memory left: take smaller maps or a smaller picture, or close what else uses it".to_owned()
+            "the device is out of memory: use smaller maps or a smaller image, or close other programs that use it".to_owned()
         }
-        R::ERROR_SURFACE_LOST_KHR => "the window is gone from its display: start again".to_owned(),
-        // Vulkan's name of it, since only the driver's makers know more.
-        other => format!("the driver answers {other:?}: update it, or choose another device"),
+        R::ERROR_SURFACE_LOST_KHR => "the window's surface was lost: restart the program".to_owned(),
+        // Vulkan's own name, since only the driver documents the cause.
+        other => format!("the driver returned {other:?}: update it, or choose another device"),
     }
 }
 
 impl GpuError {
-    /// Whether the device is gone, and with it all that it was doing.
+    /// Whether the device was lost, with all its work.
     pub(crate) fn is_lost_device(&self) -> bool {
         matches!(self, Self::Vulkan { result: vk::Result::ERROR_DEVICE_LOST, .. })
     }
@@ -159,7 +159,7 @@ impl GpuError {
     }
 }
 
-/// Adds the operation that failed to a Vulkan result.
+/// Adds the failed operation to a Vulkan result.
 pub(crate) trait Doing<T> {
     /// Names the operation in the error.
     fn doing(self, what: impl Into<String>) -> Result<T>;
@@ -171,7 +171,7 @@ impl<T> Doing<T> for std::result::Result<T, vk::Result> {
     }
 }
 
-/// Bytes as a person reads them.
+/// Bytes in readable units.
 pub fn binary(bytes: u64) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     if mebibytes < 1000.0 { format!("{mebibytes:.1} MiB") } else { format!("{:.2} GiB", mebibytes / 1024.0) }

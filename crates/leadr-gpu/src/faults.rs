@@ -1,19 +1,19 @@
-//! Failures on demand: the n-th call of a kind fails as a driver would fail it.
+//! Failures on demand: the n-th call of a kind fails as with a failing driver.
 //!
-//! Only tests can ask for one: they see the functions that do through the feature `internals`.
+//! Only tests can request one, through functions behind the feature `internals`.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use ash::vk;
 
-/// A kind of call that a driver may fail at any time.
+/// A kind of call that may fail in any driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverCall {
-    /// Memory of a buffer or image; refused.
+    /// Memory of a buffer or image; fails.
     Allocation,
-    /// Making a pipeline; refused.
+    /// Creation of a pipeline; fails.
     Pipeline,
-    /// Handing commands to the queue; the device is lost.
+    /// Submission of commands to the queue; the device is lost.
     Submission,
     /// Waiting for commands; the device is lost.
     Wait,
@@ -38,17 +38,17 @@ impl DriverCall {
     }
 }
 
-/// The calls of a device so far, and which of them fail.
+/// The number of calls so far, and the call of each kind that fails.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     made: [AtomicU32; DriverCall::ALL.len()],
-    /// Of each kind the number of the call that fails, the first being 1; 0 for none.
+    /// For each kind the number of the call that fails, counted from 1; 0 for none.
     failing: [AtomicU32; DriverCall::ALL.len()],
     lost: AtomicBool,
 }
 
 impl Faults {
-    /// What the environment asks for, in builds with debug assertions: `LEADR_FAIL=submission:7`.
+    /// The request of the environment, in builds with debug assertions: `LEADR_FAIL=submission:7`.
     pub(super) fn wanted() -> Self {
         let faults = Self::default();
         if cfg!(debug_assertions)
@@ -60,7 +60,7 @@ impl Faults {
         faults
     }
 
-    /// Counts a call, and fails it if that was asked for. A lost device stays lost.
+    /// Counts a call, and fails it if requested. A lost device stays lost.
     pub(super) fn check(&self, call: DriverCall) -> Result<(), vk::Result> {
         let number = self.made[call as usize].fetch_add(1, Ordering::Relaxed) + 1;
         let fails = self.failing[call as usize].load(Ordering::Relaxed) == number;

@@ -1,4 +1,4 @@
-//! Images: 2D, with mips, arrays and cubes; their views; and the use that each was last in.
+//! Images: 2D, with mips, arrays and cubes; their views; and each image's last use.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,9 +25,9 @@ pub struct ImageDesc {
     pub layers: u32,
     /// Whether the six layers are the faces +x, -x, +y, -y, +z, -z of a cube.
     pub cube: bool,
-    /// Samples of each texel, a power of two: 1, or as many as [`Gpu::image_samples`] has.
+    /// Samples per texel, a power of two: 1, or a value in [`Gpu::image_samples`].
     pub samples: u32,
-    /// Its other uses: storage, colour or depth attachment.
+    /// Additional usage: storage, colour or depth attachment.
     pub usage: vk::ImageUsageFlags,
 }
 
@@ -255,7 +255,7 @@ impl Image {
     pub fn mip_cube(&self, mip: u32) -> Result<ImageView> {
         self.check_mip_layer(mip, 0)?;
         if !self.inner.desc.cube {
-            return Err(GpuError::usage(self.name(), "it is not a cube, so its mips are not either".to_owned()));
+            return Err(GpuError::usage(self.name(), "it is not a cube, so it has no cube view of a mip".to_owned()));
         }
         view(&self.inner, vk::ImageViewType::CUBE, mip..mip + 1, 0..self.inner.desc.layers)
     }
@@ -282,7 +282,7 @@ impl Image {
     /// [`GpuError::Usage`] for formats this renderer does not transfer.
     pub fn texel_bytes(&self) -> Result<u64> {
         texel_bytes(self.inner.desc.format).ok_or_else(|| {
-            GpuError::usage(self.name(), format!("texels of format {:?} are not transferred", self.inner.desc.format))
+            GpuError::usage(self.name(), format!("copies of format {:?} are not supported", self.inner.desc.format))
         })
     }
 

@@ -1,4 +1,4 @@
-//! Vulkan, and nothing else: device, memory, images, pipelines, commands, timing. Knows no BRDF.
+//! A layer over Vulkan: device, memory, images, pipelines, commands, timing. It is independent of any BRDF.
 //!
 //! # The API at a glance
 //!
@@ -27,15 +27,15 @@
 //!
 //! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by the build
 //!   script and named by their path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
-//! - **Resources are bound by name**, never by number. GLSL declares them without `binding`, and `bind` gives each by its
-//!   name; a block goes by its instance name or, without one, by its own. Specialization constants are set by name as well,
-//!   with their type. Names that the shaders do not declare, and missing names, are errors; names that a shader declares
-//!   but does not use may be given. Arrays of resources are not supported.
-//! - **Sets by lifetime**: what `bind` is given is pushed, set 0. What lasts longer is in a [`ResourceSet`] of a [`SetLayout`], declared
+//! - **Resources are bound by name**, never by number. GLSL declares them without `binding`. The name of a block is its
+//!   instance name or, without one, its own. Specialization constants are also set by name, with their type. Undeclared and
+//!   missing names are errors. Names that a shader declares but does not use are allowed. Arrays of resources are not
+//!   supported.
+//! - **Sets by lifetime**: `bind` pushes set 0. Longer-lived resources are in a [`ResourceSet`] of a [`SetLayout`], declared
 //!   with `layout(set = 1)` or `2` in GLSL, written once and bound by `bind_set` after the pipeline.
-//! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline is given the
-//!   twins' [`SharedStruct::LAYOUT`]s, and it is created only if the members' names, offsets and sizes agree and no struct
-//!   is missing. Buffers of plain numbers and vectors need no twin.
+//! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline takes the
+//!   twins' [`SharedStruct::LAYOUT`]s. Its creation fails if members' names, offsets or sizes differ, or a struct is
+//!   missing. Buffers of plain numbers and vectors need no twin.
 //! - **[`Buffer`]**: `new(gpu, name, bytes, Memory::{Device, Upload, Readback})`, `from_slice(gpu, name, &data)`,
 //!   `write(offset, &data)`, `read(offset, count)`, `read_all()`.
 //! - **[`Image`]**: `new(gpu, name, ImageDesc::new(format, w, h).full_mips().layers(n).cube().storage().color_target()
@@ -47,7 +47,7 @@
 //! - **[`Commands`]** inside [`Gpu::submit`] (waits) or [`CommandRecorder`] (frames in flight): `bind`, `push_constants`,
 //!   `dispatch`, `dispatch_invocations`, `begin_rendering`, `end_rendering`, `viewport`, `scissor`, `draw`, `copy_*`,
 //!   `fill_buffer`, `label`.
-//! - **Barriers**: `cmd.transition(&image, Use::Sampled)` from the image's current use; `cmd.mip_barrier` for parts of an
+//! - **Barriers**: `cmd.transition(&image, Use::Sampled)` changes the use of an image; `cmd.mip_barrier` for parts of an
 //!   image; `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Between calls of [`Gpu::submit`] no
 //!   barrier is needed.
 //! - **[`Timestamps`]**: `cmd.reset_timestamps(&t)`, `cmd.timestamp(&t, "shade")` after each pass, `t.intervals()`.
@@ -55,7 +55,7 @@
 //!   opened with `window_extensions(display)`.
 //!
 //! Misuse while recording does not panic: the submission returns the first misuse as an error, and the state of images and
-//! timestamps stays as if nothing had been recorded. All recorded objects live until the commands are done.
+//! timestamps stays unchanged. All recorded objects live until the commands are done.
 
 #![allow(unsafe_code)]
 

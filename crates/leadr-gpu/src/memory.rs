@@ -1,4 +1,4 @@
-//! How much memory the device's resources occupy, and how much there is for more.
+//! The memory occupied by the device's resources, and the free memory.
 
 use ash::vk;
 
@@ -15,14 +15,14 @@ pub struct MemoryUse {
     pub allocations: usize,
 }
 
-/// Device memory for what is to come, bytes.
+/// Device memory available to new resources, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryRoom {
-    /// All that the device has.
+    /// Total memory of the device.
     pub size: u64,
-    /// What of it is not in use.
+    /// Free memory.
     pub left: u64,
-    /// The most that it gives to one buffer or image.
+    /// Largest size of one buffer or image.
     pub piece: u64,
 }
 
@@ -30,7 +30,8 @@ impl MemoryRoom {
     /// Checks that `needs` bytes, `piece` of them for one buffer or image, fit.
     ///
     /// # Errors
-    /// [`GpuError::InOnePiece`] or [`GpuError::TooLarge`], with `what` needs them and `remedy`, what would need less.
+    /// [`GpuError::InOnePiece`] or [`GpuError::TooLarge`]. `what` names the content and `remedy` an alternative that needs
+    /// less.
     pub fn check(&self, needs: u64, piece: u64, what: &str, remedy: &str) -> Result<()> {
         let Self { size, left, piece: most } = *self;
         let (what, remedy) = (what.to_owned(), remedy.to_owned());
@@ -44,23 +45,23 @@ impl MemoryRoom {
     }
 }
 
-/// Bytes of this machine's memory that programs can still have; `None` where the system does not say.
+/// Bytes of system memory available to programs; `None` if the system does not report it.
 pub fn machine_memory() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/meminfo").ok()?, AVAILABLE)
 }
 
-/// What Linux calls the memory that programs can still have, and all of it.
+/// Linux's names of the available and the total memory.
 const AVAILABLE: &str = "MemAvailable:";
 const TOTAL: &str = "MemTotal:";
 
-/// What Linux says of its memory, bytes.
+/// An entry of Linux's memory information, bytes.
 fn entry(meminfo: &str, name: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 impl Gpu {
-    /// The memory that buffers and images hold now.
+    /// The memory currently held by buffers and images.
     pub fn memory_use(&self) -> MemoryUse {
         let report = self.allocator().generate_report();
         MemoryUse {
@@ -70,10 +71,10 @@ impl Gpu {
         }
     }
 
-    /// The device's own memory that buffers and images can still have.
+    /// The device's own memory available to buffers and images.
     pub fn memory_room(&self) -> MemoryRoom {
         let piece = self.largest_allocation();
-        // Drivers in software tell any size (lavapipe 2 GiB) and give the machine's memory, which others may hold.
+        // Software drivers report arbitrary sizes (lavapipe 2 GiB) and use system memory, which other programs share.
         if self.is_software()
             && let Ok(meminfo) = std::fs::read_to_string("/proc/meminfo")
             && let (Some(size), Some(left)) = (entry(&meminfo, TOTAL), entry(&meminfo, AVAILABLE))
@@ -100,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_linux_says_is_read() {
+    fn proc_status_is_parsed() {
         let text = "MemTotal:       24630000 kB\nMemFree:         9000000 kB\nMemAvailable:   20000000 kB\n";
         assert_eq!(entry(text, AVAILABLE), Some(20_000_000 * 1024));
         assert_eq!(entry(text, TOTAL), Some(24_630_000 * 1024));
@@ -108,15 +109,18 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_in_units() {
+    fn oversized_memory_is_refused_with_units() {
         let room = MemoryRoom { size: 4 << 30, left: 3 << 30, piece: 2 << 30 };
         assert!(room.check(3 << 30, 2 << 30, "a map", "less").is_ok());
-        let said = room.check((3 << 30) + 1, 0, "a map", "smaller maps").unwrap_err().to_string();
-        assert_eq!(said, "a map needs 3.00 GiB of device memory, and 3.00 GiB of 4.00 GiB are left: take smaller maps");
-        let said = room.check(3 << 30, 3 << 30, "a map", "smaller maps").unwrap_err().to_string();
+        let message = room.check((3 << 30) + 1, 0, "a map", "smaller maps").unwrap_err().to_string();
         assert_eq!(
-            said,
-            "a map needs 3.00 GiB of device memory in one piece, and the device gives 2.00 GiB: take smaller maps"
+            message,
+            "a map needs 3.00 GiB of device memory, but 3.00 GiB of 4.00 GiB are free: use smaller maps"
+        );
+        let message = room.check(3 << 30, 3 << 30, "a map", "smaller maps").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "a map needs 3.00 GiB of device memory in one allocation, but the device allows 2.00 GiB: use smaller maps"
         );
     }
 }

@@ -6,22 +6,22 @@ use std::time::Instant;
 use ash::vk;
 
 use super::error::Doing;
-use super::pipeline_layout::{PipelineCore, SettledStage, Spec, SpecValue, StageModule, check_constants, shader};
+use super::pipeline_layout::{PipelineCore, Spec, SpecValue, SpecializedStage, StageModule, check_constants, shader};
 use super::reload::{Put, Remake};
 use super::shaders::{Shader, Stage};
 use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
 
-/// What can be bound: a compute or a graphics pipeline.
+/// A compute or graphics pipeline, which can be bound.
 pub trait Pipeline {
-    /// The part that both kinds share, as it is now.
+    /// The current part shared by both kinds.
     #[doc(hidden)]
     fn core(&self) -> Arc<PipelineCore>;
 }
 
-/// Makes a pipeline of the shaders that there are now.
+/// Creates a pipeline from the current shaders.
 type Make = dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync;
 
-/// What a pipeline is made of, so that it can be made again of other shaders.
+/// The inputs of a pipeline, for its re-creation with other shaders.
 struct Recipe {
     /// Names of its entry points.
     shaders: Vec<String>,
@@ -30,7 +30,7 @@ struct Recipe {
 }
 
 impl Recipe {
-    /// A pipeline, and how it is made; the device can make it again as long as it is there.
+    /// A pipeline and its recipe; the device can re-create it as long as it exists.
     fn new(
         gpu: &Arc<Gpu>,
         shaders: Vec<String>,
@@ -39,7 +39,7 @@ impl Recipe {
         let made = RwLock::new(Arc::new(make(gpu)?));
         let recipe = Arc::new(Self { shaders, make: Box::new(make), made });
         let known: Arc<dyn Remake> = recipe.clone();
-        gpu.remember(Arc::downgrade(&known));
+        gpu.register(Arc::downgrade(&known));
         Ok(recipe)
     }
 
@@ -82,7 +82,7 @@ impl Pipeline for ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// A pipeline of the compute entry point `name`, such as `"passes/sky.comp"`, with specialization constants and the
+    /// A pipeline for the compute entry point `name`, such as `"passes/sky.comp"`, with specialization constants and the
     /// layouts of all structs in its buffers and push constants.
     ///
     /// # Errors
@@ -97,7 +97,7 @@ impl ComputePipeline {
     fn make(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<PipelineCore> {
         let shader = shader(gpu, name, Stage::Compute)?;
         check_constants(name, &[shader], spec)?;
-        let stage = SettledStage::new(shader, spec)?;
+        let stage = SpecializedStage::new(shader, spec)?;
         let mut core =
             PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, std::slice::from_ref(&stage), structs)?;
         let stage = StageModule::new(gpu, &core, stage)?;
@@ -117,7 +117,7 @@ impl ComputePipeline {
     }
 }
 
-/// What the vertices form.
+/// Interpretation of the vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
     /// Every three vertices form a triangle.
@@ -148,8 +148,8 @@ impl Default for Depth {
     }
 }
 
-/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers; triangles are drawn
-/// without blending, from both sides unless it says otherwise.
+/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers. Triangles are drawn without
+/// blending, by default from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
     /// Vertex entry point, such as `"passes/gbuffer.vert"`.
@@ -160,20 +160,19 @@ pub struct GraphicsDesc<'a> {
     pub fragment: Option<&'a str>,
     /// Formats of the colour attachments in order.
     pub colors: &'a [vk::Format],
-    /// How many of them, from the last, stay as they are: the fragment stage does not write them.
+    /// The number of attachments, counted from the last, that the fragment stage leaves unchanged.
     pub kept_colors: usize,
     /// Depth attachment, if any.
     pub depth: Option<Depth>,
-    /// Samples of each texel of the attachments.
+    /// Samples per texel of the attachments.
     pub samples: u32,
-    /// Which triangles have `gl_FrontFacing`: those that run clockwise on the screen (y down) if true, otherwise the
-    /// others.
+    /// Which triangles have `gl_FrontFacing`: clockwise ones on the screen (y down) if true, otherwise counter-clockwise ones.
     pub clockwise_front: bool,
-    /// Whether the others are left out.
+    /// Whether back faces are culled.
     pub front_only: bool,
-    /// Whether only the edges of triangles are drawn, a pixel wide; some devices cannot.
+    /// Whether triangles are drawn as wireframes, a pixel wide; some devices cannot.
     pub wires: bool,
-    /// What the vertices form.
+    /// Interpretation of the vertices.
     pub topology: Topology,
     /// Specialization constants of all stages.
     pub spec: Spec<'a>,
@@ -222,7 +221,7 @@ struct OwnedDesc {
     colors: Vec<vk::Format>,
     spec: Vec<(String, SpecValue)>,
     structs: Vec<StructLayout>,
-    /// All that borrows nothing.
+    /// The fields without borrows.
     rest: GraphicsDesc<'static>,
 }
 
@@ -272,9 +271,9 @@ impl GraphicsPipeline {
     /// A pipeline named `name` in captures and messages.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares or that a stage
-    /// declares differently, for structs without a description, and for stages that contradict each other;
-    /// [`GpuError::Usage`] for patches without tessellation stages, or for wires on a device that draws none; or a failed Vulkan call.
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares or that a stage declares
+    /// differently, for structs without a description, and for inconsistent stages; [`GpuError::Usage`] for patches without
+    /// tessellation stages, or for wireframes on a device without them; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         let (desc, named) = (OwnedDesc::of(desc), name.to_owned());
         let shaders = desc.shaders();
@@ -287,7 +286,7 @@ impl GraphicsPipeline {
             return Err(GpuError::usage(name, "tessellation stages and patches must come together"));
         }
         if desc.wires && !gpu.draws_wires() {
-            return Err(GpuError::usage(name, "this device cannot draw the edges of triangles (fillModeNonSolid)"));
+            return Err(GpuError::usage(name, "this device cannot draw wireframes (fillModeNonSolid)"));
         }
         let mut shaders: Vec<&'static Shader> = vec![shader(gpu, desc.vertex, Stage::Vertex)?];
         if let Some([control, evaluation]) = desc.tessellation {
@@ -298,8 +297,8 @@ impl GraphicsPipeline {
             shaders.push(shader(gpu, fragment, Stage::Fragment)?);
         }
         check_constants(name, &shaders, desc.spec)?;
-        let settled = |shader: &&'static Shader| SettledStage::new(shader, desc.spec);
-        let stages = shaders.iter().map(settled).collect::<Result<Vec<_>>>()?;
+        let specialized = |shader: &&'static Shader| SpecializedStage::new(shader, desc.spec);
+        let stages = shaders.iter().map(specialized).collect::<Result<Vec<_>>>()?;
         let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::GRAPHICS, &stages, desc.structs)?;
         let modules = stages.into_iter().map(|stage| StageModule::new(gpu, &core, stage));
         let stages: Vec<StageModule<'_>> = modules.collect::<Result<_>>()?;
@@ -373,7 +372,7 @@ fn create_graphics(
     })
 }
 
-/// The one pipeline that `create` makes.
+/// The pipeline created by `create`.
 fn made(
     gpu: &Gpu,
     name: &str,
@@ -385,6 +384,6 @@ fn made(
     let begun = Instant::now();
     let made = gpu.faults().check(DriverCall::Pipeline);
     let made = made.and_then(|()| create(gpu.raw(), gpu.pipeline_cache()).map_err(|(_, result)| result));
-    tracing::trace!("pipeline {name} took the driver {:.1} ms", begun.elapsed().as_secs_f64() * 1e3);
+    tracing::trace!("the driver took {:.1} ms for pipeline {name}", begun.elapsed().as_secs_f64() * 1e3);
     Ok(made.doing(format!("creating pipeline {name}"))?[0])
 }

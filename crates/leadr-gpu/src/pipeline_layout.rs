@@ -1,5 +1,5 @@
 //! The parts that compute and graphics pipelines share. The layout follows from the shaders: set 0 holds push descriptors,
-//! each resource's binding number follows from its name, and the push constant range is the largest of the stages' ranges.
+//! binding numbers follow from the resources' names, and the push constant range is the largest of the stages' ranges.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 use leadr_glsl::reflect::{Interface, interface};
 
-/// Stands for the numbers of sets that a pipeline leaves out.
+/// The layout for set numbers that a pipeline does not use.
 static EMPTY: SetLayout = SetLayout { number: 1, name: "nothing", resources: &[] };
 
 /// The value of a specialization constant.
@@ -49,7 +49,7 @@ impl SpecValue {
     }
 }
 
-/// Specialization constants by their GLSL names. Constants that are not listed keep the shader's defaults.
+/// Specialization constants by their GLSL names. Unlisted constants keep the shader's defaults.
 pub type Spec<'a> = &'a [(&'a str, SpecValue)];
 
 /// The part that compute and graphics pipelines share.
@@ -63,9 +63,9 @@ pub struct PipelineCore {
     set_layout: vk::DescriptorSetLayout,
     /// The resources of set 0 that must be bound; the index is the binding number.
     pub(crate) slots: Vec<Slot>,
-    /// The layouts of the sets that outlast the pipeline, by number; `None` for those that it does not read.
+    /// The layouts of the longer-lived sets, by number; `None` for unused ones.
     pub(crate) sets: [Option<&'static SetLayout>; SETS],
-    /// Resources that the shaders declare, and do not use with these constants: binding them is allowed and has no effect.
+    /// Declared resources that are unused with these constants: binding them is allowed and has no effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
     /// Work group size of a compute pipeline, specialization constants at their defaults.
@@ -84,7 +84,7 @@ pub(crate) struct Slot {
 pub(crate) struct PushConstants {
     /// [`StructLayout::rust`] of their type.
     pub(crate) rust: &'static str,
-    /// The stages that use them; empty if nothing reads or writes it.
+    /// The stages that use them; may be empty.
     pub(crate) stages: vk::ShaderStageFlags,
     pub(crate) bytes: usize,
 }
@@ -105,13 +105,13 @@ impl PipelineCore {
     /// The layouts that serve all stages, in a core without a pipeline yet.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] when the stages contradict each other or the Rust twins of their structs, [`GpuError::Usage`]
-    /// for more push constants than the device supports, or a failed Vulkan call.
+    /// [`GpuError::Shader`] if the stages are inconsistent with each other or with the Rust twins of their structs,
+    /// [`GpuError::Usage`] for more push constants than the device supports, or a failed Vulkan call.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
         bind_point: vk::PipelineBindPoint,
-        stages: &[SettledStage],
+        stages: &[SpecializedStage],
         structs: &[StructLayout],
     ) -> Result<Self> {
         let shaders: Vec<&Shader> = stages.iter().map(|stage| stage.shader).collect();
@@ -143,7 +143,7 @@ impl PipelineCore {
     fn create_set_layout(&mut self) -> Result<()> {
         let (used, most) = (self.slots.len(), self.gpu.most_resources());
         if used > most {
-            return Err(GpuError::usage(&self.name, format!("its {used} resources are more than the device's {most}")));
+            return Err(GpuError::usage(&self.name, format!("its {used} resources exceed the device limit of {most}")));
         }
         let resources = self.slots.iter().map(|slot| (slot.kind, slot.stages));
         let flags = vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR;
@@ -153,7 +153,7 @@ impl PipelineCore {
 
     fn create_layout(&mut self) -> Result<()> {
         self.check_textures()?;
-        // Vulkan wants a layout for each number up to the last.
+        // Vulkan requires a layout for each number up to the last.
         let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
         let mut sets = vec![self.set_layout];
         for layout in &self.sets[1..=last] {
@@ -164,7 +164,7 @@ impl PipelineCore {
         if let Some(push) = self.push.as_ref().filter(|push| push.bytes > 0) {
             let (bytes, most) = (push.bytes as u32, self.gpu.limits().max_push_constants_size);
             if bytes > most {
-                let fault = format!("{bytes} bytes of push constants exceed the device's {most}");
+                let fault = format!("{bytes} bytes of push constants exceed the device limit of {most}");
                 return Err(GpuError::usage(&self.name, fault));
             }
             ranges.push(vk::PushConstantRange::default().stage_flags(push.stages).size(bytes));
@@ -177,7 +177,7 @@ impl PipelineCore {
         Ok(())
     }
 
-    /// Whether a stage may have the textures of all sets, those that it does not read included.
+    /// Checks the number of textures in all sets, including unused ones, against the limit per stage.
     fn check_textures(&self) -> Result<()> {
         let lasting = self.sets.iter().flatten().flat_map(|layout| layout.resources).map(|(_, kind)| *kind);
         let kinds = self.slots.iter().map(|slot| slot.kind).chain(lasting);
@@ -187,7 +187,7 @@ impl PipelineCore {
         if textures > most as usize {
             return Err(GpuError::usage(
                 &self.name,
-                format!("its {textures} textures are more than the device's {most}"),
+                format!("its {textures} textures exceed the device limit of {most}"),
             ));
         }
         Ok(())
@@ -205,19 +205,19 @@ impl PipelineCore {
     }
 }
 
-/// A stage whose constants are settled.
-pub(crate) struct SettledStage {
+/// A stage with specialised constants.
+pub(crate) struct SpecializedStage {
     shader: &'static Shader,
     words: Vec<u32>,
-    /// What is left of what the shader declares.
+    /// The remaining declarations of the shader.
     left: Interface,
 }
 
-impl SettledStage {
+impl SpecializedStage {
     /// A stage with these constants.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] for SPIR-V that is not understood.
+    /// [`GpuError::Shader`] for unsupported SPIR-V.
     pub(crate) fn new(shader: &'static Shader, spec: Spec<'_>) -> Result<Self> {
         let words = specialized(&shader.words(), |id| {
             let constant = shader.interface().constants.iter().find(|constant| constant.id == id)?;
@@ -248,8 +248,8 @@ impl Drop for StageModule<'_> {
 
 impl<'a> StageModule<'a> {
     /// Creates the module, with its resources numbered as in `core`.
-    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, settled: SettledStage) -> Result<Self> {
-        let SettledStage { shader, mut words, left } = settled;
+    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, stage: SpecializedStage) -> Result<Self> {
+        let SpecializedStage { shader, mut words, left } = stage;
         for resource in &left.resources {
             let number = match core.sets[resource.set as usize] {
                 Some(layout) => layout.binding(&resource.name),
@@ -260,13 +260,14 @@ impl<'a> StageModule<'a> {
             }
         }
         if shader.stage == Stage::Fragment && !gpu.is_software() {
-            // Written out, the shaders that filter and shade are so long that GPUs lose a fifth of a frame to them; in software
-            // loops keep their variables in memory (docs/measurements/gpu.md, performance.md).
+            // Unrolled, the shaders that filter and shade are so long that GPUs lose a fifth of a frame. Software drivers keep
+            // loop variables in memory (docs/measurements/gpu.md, performance.md).
             leave_loops_to_driver(&mut words);
         }
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: shaderc compiled the words for Vulkan 1.3; binding numbers and marks of loops were changed, constants settled, and
-        // blocks left out that cannot be reached. The validation layer checks the result in every test that makes a pipeline.
+        // SAFETY: shaderc compiled the words for Vulkan 1.3. Only binding numbers and loop controls were changed, constants
+        // specialised, and unreachable blocks removed. The validation layer checks the result in every test that creates a
+        // pipeline.
         let module =
             unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
         gpu.name(module, shader.name);
@@ -288,14 +289,14 @@ pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Sha
     if shader.stage == stage {
         return Ok(shader);
     }
-    let fault = format!("it is a {:?} shader where a {stage:?} shader is needed", shader.stage);
+    let fault = format!("it is a {:?} shader, but a {stage:?} shader is needed", shader.stage);
     Err(GpuError::Shader { name: name.to_owned(), fault })
 }
 
-/// Checks that every constant is declared by a shader, and with that type.
+/// Checks that a shader declares every constant, with the same type.
 ///
 /// # Errors
-/// [`GpuError::Shader`] that names the pipeline and the constant.
+/// [`GpuError::Shader`] with the pipeline and the constant.
 pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_>) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     let all = || shaders.iter().flat_map(|shader| &shader.interface().constants);
@@ -318,10 +319,10 @@ pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_
     Ok(())
 }
 
-/// The union of the stages' resources: those in use, and the names of the unused ones.
-fn resources(pipeline: &str, stages: &[SettledStage]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
+/// The union of the stages' resources: the used ones, and the names of the unused ones.
+fn resources(pipeline: &str, stages: &[SpecializedStage]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
     let mut all: Vec<Slot> = Vec::new();
-    for stage @ SettledStage { shader, left, .. } in stages {
+    for stage @ SpecializedStage { shader, left, .. } in stages {
         for resource in shader.interface().resources.iter().filter(|resource| resource.set == 0) {
             let is_used = left.resources.iter().any(|r| r.name == resource.name && r.binding_word.is_some());
             let used = if is_used { stage.stage() } else { vk::ShaderStageFlags::empty() };
@@ -340,10 +341,10 @@ fn resources(pipeline: &str, stages: &[SettledStage]) -> Result<(Vec<Slot>, Vec<
     Ok((slots, unused.into_iter().map(|slot| slot.name).collect()))
 }
 
-/// The layouts of the sets beside the pushed one that the stages read, of those that the device was opened with.
-fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SettledStage]) -> Result<[Option<&'static SetLayout>; SETS]> {
+/// The layouts of the longer-lived sets that the stages use, among those of the device.
+fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SpecializedStage]) -> Result<[Option<&'static SetLayout>; SETS]> {
     let mut used = [None; SETS];
-    for SettledStage { shader, left, .. } in stages {
+    for SpecializedStage { shader, left, .. } in stages {
         for resource in left.resources.iter().filter(|resource| resource.set > 0 && resource.binding_word.is_some()) {
             let layout = gpu.set_layouts().numbered(resource.set);
             let known = layout.and_then(|layout| layout.resources.iter().find(|(name, _)| *name == resource.name));
@@ -352,7 +353,7 @@ fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SettledStage]) -> Result<[Opti
                 _ => {
                     let (name, kind, set) = (&resource.name, resource.kind.words(), resource.set);
                     let fault =
-                        format!("{name} is {kind} of set {set} in {}, which the device has no layout for", shader.name);
+                        format!("{name} is {kind} of set {set} in {}, for which the device has no layout", shader.name);
                     return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
                 }
             }
@@ -362,9 +363,13 @@ fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SettledStage]) -> Result<[Opti
 }
 
 /// The push constants of all stages, which share one block.
-fn push_constants(pipeline: &str, stages: &[SettledStage], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
+fn push_constants(
+    pipeline: &str,
+    stages: &[SpecializedStage],
+    structs: &[StructLayout],
+) -> Result<Option<PushConstants>> {
     let mut found: Option<(&str, PushConstants)> = None;
-    for stage @ SettledStage { shader, left, .. } in stages {
+    for stage @ SpecializedStage { shader, left, .. } in stages {
         let Some(push) = &shader.interface().push else { continue };
         let Some(twin) = structs.iter().find(|twin| twin.glsl == push.block) else { continue };
         let empty = PushConstants { rust: twin.rust, stages: vk::ShaderStageFlags::empty(), bytes: 0 };

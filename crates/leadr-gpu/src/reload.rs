@@ -1,36 +1,35 @@
-//! Pipelines that are made again of newer shaders, while those that there are stay until all of them work.
+//! Re-creates pipelines with newer shaders. The old ones stay until all of the new ones work.
 
 use std::sync::{Arc, PoisonError, Weak};
 
 use super::shaders::Shader;
 use super::{Gpu, Result};
 
-/// Puts what was made again in place of what there was. Nothing may be recorded meanwhile.
+/// Replaces the old with the re-created object. No recording may be in progress.
 pub(super) type Put = Box<dyn FnOnce()>;
 
-/// A pipeline that knows how it is made.
+/// A pipeline with its recipe.
 pub(super) trait Remake: Send + Sync {
-    /// Whether one of its entry points is among these.
+    /// Whether it uses one of these entry points.
     fn uses(&self, names: &[&str]) -> bool;
 
-    /// Makes it again, beside what there is.
+    /// Re-creates it next to the existing one.
     fn make_again(self: Arc<Self>) -> Result<Put>;
 }
 
 impl Gpu {
-    /// Notes a pipeline, to make it again.
-    pub(super) fn remember(&self, recipe: Weak<dyn Remake>) {
+    /// Registers a pipeline for re-creation.
+    pub(super) fn register(&self, recipe: Weak<dyn Remake>) {
         let mut recipes = self.recipes.lock().unwrap_or_else(PoisonError::into_inner);
-        // Those that are gone are forgotten now and then, so that the list grows no longer than twice what there is.
+        // Removes dropped pipelines now and then, so that the list has at most twice as many entries as pipelines exist.
         if recipes.len() == recipes.capacity() {
             recipes.retain(|known| known.strong_count() > 0);
         }
         recipes.push(recipe);
     }
 
-    /// Draws with these shaders in place of those of the same name from now on. Every pipeline that has one is made again, and those that
-    /// are not made yet will have them. If one fails, all stay as they are. Returns how many were made. Nothing may be recorded
-    /// meanwhile.
+    /// Replaces the shaders of the same name from now on. Every pipeline that uses one is re-created, and new pipelines use
+    /// them too. If one fails, all stay unchanged. Returns the number of re-created pipelines. No recording may be in progress.
     ///
     /// # Errors
     /// A shader that does not fit its pipeline; a failed Vulkan call.

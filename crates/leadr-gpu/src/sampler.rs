@@ -8,7 +8,7 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, Result};
 
-/// What a sampler returns outside [0, 1].
+/// The value of a texture outside [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {
     /// The texture, repeated.
@@ -19,7 +19,7 @@ pub enum AddressMode {
     ClampToEdge,
 }
 
-/// How texels and mip levels are mixed.
+/// Interpolation between texels and mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Filter {
     /// The nearest texel of the nearest level.
@@ -30,14 +30,14 @@ pub enum Filter {
     Trilinear,
 }
 
-/// What a sampler does: filter, and address modes across and down.
+/// Properties of a sampler: filter, and address modes across and down.
 type Kind = (Filter, [AddressMode; 2]);
 
-/// The samplers of a device that are in use: objects need few kinds, and devices have as few as 4,000 samplers.
+/// The samplers of a device that are in use. They are shared, because devices support as few as 4,000.
 #[derive(Default)]
 pub(crate) struct Samplers(Mutex<HashMap<Kind, Weak<SamplerInner>>>);
 
-/// A sampler. Those of one kind are the same.
+/// A sampler. Samplers with equal properties are shared.
 #[derive(Clone)]
 pub struct Sampler {
     pub(crate) inner: Arc<SamplerInner>,
@@ -61,7 +61,7 @@ impl Sampler {
         Self::with_modes(gpu, filter, [mode; 2])
     }
 
-    /// A sampler of images, with address modes across and down.
+    /// A sampler for images, with address modes across and down.
     pub fn with_modes(gpu: &Arc<Gpu>, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
         let mut known = gpu.samplers().0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(inner) = known.get(&(filter, modes)).and_then(Weak::upgrade) {

@@ -1,4 +1,4 @@
-//! Which physical device to use, and what it must support.
+//! Selection of the physical device, and its requirements.
 
 use std::ffi::CStr;
 
@@ -7,7 +7,7 @@ use ash::vk;
 use super::error::Doing;
 use super::{GpuError, Result};
 
-/// A physical device with the properties that the choice depends on.
+/// A physical device with the properties relevant to the choice.
 pub(crate) struct Candidate {
     pub(crate) physical: vk::PhysicalDevice,
     pub(crate) name: String,
@@ -16,11 +16,11 @@ pub(crate) struct Candidate {
     pub(crate) missing: Vec<String>,
     /// A queue family that can draw, compute and copy.
     pub(crate) queue_family: u32,
-    /// Whether it can draw the edges of triangles alone.
+    /// Whether it can draw triangles as wireframes.
     pub(crate) wires: bool,
 }
 
-/// The device that `wanted` names (an index, or part of a name in any case), or the best usable one.
+/// The device for `wanted` (an index, or part of a name in any case), or the best usable one.
 pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions: &[&CStr]) -> Result<Candidate> {
     // SAFETY: the instance is alive.
     let physicals = unsafe { instance.enumerate_physical_devices() }.doing("listing the Vulkan devices")?;
@@ -103,7 +103,7 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
 fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<String> {
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
-    // SAFETY: the device is Vulkan 1.3, so it knows the whole chain.
+    // SAFETY: the device is Vulkan 1.3, so it supports the whole chain.
     unsafe { instance.get_physical_device_features2(physical, &mut all) };
     let v10 = all.features;
     [
@@ -123,7 +123,7 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     .collect()
 }
 
-/// The Vulkan 1.0 features to enable, all of them required but for `wires`. Those of 1.3 are added where the device is created.
+/// The Vulkan 1.0 features to enable, all required except `wires`. Those of 1.3 are added at device creation.
 pub(crate) fn features(wires: bool) -> vk::PhysicalDeviceFeatures {
     vk::PhysicalDeviceFeatures::default()
         .fill_mode_non_solid(wires)

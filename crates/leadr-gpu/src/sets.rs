@@ -1,7 +1,7 @@
-//! Descriptor sets that outlast a pipeline: what a scene or an object binds is written once, and bound as a whole.
+//! Longer-lived descriptor sets: the resources of a scene or object are written once, and bound as a whole.
 //!
-//! Set 0 of every pipeline is pushed by [`Commands::bind`]; sets 1 and 2 are [`ResourceSet`]s, whose layouts are the same for all
-//! pipelines that read them.
+//! [`Commands::bind`] pushes set 0 of every pipeline. Sets 1 and 2 are [`ResourceSet`]s, whose layouts are the same for all
+//! pipelines that use them.
 
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -13,18 +13,19 @@ use super::error::Doing;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
-/// Sets of a pipeline: the pushed one, and two that outlast it.
+/// Sets of a pipeline: the pushed one, and two longer-lived ones.
 pub(crate) const SETS: usize = 3;
 
 /// Sets in one descriptor pool.
 const POOL_SETS: u32 = 64;
 
-/// The layout of a set: what `layout(set = number)` declares in GLSL, by name. The binding number of a resource is its place in the list.
+/// The layout of a set: the declarations with `layout(set = number)` in GLSL, by name. The binding number of a resource is its
+/// index in the list.
 #[derive(Debug)]
 pub struct SetLayout {
     /// 1 or 2.
     pub number: u32,
-    /// What it is of, for messages.
+    /// The owner of the set, for messages.
     pub name: &'static str,
     /// Its resources.
     pub resources: &'static [(&'static str, ResourceKind)],
@@ -33,7 +34,7 @@ pub struct SetLayout {
 impl SetLayout {
     /// The binding number of a resource.
     pub(crate) fn binding(&self, name: &str) -> Option<u32> {
-        self.resources.iter().position(|(known, _)| *known == name).map(|place| place as u32)
+        self.resources.iter().position(|(known, _)| *known == name).map(|index| index as u32)
     }
 }
 
@@ -46,7 +47,7 @@ pub(crate) struct SetLayouts {
 struct Known {
     layout: &'static SetLayout,
     raw: vk::DescriptorSetLayout,
-    /// Where the next set comes from, and how many are left there.
+    /// The pool of the next set, and the number left in it.
     pool: Weak<SetPool>,
     left: u32,
 }
@@ -61,27 +62,27 @@ impl SetLayouts {
         self.all.iter().copied().find(|layout| layout.number == number)
     }
 
-    /// The device's object for a layout, which it keeps.
+    /// The device's object for a layout, which the device keeps.
     pub(crate) fn raw(&self, gpu: &Gpu, layout: &'static SetLayout) -> Result<vk::DescriptorSetLayout> {
         self.with(gpu, layout, |known| Ok(known.raw))
     }
 
     fn with<R>(&self, gpu: &Gpu, layout: &'static SetLayout, then: impl FnOnce(&mut Known) -> Result<R>) -> Result<R> {
         let mut all = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        let place = match all.iter().position(|known| std::ptr::eq(known.layout, layout)) {
-            Some(place) => place,
+        let index = match all.iter().position(|known| std::ptr::eq(known.layout, layout)) {
+            Some(index) => index,
             None => {
                 all.push(Known { layout, raw: create(gpu, layout)?, pool: Weak::new(), left: 0 });
                 all.len() - 1
             }
         };
-        then(&mut all[place])
+        then(&mut all[index])
     }
 
     /// Destroys the layouts.
     ///
     /// # Safety
-    /// No pipeline and no set of this device may be left.
+    /// No pipeline and no set of this device may exist any more.
     pub(crate) unsafe fn destroy(&self, device: &ash::Device) {
         for known in self.made.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
             // SAFETY: as above.
@@ -95,8 +96,7 @@ fn create(gpu: &Gpu, layout: &SetLayout) -> Result<vk::DescriptorSetLayout> {
     descriptor_layout(gpu, layout.name, vk::DescriptorSetLayoutCreateFlags::empty(), resources)
 }
 
-/// The layout of a descriptor set of these resources and the stages that read them, numbered in their order. Whoever asks for it destroys
-/// it.
+/// The layout of a descriptor set with these resources and stages, numbered in order. The caller destroys it.
 pub(crate) fn descriptor_layout(
     gpu: &Gpu,
     name: &str,
@@ -119,7 +119,7 @@ pub(crate) fn descriptor_layout(
     Ok(raw)
 }
 
-/// Sets of one layout; they go together when the last of them is let go of.
+/// Sets of one layout, freed together when the last of them is dropped.
 struct SetPool {
     gpu: Arc<Gpu>,
     raw: vk::DescriptorPool,
@@ -150,7 +150,7 @@ impl SetPool {
 }
 
 impl Known {
-    /// Another set, of the pool that has one left or of a new one.
+    /// A new set, from the current pool or a new one.
     fn take(&mut self, gpu: &Arc<Gpu>) -> Result<(Arc<SetPool>, vk::DescriptorSet)> {
         let pool = match self.pool.upgrade().filter(|_| self.left > 0) {
             Some(pool) => pool,
@@ -184,10 +184,11 @@ struct SetInner {
 }
 
 impl ResourceSet {
-    /// A set of all resources of a layout, which stay what they are. It keeps them alive.
+    /// A fixed set of all resources of a layout. It keeps them alive.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout; memory that is short.
+    /// [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout; a memory
+    /// shortage.
     pub fn new(gpu: &Arc<Gpu>, layout: &'static SetLayout, resources: &[(&str, Descriptor<'_>)]) -> Result<Self> {
         let stranger = |name: &str| format!("its set has no resource {name}");
         let descriptors = in_order(layout.name, layout.resources.iter().copied(), resources, |_| false, stranger)?;
@@ -204,7 +205,7 @@ impl ResourceSet {
 }
 
 impl Commands {
-    /// Binds a set to the bound pipeline, until another pipeline is bound. Sets that the pipeline does not read have no effect.
+    /// Binds a set until another pipeline is bound. Sets that the pipeline does not use have no effect.
     pub fn bind_set(&mut self, set: &ResourceSet) {
         let SetInner { layout, raw, .. } = &*set.inner;
         let Some(core) = self.pipeline.clone() else {
@@ -217,7 +218,7 @@ impl Commands {
         }
         self.keep(&set.inner);
         self.bound |= 1 << layout.number;
-        // SAFETY: the command buffer is being recorded, and the pipeline's layout has this layout in this place.
+        // SAFETY: the command buffer is being recorded, and the pipeline's layout has this layout at this index.
         unsafe {
             let device = self.gpu().raw();
             device.cmd_bind_descriptor_sets(self.raw(), core.bind_point, core.layout, layout.number, &[*raw], &[]);

@@ -1,4 +1,4 @@
-//! Watches the sources of the shaders and compiles what changes, beside the frames.
+//! Watches the sources of the shaders and compiles changed ones in the background.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -12,25 +12,25 @@ use leadr_glsl::compiler::{Compiler, collect, normal, slashes};
 use super::shaders::Shader;
 use super::{Gpu, GpuError, Result};
 
-/// How often the files are looked at.
+/// Interval of the checks.
 const INTERVAL: Duration = Duration::from_millis(250);
 
-/// What came of changed files.
+/// The outcome of changed files.
 pub enum Change {
     /// Entry points that were compiled, by name.
     Compiled(CompiledShaders),
-    /// What the compiler says, with file and line.
+    /// The compiler's message, with file and line.
     Failed(String),
 }
 
-/// Shaders that no pipeline has yet.
+/// Shaders that no pipeline uses yet.
 pub struct CompiledShaders(Vec<&'static Shader>);
 
 impl CompiledShaders {
     /// Compiles entry points, named by their paths below `root`.
     ///
     /// # Errors
-    /// What the compiler says.
+    /// The compiler's message.
     pub fn compile(root: &Path, names: &[String]) -> std::result::Result<Self, String> {
         let compiler = Compiler::new(root)?;
         let compile = |name: &String| compiler.compile(name).map(|code| Shader::leaked(name, &code));
@@ -56,15 +56,14 @@ impl Drop for ShaderWatch {
 }
 
 impl ShaderWatch {
-    /// Watches `root`, a folder like `shaders-glsl`, for changes of the entry points `built`
-    /// (`Gpu::shader_names`).
+    /// Watches `root`, a folder like `shaders-glsl`, for changes of the entry points `built` (`Gpu::shader_names`).
     ///
     /// # Errors
     /// A folder without entry points of this build.
     pub fn new(root: &Path, built: impl IntoIterator<Item = &'static str>) -> Result<Self> {
         let fault = |fault: String| GpuError::Shader { name: root.display().to_string(), fault };
         if !root.join("passes").is_dir() {
-            return Err(fault("it has no folder \"passes\": name a folder like shaders-glsl".to_owned()));
+            return Err(fault("it has no folder \"passes\": choose a folder like shaders-glsl".to_owned()));
         }
         let (sender, changes) = channel();
         let (stop, root) = (Arc::new(AtomicBool::new(false)), root.to_owned());
@@ -74,23 +73,23 @@ impl ShaderWatch {
         Ok(Self { changes, stop })
     }
 
-    /// What has changed since it was last asked.
+    /// The change since the last call, if any.
     pub fn change(&self) -> Option<Change> {
         self.changes.try_recv().ok()
     }
 }
 
 impl Gpu {
-    /// Draws with these shaders from now on: see `Gpu::reload`. Returns how many pipelines were made again.
+    /// Uses these shaders from now on: see `Gpu::reload`. Returns the number of re-created pipelines.
     ///
     /// # Errors
-    /// A shader that does not fit its pipeline; then all stay as they are.
+    /// A shader that does not fit its pipeline; then all stay unchanged.
     pub fn take_shaders(self: &Arc<Self>, shaders: CompiledShaders) -> Result<usize> {
         self.reload(shaders.0)
     }
 }
 
-/// The files below `root` and when each was last written.
+/// The files below `root` and their modification times.
 fn written(root: &Path) -> BTreeMap<PathBuf, SystemTime> {
     let mut found = BTreeMap::new();
     let mut folders = vec![root.to_owned()];
@@ -108,12 +107,12 @@ fn written(root: &Path) -> BTreeMap<PathBuf, SystemTime> {
     found
 }
 
-/// The files that a file includes, directly or not, as far as that can be told without compiling it.
+/// The files that a file includes, directly or indirectly, found without compiling it.
 fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> BTreeSet<PathBuf> {
     if let Some(found) = known.get(file) {
         return found.clone();
     }
-    // A circle ends here.
+    // Stops at circular includes.
     known.insert(file.to_owned(), BTreeSet::new());
     let text = std::fs::read_to_string(root.join(file)).unwrap_or_default();
     let mut all = BTreeSet::new();
@@ -136,7 +135,7 @@ fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<Pat
 
 fn watch(root: &Path, built: &BTreeSet<&str>, changes: &Sender<Change>, stop: &AtomicBool) {
     let mut before = written(root);
-    // Entry points that have changed since they last compiled.
+    // Entry points changed since they last compiled.
     let mut waiting = BTreeSet::new();
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(INTERVAL);
@@ -205,11 +204,11 @@ mod tests {
     }
 
     #[test]
-    fn what_changes_is_compiled_and_faults_name_their_line() {
+    fn changed_shaders_recompile_and_faults_give_lines() {
         let folder = sources();
         let watch = ShaderWatch::new(folder.path(), leadr_shaders::SHADERS.iter().map(|shader| shader.name)).unwrap();
         std::thread::sleep(2 * INTERVAL);
-        // An include: what has it is compiled.
+        // A changed include: the entry points that use it are compiled.
         change(folder.path(), "passes/tonemap.glsl", "2.51", "2.52");
         let Change::Compiled(shaders) = next(&watch) else { panic!("it compiles") };
         assert_eq!(shaders.names().collect::<Vec<_>>(), ["passes/present.frag"]);
@@ -219,11 +218,11 @@ mod tests {
             leadr_shaders::SHADERS.iter().find(|shader| shader.name == "passes/present.frag").unwrap().code
         );
         change(folder.path(), "passes/tonemap.glsl", "2.52", "two");
-        let Change::Failed(said) = next(&watch) else { panic!("it does not compile") };
-        assert!(said.contains("tonemap.glsl:") && said.contains("two"), "{said}");
-        // Another entry point changes meanwhile, and is not forgotten once all compile.
+        let Change::Failed(printed) = next(&watch) else { panic!("it does not compile") };
+        assert!(printed.contains("tonemap.glsl:") && printed.contains("two"), "{printed}");
+        // Another entry point changes meanwhile, and is compiled once all compile.
         change(folder.path(), "passes/object_depth.frag", "void main", "/* changed */ void main");
-        assert!(matches!(next(&watch), Change::Failed(said) if said.contains("two")));
+        assert!(matches!(next(&watch), Change::Failed(printed) if printed.contains("two")));
         change(folder.path(), "passes/tonemap.glsl", "two", "2.51");
         let Change::Compiled(shaders) = next(&watch) else { panic!("it compiles again") };
         assert_eq!(shaders.names().collect::<Vec<_>>(), ["passes/object_depth.frag", "passes/present.frag"]);
@@ -232,7 +231,7 @@ mod tests {
     #[test]
     fn a_folder_without_shaders_is_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let said = ShaderWatch::new(folder.path(), []).err().unwrap().to_string();
-        assert!(said.contains("shaders-glsl"), "{said}");
+        let printed = ShaderWatch::new(folder.path(), []).err().unwrap().to_string();
+        assert!(printed.contains("shaders-glsl"), "{printed}");
     }
 }

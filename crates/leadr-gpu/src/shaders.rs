@@ -1,4 +1,4 @@
-//! The shaders that a device draws with: those of the tables that it was opened with, and newer ones in their place.
+//! The shaders of a device: those of its tables, and newer ones that replace them.
 
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
@@ -14,7 +14,7 @@ type Newer = BTreeMap<&'static str, &'static Shader>;
 /// The shaders of a device, by name.
 pub(crate) struct Shaders {
     tables: Vec<&'static [Shader]>,
-    /// Shaders that were compiled since the build, in place of those of the same name.
+    /// Shaders compiled since the build, which replace those of the same name.
     newer: RwLock<Newer>,
 }
 
@@ -42,12 +42,12 @@ impl Shaders {
         self.tables.iter().flat_map(|table| table.iter()).map(|shader| shader.name)
     }
 
-    /// Puts shaders in place of those of the same name, and returns what was there instead of those of the tables.
+    /// Replaces shaders of the same name, and returns the previous replacements.
     pub(crate) fn replace(&self, shaders: Newer) -> Newer {
         std::mem::replace(&mut *self.newer.write().unwrap_or_else(PoisonError::into_inner), shaders)
     }
 
-    /// The shaders that are in place of those of the tables.
+    /// The replacements of shaders in the tables.
     pub(crate) fn newer(&self) -> RwLockReadGuard<'_, Newer> {
         self.newer.read().unwrap_or_else(PoisonError::into_inner)
     }

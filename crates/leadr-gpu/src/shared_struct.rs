@@ -1,4 +1,4 @@
-//! Structs that Rust writes and shaders read. Both sides declare them; pipelines are created only if both agree.
+//! Structs that Rust writes and shaders read. Both sides declare them, and pipeline creation checks that they match.
 
 use bytemuck::NoUninit;
 
@@ -6,7 +6,7 @@ use super::shaders::Shader;
 use super::{GpuError, Result};
 use leadr_glsl::reflect::{Member, Struct};
 
-/// A struct that buffers and push constants carry to shaders, declared with `shared_struct!`.
+/// A struct in buffers and push constants, declared with `shared_struct!`.
 pub trait SharedStruct: NoUninit {
     /// Its memory layout.
     const LAYOUT: StructLayout;
@@ -36,14 +36,14 @@ pub struct MemberLayout {
     pub size: usize,
 }
 
-/// Declares a struct that shaders read, and implements [`SharedStruct`](crate::SharedStruct) for it.
+/// Declares a struct shared with shaders, and implements [`SharedStruct`](crate::SharedStruct) for it.
 ///
-/// The name after `for` is that of the struct or block in GLSL, where the members have the same names, offsets and sizes.
-/// GLSL pads by its own rules (`std140`, `std430`); in Rust each gap is a member whose name begins with `padding`.
+/// The name after `for` is that of the struct or block in GLSL, whose members have the same names, offsets and sizes. GLSL pads
+/// by its own rules (`std140`, `std430`); in Rust each gap is a member whose name begins with `padding`.
 ///
 /// ```
 /// leadr_gpu::shared_struct! {
-///     /// What `uniform View { mat4 clip_from_world; vec3 eye; } view;` holds.
+///     /// Content of `uniform View { mat4 clip_from_world; vec3 eye; } view;`.
 ///     pub struct ViewGpu for "View" {
 ///         /// Column by column.
 ///         pub clip_from_world: [[f32; 4]; 4],
@@ -87,19 +87,22 @@ macro_rules! shared_struct {
 /// Checks that every struct of these shaders is among `twins` and has the memory layout of its twin.
 ///
 /// # Errors
-/// [`GpuError::Shader`] that names the pipeline, the struct and the difference; also for a twin that no shader declares.
+/// [`GpuError::Shader`] with the pipeline, the struct and the difference; also for a twin that no shader declares.
 pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout]) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     for shader in shaders {
         for found in &shader.interface().structs {
             let Some(twin) = twins.iter().find(|twin| twin.glsl == found.name) else {
                 return fault(format!(
-                    "struct {} of {} has no twin in Rust: name one among the pipeline's `structs`",
+                    "struct {} of {} has no twin in Rust: add one to the pipeline's `structs`",
                     found.name, shader.name
                 ));
             };
             if let Some(difference) = difference(found, twin) {
-                return fault(format!("struct {} of {} is not {}: {difference}", found.name, shader.name, twin.rust));
+                return fault(format!(
+                    "struct {} of {} does not match {}: {difference}",
+                    found.name, shader.name, twin.rust
+                ));
             }
         }
     }
@@ -131,7 +134,7 @@ fn difference(glsl: &Struct, rust: &StructLayout) -> Option<String> {
     }
     match glsl.pitch {
         Some(pitch) if pitch as usize != rust.size => {
-            Some(format!("what follows it comes after {pitch} bytes in GLSL, {} in Rust", rust.size))
+            Some(format!("its elements are {pitch} bytes apart in GLSL, {} in Rust", rust.size))
         }
         _ => None,
     }
@@ -142,7 +145,7 @@ mod tests {
     use super::*;
 
     const MEMBERS: [MemberLayout; 2] =
-        [MemberLayout { name: "place", offset: 0, size: 12 }, MemberLayout { name: "weight", offset: 12, size: 4 }];
+        [MemberLayout { name: "position", offset: 0, size: 12 }, MemberLayout { name: "weight", offset: 12, size: 4 }];
 
     fn against(members: &'static [MemberLayout], size: usize) -> String {
         let twin = StructLayout { glsl: "Light", rust: "test::Light", size, members };
@@ -158,13 +161,13 @@ mod tests {
         const PADDED: [MemberLayout; 3] =
             [MEMBERS[0], MEMBERS[1], MemberLayout { name: "padding", offset: 16, size: 16 }];
         assert_eq!(against(&PADDED, 16), "", "padding has no part in GLSL");
-        assert!(against(&PADDED, 32).contains("after 16 bytes in GLSL, 32 in Rust"));
+        assert!(against(&PADDED, 32).contains("its elements are 16 bytes apart in GLSL, 32 in Rust"));
         const RENAMED: [MemberLayout; 2] = [MEMBERS[0], MemberLayout { name: "power", offset: 12, size: 4 }];
         assert!(against(&RENAMED, 16).contains("member weight is power in Rust"));
         const MOVED: [MemberLayout; 2] = [MEMBERS[0], MemberLayout { name: "weight", offset: 16, size: 4 }];
         assert!(against(&MOVED, 20).contains("weight is 4 bytes at 12 in GLSL, 4 bytes at 16 in Rust"));
-        const WIDER: [MemberLayout; 2] = [MemberLayout { name: "place", offset: 0, size: 16 }, MEMBERS[1]];
-        assert!(against(&WIDER, 16).contains("place is 12 bytes at 0 in GLSL, 16 bytes at 0 in Rust"));
+        const WIDER: [MemberLayout; 2] = [MemberLayout { name: "position", offset: 0, size: 16 }, MEMBERS[1]];
+        assert!(against(&WIDER, 16).contains("position is 12 bytes at 0 in GLSL, 16 bytes at 0 in Rust"));
         assert!(against(&MEMBERS[..1], 12).contains("Rust has no member weight"));
         const MORE: [MemberLayout; 3] = [MEMBERS[0], MEMBERS[1], MemberLayout { name: "radius", offset: 16, size: 4 }];
         assert!(against(&MORE, 20).contains("GLSL has no member radius"));

@@ -10,8 +10,8 @@ use super::error::Doing;
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
 impl Gpu {
-    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages.
-    /// The commands see all writes of earlier submissions, and later submissions see all writes of these commands.
+    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages. The commands
+    /// see all writes of earlier submissions; later submissions see all of theirs.
     ///
     /// # Errors
     /// The first misuse during recording, or a failed Vulkan call; after a misuse nothing is submitted.
@@ -29,10 +29,10 @@ impl Gpu {
     }
 }
 
-/// A command buffer that is recorded again and again. A window keeps one per frame in flight.
+/// A reusable command buffer. A window keeps one per frame in flight.
 ///
 /// `record` waits until the previous submission is done, so at most one is in progress. Each recording is submitted at most
-/// once; the remembered state of images and timestamps changes with the submission, not with recording alone.
+/// once. The recorded state of images and timestamps changes at submission, not during recording.
 pub struct CommandRecorder {
     gpu: Arc<Gpu>,
     pool: vk::CommandPool,
@@ -46,11 +46,11 @@ pub struct CommandRecorder {
 
 /// State of the command buffer.
 enum State {
-    /// There is nothing to submit.
+    /// Nothing to submit.
     Idle,
     /// Commands ready to be submitted.
     Recorded(Recorded),
-    /// Commands that have been submitted.
+    /// Submitted commands.
     Pending,
 }
 
@@ -112,12 +112,12 @@ impl CommandRecorder {
         Ok(result)
     }
 
-    /// Submits the recorded commands without waiting for them. They wait for each semaphore of `waits` at its stages and
-    /// signal those of `signals` when the given stages are done.
+    /// Submits the recorded commands without waiting for them. They wait for each semaphore of `waits` at its stages, and
+    /// signal those of `signals` after the given stages.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when nothing was recorded since the last submission; a failed submission, such as a lost
-    /// device, after which nothing is left to submit.
+    /// [`GpuError::Usage`] when nothing was recorded since the last submission; a failed submission, such as a lost device,
+    /// after which nothing is left to submit.
     pub fn submit(
         &mut self,
         waits: &[(vk::Semaphore, vk::PipelineStageFlags2)],
@@ -145,8 +145,8 @@ impl CommandRecorder {
         self.gpu
             .faults()
             .check(DriverCall::Submission)
-            // SAFETY: the state says that the buffer was recorded and not submitted since, so the fence is unsignalled and
-            // in no other submission. The queue is locked.
+            // SAFETY: by the state, the buffer was recorded and not submitted since, so the fence is unsignalled and in no
+            // other submission. The queue is locked.
             .and_then(|()| unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) })
             .doing(format!("submitting {}", self.name))?;
         recorded.effects.commit();
@@ -160,7 +160,7 @@ impl CommandRecorder {
         matches!(self.state, State::Pending)
     }
 
-    /// Waits until the submission, if there is one, is done, and releases the objects that it used.
+    /// Waits for the submission, if any, and releases its objects.
     pub fn wait(&mut self) -> Result<()> {
         if self.is_pending() {
             // SAFETY: the fence belongs to a submission in progress; once that is done, nothing uses the fence.
@@ -185,7 +185,7 @@ impl Drop for CommandRecorder {
             && !error.is_lost_device()
             && self.gpu.wait_idle().is_err()
         {
-            // Nothing says that the device is done with them, so they stay; a lost device would be.
+            // The device may still use them, so they are leaked, unless the device is lost.
             std::mem::forget(std::mem::take(&mut self.keep));
             return;
         }

@@ -19,7 +19,7 @@ pub(crate) struct TimestampsInner {
     capacity: u32,
     /// The valid bits of a tick.
     mask: u64,
-    /// Names of the marks that were submitted last.
+    /// Names of the last submitted marks.
     names: Mutex<Vec<String>>,
 }
 
@@ -40,7 +40,7 @@ impl TimestampsInner {
     /// Records the mark with this index.
     pub(crate) fn mark(&self, commands: vk::CommandBuffer, index: usize) -> Result<()> {
         if index >= self.capacity as usize {
-            let fault = format!("there is room for {} marks only", self.capacity);
+            let fault = format!("there is room for only {} marks", self.capacity);
             return Err(GpuError::usage("timestamps", fault));
         }
         let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
@@ -49,7 +49,7 @@ impl TimestampsInner {
         Ok(())
     }
 
-    /// Sets the names of the marks; called when the commands that write them were submitted.
+    /// Sets the names of the marks after their commands were submitted.
     pub(crate) fn set_names(&self, names: Vec<String>) {
         *self.names.lock().unwrap_or_else(PoisonError::into_inner) = names;
     }
@@ -62,7 +62,7 @@ impl Timestamps {
     /// A failed Vulkan call, or [`GpuError::Usage`] where the device has no timestamps.
     pub fn new(gpu: &Arc<Gpu>, capacity: u32) -> Result<Self> {
         if gpu.limits().timestamp_compute_and_graphics == vk::FALSE {
-            return Err(GpuError::usage("timestamps", format!("{} has none", gpu.device_name())));
+            return Err(GpuError::usage("timestamps", format!("{} has no timestamps", gpu.device_name())));
         }
         let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(capacity.max(1));
         // SAFETY: the device is alive.
@@ -78,8 +78,8 @@ impl Timestamps {
         Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity, mask, names }) })
     }
 
-    /// The marks of the last submission that had any, in order: name, and milliseconds since the first mark. Waits for the
-    /// commands that write them.
+    /// The marks of the last submission that had any, in order: name, and milliseconds since the first mark. Waits for their
+    /// commands.
     pub fn marks(&self) -> Result<Vec<(String, f64)>> {
         let names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if names.is_empty() {
@@ -95,7 +95,7 @@ impl Timestamps {
         Ok(names.into_iter().zip(ticks.iter().map(|tick| since(*tick))).collect())
     }
 
-    /// The time from each mark to the next, in milliseconds, under the name of the later mark: to time a pass, place a mark
+    /// The time from each mark to the next, in milliseconds, with the name of the later mark. To time a pass, place a mark
     /// after it. The first mark only starts the clock.
     pub fn intervals(&self) -> Result<Vec<(String, f64)>> {
         let marks = self.marks()?;

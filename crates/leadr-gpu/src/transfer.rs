@@ -10,8 +10,8 @@ impl Image {
     /// [`Use::Sampled`]; mips that have not been written stay undefined.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when `data` does not have exactly the mip's size or the mip does not exist,
-    /// [`GpuError::Allocation`] when memory for staging is short, or a failed submission.
+    /// [`GpuError::Usage`] if `data` does not have the mip's size or the mip does not exist, [`GpuError::Allocation`] if memory
+    /// for staging is short, or a failed submission.
     pub fn write<T: NoUninit>(&self, mip: u32, layer: u32, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
@@ -36,18 +36,18 @@ impl Image {
         Ok(())
     }
 
-    /// Reads one mip of one layer, tightly packed, top row first, and waits. The whole image returns to the use it was in,
-    /// or to [`Use::CopySource`] if it had none.
+    /// Reads one mip of one layer, tightly packed, top row first, and waits. The whole image returns to its previous use, or to
+    /// [`Use::CopySource`] if it had none.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the mip does not exist or the texels do not divide into `T`, [`GpuError::Allocation`] when
-    /// memory for staging is short, or a failed submission.
+    /// [`GpuError::Usage`] if the mip does not exist or its size is not a multiple of `T`'s, [`GpuError::Allocation`] if memory
+    /// for staging is short, or a failed submission.
     pub fn read<T: AnyBitPattern + NoUninit>(&self, mip: u32, layer: u32) -> Result<Vec<T>> {
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
         let height = self.mip_extent(mip)[1];
         let total = (row * u64::from(height)) as usize;
         if size_of::<T>() == 0 || !total.is_multiple_of(size_of::<T>()) {
-            let fault = format!("{total} bytes of mip {mip} do not divide into values of {} bytes", size_of::<T>());
+            let fault = format!("the {total} bytes of mip {mip} are not a multiple of {} bytes", size_of::<T>());
             return Err(GpuError::usage(self.name(), fault));
         }
         let mut values: Vec<T> = vec![T::zeroed(); total / size_of::<T>()];

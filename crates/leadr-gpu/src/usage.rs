@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-/// A use of an image or of memory. A barrier goes from one use to the next.
+/// A use of an image or of memory. A barrier changes one use to another.
 ///
 /// For buffers and other memory the image layout has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

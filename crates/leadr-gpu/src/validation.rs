@@ -8,12 +8,12 @@ use ash::vk;
 /// The layer that checks correct use of Vulkan.
 pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// Core and synchronization checks, as older layers are told. GPU-assisted checks are left out because those report false errors with
-/// push descriptors.
+/// Core and synchronization checks, in the form of older layers. GPU-assisted checks are excluded because they report false
+/// errors with push descriptors.
 pub(crate) const ENABLED: [vk::ValidationFeatureEnableEXT; 1] =
     [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
 
-/// The same for layers that know `VK_EXT_layer_settings`, which leave what shaders access out of synchronization unless asked.
+/// The same for layers with `VK_EXT_layer_settings`, where synchronization checks of shader accesses are off by default.
 pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
     static ON: vk::Bool32 = vk::TRUE;
     [c"validate_sync", c"syncval_shader_accesses_heuristic"].map(|name| vk::LayerSettingEXT {
@@ -23,7 +23,7 @@ pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
     })
 }
 
-/// Where the messenger writes. The owner boxes it, because Vulkan keeps its address.
+/// Output of the messenger. The owner boxes it, because Vulkan keeps its address.
 pub(crate) type Messages = Mutex<Vec<String>>;
 
 /// Sends warnings and errors of the validation layer to `messages`, which must outlive the messenger.

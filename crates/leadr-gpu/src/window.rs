@@ -1,6 +1,6 @@
-//! The swapchain of a window. It knows windows only by their raw handles.
+//! The swapchain of a window, independent of the window library: it takes raw handles.
 //!
-//! [`FRAMES_IN_FLIGHT`] frames are: the processor prepares one while the device draws the other.
+//! There are [`FRAMES_IN_FLIGHT`] frames: the CPU prepares one while the device draws the other.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -12,19 +12,19 @@ use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use super::error::Doing;
 use super::{CommandRecorder, Gpu, GpuError, Image, ImageDesc, Result};
 
-/// The instance extensions that windows on a display need, for [`GpuOptions::window_extensions`](super::GpuOptions).
+/// The instance extensions for windows on a display, for [`GpuOptions::window_extensions`](super::GpuOptions).
 ///
 /// # Errors
 /// [`GpuError::Usage`] for displays that Vulkan cannot present to.
 pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static CStr>> {
     let handle = display.display_handle().map_err(|e| GpuError::usage("display", e.to_string()))?;
     let pointers = ash_window::enumerate_required_extensions(handle.as_raw())
-        .map_err(|_| GpuError::usage("display", "Vulkan cannot draw on this kind of display"))?;
+        .map_err(|_| GpuError::usage("display", "Vulkan does not support this kind of display"))?;
     // SAFETY: ash-window returns its own static, terminated names.
     Ok(pointers.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
 }
 
-/// Frames that may be on their way at the same time.
+/// Largest number of frames in flight.
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
 /// The surface of a window; it keeps the window open.
@@ -54,7 +54,7 @@ pub struct Swapchain {
     acquired: [vk::Semaphore; FRAMES_IN_FLIGHT],
     /// Frames presented so far.
     presented: usize,
-    /// An image was acquired and not presented, so that the next frame's semaphore is signalled.
+    /// An image was acquired and not presented, so the next frame's semaphore is signalled.
     handed_out: bool,
     format: vk::SurfaceFormatKHR,
     wanted: [u32; 2],
@@ -62,7 +62,7 @@ pub struct Swapchain {
     surface: Surface,
 }
 
-/// An image to draw into and then hand to [`Swapchain::present`].
+/// An image to draw into and then pass to [`Swapchain::present`].
 pub struct SwapchainFrame {
     /// The image, with undefined content. Leave it in [`Use::Present`](super::Use::Present).
     pub image: Image,
@@ -73,7 +73,7 @@ impl Swapchain {
     /// A swapchain for a window. The device must have been opened with the display's [`window_extensions`].
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the device cannot draw on this window, or a failed Vulkan call.
+    /// [`GpuError::Usage`] if the device cannot present to this window, or a failed Vulkan call.
     pub fn new<W: HasDisplayHandle + HasWindowHandle + 'static>(gpu: &Arc<Gpu>, window: Arc<W>) -> Result<Self> {
         let (entry, instance, physical) = gpu.raw_instance();
         let unusable = |e: raw_window_handle::HandleError| GpuError::usage("window", e.to_string());
@@ -87,9 +87,9 @@ impl Swapchain {
         // SAFETY: the surface and the device are alive.
         let supported =
             unsafe { surface.functions.get_physical_device_surface_support(physical, gpu.queue_family(), raw) }
-                .doing("asking whether the device can present")?;
+                .doing("querying whether the device can present")?;
         if !supported {
-            let fault = format!("{} cannot draw on this display: choose another device", gpu.device_name());
+            let fault = format!("{} cannot present to this display: choose another device", gpu.device_name());
             return Err(GpuError::usage("window", fault));
         }
         // SAFETY: as above.
@@ -122,36 +122,36 @@ impl Swapchain {
         self.format.format
     }
 
-    /// Waits for the next image of a window of `size` pixels. Returns `None` when there is nothing to draw on, because the
-    /// window has no area or changed during the call; try again at the next event.
+    /// Waits for the next image of a window of `size` pixels. Returns `None` if the window has no area or changed during the
+    /// call; try again at the next event.
     ///
-    /// The commands of all earlier frames but the last [`FRAMES_IN_FLIGHT`]` - 1` must be done.
+    /// The commands of all earlier frames except the last [`FRAMES_IN_FLIGHT`]` - 1` must be done.
     ///
     /// # Errors
-    /// A lost device or surface, or memory that is short; [`GpuError::Usage`] after a frame that was not presented.
+    /// A lost device or surface, or a memory shortage; [`GpuError::Usage`] after a frame that was not presented.
     pub fn acquire(&mut self, size: [u32; 2]) -> Result<Option<SwapchainFrame>> {
         if self.handed_out {
-            return Err(GpuError::usage("window", "the image acquired last was not presented: open the window again"));
+            return Err(GpuError::usage("window", "the last acquired image was not presented: open the window again"));
         }
-        // If a window changes size faster than swapchains can be created, wait for its next event.
+        // If a window is resized faster than swapchains can be created, wait for its next event.
         for _ in 0..3 {
             if (self.stale || self.wanted != size) && !self.recreate(size)? {
                 return Ok(None);
             }
             let timeout = 1_000_000_000;
             let acquired = self.acquired();
-            // SAFETY: the semaphore is unsignalled: the frame that had it last was presented, and its commands, which waited
-            // for it, are done.
+            // SAFETY: the semaphore is unsignalled: its last frame was presented, and the frame's commands, which waited for
+            // it, are done.
             let result = unsafe { self.functions.acquire_next_image(self.raw, timeout, acquired, vk::Fence::null()) };
             match result {
                 Ok((index, suboptimal)) => {
-                    // The image is acquired, so it must be drawn and presented first.
+                    // The acquired image must be drawn and presented before the swapchain is recreated.
                     self.stale = suboptimal;
                     self.handed_out = true;
                     return Ok(Some(SwapchainFrame { image: self.images[index as usize].clone(), index }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-                // A compositor that displays nothing provides no images.
+                // A compositor that shows nothing provides no images.
                 Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(None),
                 Err(result) => return Err(result).doing("acquiring an image of the window"),
             }
@@ -159,8 +159,7 @@ impl Swapchain {
         Ok(None)
     }
 
-    /// Submits the commands that `recorder` recorded for this frame, and presents the image when they are done. Does not
-    /// wait.
+    /// Submits the commands of `recorder` for this frame, and presents the image when they are done. Does not wait.
     ///
     /// # Errors
     /// A lost device or surface.
@@ -180,19 +179,19 @@ impl Swapchain {
         match unsafe { self.functions.queue_present(*queue, &info) } {
             Ok(suboptimal) => self.stale |= suboptimal,
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-            Err(result) => return Err(result).doing("showing an image"),
+            Err(result) => return Err(result).doing("presenting an image"),
         }
         Ok(())
     }
 
-    /// Recreates the images; returns false when the window has no area.
+    /// Recreates the images; returns false if the window has no area.
     fn recreate(&mut self, size: [u32; 2]) -> Result<bool> {
         let gpu = self.surface.gpu.clone();
         let (_, _, physical) = gpu.raw_instance();
         let surface = &self.surface;
         // SAFETY: the surface and the device are alive.
         let capabilities = unsafe { surface.functions.get_physical_device_surface_capabilities(physical, surface.raw) }
-            .doing("asking for the surface's size")?;
+            .doing("querying the surface's size")?;
         let Some([width, height]) = extent(&capabilities, size) else { return Ok(false) };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT;
         let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
@@ -228,7 +227,7 @@ impl Swapchain {
         let desc = ImageDesc { usage, ..ImageDesc::new(self.format.format, width, height) };
         for (i, raw) in raw_images.into_iter().enumerate() {
             // SAFETY: the image belongs to the new swapchain. `retire` releases the images, with the device idle, before it
-            // destroys the swapchain, and frames that were handed out refer to images that are no longer displayed.
+            // destroys the swapchain, and older frames refer to images that are no longer displayed.
             self.images.push(unsafe { Image::borrowed(&gpu, &format!("window image {i}"), raw, desc) }?);
             let semaphore = self.semaphore(&format!("presentable {i}"))?;
             self.presentable.push(semaphore);
@@ -277,7 +276,7 @@ impl Drop for Swapchain {
     }
 }
 
-/// 8-bit sRGB, encoded by the shader where available: the window then shows exactly the codes of a PNG.
+/// 8-bit sRGB, encoded by the shader if available: the window then shows exactly the codes of a PNG.
 fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKHR> {
     use vk::Format as F;
     let wanted = [F::B8G8R8A8_UNORM, F::R8G8B8A8_UNORM, F::B8G8R8A8_SRGB, F::R8G8B8A8_SRGB];
@@ -287,7 +286,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKH
     })
 }
 
-/// The size of the images: the surface's own, or the window's where the surface adapts to the images.
+/// The size of the images: the surface's own, or the window's if the surface adapts to the images.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, size: [u32; 2]) -> Option<[u32; 2]> {
     let vk::Extent2D { width, height } = capabilities.current_extent;
     let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
@@ -329,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_are_stored_as_drawn_where_possible() {
+    fn format_stores_codes_unchanged_if_possible() {
         let format = |format, color_space| vk::SurfaceFormatKHR { format, color_space };
         let srgb = vk::ColorSpaceKHR::SRGB_NONLINEAR;
         let other = vk::ColorSpaceKHR::HDR10_ST2084_EXT;

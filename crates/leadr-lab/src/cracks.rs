@@ -1,11 +1,10 @@
-//! Cracks in displaced surfaces, found against the same surface without its relief.
+//! Detects cracks in displaced surfaces by comparison with the undisplaced surface.
 //!
-//! Where the smooth surface covers everything that the relief can move into a pixel, a whole displaced surface covers that pixel, no
-//! deeper than its deepest bump. A pixel that shows more is a crack, whatever is behind it: the background, an inside, or the front
-//! of something else.
+//! A pixel must stay covered where the smooth surface covers every point from which relief can reach it, and be no deeper than the deepest
+//! bump. A deeper pixel is a crack: it shows the background, an inside, or the front of something else.
 //!
-//! At the outline of what stands in front of something else, and where a surface is seen steeper than [`STEEPEST`], bumps may also bare
-//! what was hidden, such as the gap between two parts that do not touch. Such pixels are counted apart.
+//! Bumps can also uncover hidden gaps between separate parts: at outlines in front of other surfaces, and where a surface is steeper than
+//! [`STEEPEST`]. Such pixels are counted separately.
 
 use std::sync::Arc;
 
@@ -23,16 +22,16 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::{RenderSettings, Technique};
 use leadr_scenes::stage::{Lights, Stage};
 
-/// What a search for cracks saw.
+/// Result of a crack search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Cracks {
-    /// Pixels that show what is behind a surface.
+    /// Pixels that show something behind the surface.
     pub cracks: usize,
-    /// Those of them at outlines and on steep surfaces, where a gap between parts that do not touch may have been bared.
+    /// Those of them at outlines and on steep surfaces, which may be gaps between separate parts.
     pub at_outlines: usize,
-    /// Pixels where that would have been noticed.
+    /// Pixels where a crack would be detected.
     pub searched: usize,
-    /// Pixels that the displaced surface covers.
+    /// Pixels covered by the displaced surface.
     pub covered: usize,
 }
 
@@ -45,10 +44,10 @@ impl std::ops::AddAssign for Cracks {
     }
 }
 
-/// Where cracks are searched.
+/// Parameters of a crack search.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
-    /// Views from all around at each distance.
+    /// Views around the model at each distance.
     pub views: u32,
     /// Size of the pictures, pixels.
     pub size: (u32, u32),
@@ -56,16 +55,16 @@ pub struct Search {
     pub time: f64,
 }
 
-/// Distances of a search: parts of the surface, all of it, and a small picture.
+/// Distances of a search: close-up, whole model, and small in the picture.
 pub const DISTANCES: [f32; 3] = [0.35, 1.0, 3.0];
 
-/// Steepest smooth surface that hides no gap: depth over width, the tangent of its angle to the picture.
+/// Largest depth slope of a smooth surface that hides no gap: the tangent of its angle to the picture plane.
 pub const STEEPEST: f32 = 1.5;
 
-/// Step of depth beyond those beside it, in widths of a pixel, at which a surface ends and another begins.
+/// Depth step beyond its neighbours, in pixel widths, that separates two surfaces.
 const JUMP: f32 = 0.5;
 
-/// Rough heights from 0 to 1 that repeat, bumps of a few texels.
+/// Rough repeating heights from 0 to 1, with bumps of a few texels.
 pub fn rough_relief(scale: Option<f32>) -> Relief {
     let size = 64;
     let HeightMap { texels, .. } = procedural::gaussian(size, size, 5, 1.0, 3.0 / size as f32);
@@ -74,16 +73,16 @@ pub fn rough_relief(scale: Option<f32>) -> Relief {
     Relief { map: HeightMap { width: size, height: size, texels }, scale, in_widths: false, middle: 0.5 }
 }
 
-/// The model with such a relief on every material.
+/// The model with rough relief on every material.
 pub fn roughened(mut model: Model, scale: Option<f32>) -> Model {
     model.materials.iter_mut().for_each(|material| material.relief = Some(rough_relief(scale)));
     model
 }
 
-/// Searches a stage of a model, whose last object is the ground, which is left out.
+/// Searches a model's stage. Its last object is the ground, which is left out.
 ///
 /// # Errors
-/// A device that fails.
+/// If the device fails.
 pub fn search(gpu: &Arc<Gpu>, mut stage: Stage, search: Search) -> Result<Cracks> {
     let Search { views: count, size, time } = search;
     stage.objects.pop();
@@ -108,10 +107,10 @@ pub fn search(gpu: &Arc<Gpu>, mut stage: Stage, search: Search) -> Result<Cracks
     Ok(all)
 }
 
-/// Searches one view. `bump`: the largest distance between the displaced and the smooth surface, metres, with a height scale of 1.
+/// Searches one view. `bump`: the largest distance between the displaced and the smooth surface at height scale 1, metres.
 ///
 /// # Errors
-/// A device that fails.
+/// If the device fails.
 pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettings, bump: f32) -> Result<Cracks> {
     let settings = RenderSettings { samples: 1, shadows: false, shading: Technique::Constant.into(), ..*settings };
     let mut depths = |height_scale: f32| {
@@ -151,17 +150,17 @@ pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettin
     Ok(seen)
 }
 
-/// Steps from depth to depth along rows and columns of a picture.
+/// Depth steps along rows and columns of a picture.
 struct Steps<'a> {
     depths: &'a [Option<f32>],
-    /// Width of a pixel there, metres.
+    /// Width of a pixel at this depth, metres.
     pixel: f32,
     count: usize,
 }
 
 impl Steps<'_> {
-    /// Whether one of the steps that begin at `start` and go on by `stride` is steeper than [`STEEPEST`], or jumps: differs from those
-    /// before and after it alike, as at the edge of a part that stands before another, and not as at a crease.
+    /// Whether a step from `start` along `stride` is steeper than [`STEEPEST`] or jumps. A jump differs from the steps on both sides, as at
+    /// an occluding edge; a crease differs from only one.
     fn are_broken(&self, start: usize, stride: usize) -> bool {
         let depth = |i: usize| self.depths[start + i * stride].unwrap_or(0.0);
         let step = |i: usize| (depth(i + 1) - depth(i)) / self.pixel;
@@ -173,7 +172,7 @@ impl Steps<'_> {
     }
 }
 
-/// Cameras all around a sphere, evenly, so that it fills the picture at a distance of 1.
+/// Cameras evenly around a sphere, which fills the picture at a distance of 1.
 pub fn views(count: u32, centre: Vec3, radius: f32, distance: f32) -> impl Iterator<Item = Camera> {
     let degrees: f32 = 35.0;
     let away = distance * radius / (0.5 * degrees.to_radians()).sin();
@@ -190,17 +189,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn creases_are_whole_and_edges_are_not() {
+    fn creases_are_unbroken_and_edges_broken() {
         let broken = |depths: &[f32]| {
             let depths: Vec<Option<f32>> = depths.iter().copied().map(Some).collect();
             Steps { depths: &depths, pixel: 0.1, count: depths.len() - 1 }.are_broken(0, 1)
         };
-        // Flat, a plane at 50 degrees, an edge of a cube, and one that lies within a pixel.
+        // Flat, a plane at 50 degrees, a cube edge, and an edge within a pixel.
         assert!(!broken(&[5.0; 7]));
         assert!(!broken(&[5.0, 5.12, 5.24, 5.36, 5.48]));
         assert!(!broken(&[5.1, 5.0, 4.9, 4.8, 4.9, 5.0, 5.1]));
         assert!(!broken(&[5.0, 5.0, 5.0, 5.05, 5.15, 5.25]));
-        // A plate before another, and a plane that is seen too steeply.
+        // A plate in front of another, and a plane that is too steep.
         assert!(broken(&[5.0, 5.02, 5.04, 5.13, 5.15, 5.17]));
         assert!(broken(&[5.0, 5.2, 5.4, 5.6]));
     }

@@ -1,4 +1,5 @@
-//! Makes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature: the data in `materials/energy.bin`.
+//! Computes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature: the data in
+//! `materials/energy.bin`.
 
 use glam::DVec3;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
@@ -7,11 +8,11 @@ use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::energy::{ENERGY_ALPHAS, ENERGY_COSINES, SplitAlbedo, energy_weight};
 use rayon::prelude::*;
 
-/// Steps of a cell at which the table is held against the integral.
+/// Samples per cell at which the table is compared with the integral.
 const STEPS: usize = 6;
 
-/// Nodes `(1 − ideal, grazing)` in 65535ths, by cosine and then by roughness. Nodes are raised
-/// until the table is nowhere below the albedo.
+/// Nodes `(1 − ideal, grazing)` in units of 1/65535, by cosine and then by roughness. Nodes are raised until the table is never below the
+/// albedo.
 pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync) -> Vec<[u16; 2]> {
     let (nx, ny) = ((ENERGY_COSINES - 1) * STEPS + 1, (ENERGY_ALPHAS - 1) * STEPS + 1);
     let rule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
@@ -26,7 +27,7 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
     let fine = |x: usize, y: usize| exact[x + nx * y];
     let mut nodes: Vec<[f64; 2]> =
         (0..COUNT).map(|i| fine(i % ENERGY_COSINES * STEPS, i / ENERGY_COSINES * STEPS)).collect();
-    // Kaczmarz's method: where the table is short, its nodes share what is missing.
+    // Kaczmarz's method: nodes around a deficit share the correction.
     for _ in 0..100 {
         let mut missing = 0.0f64;
         for (x, y) in (0..ENERGY_ALPHAS - 1).flat_map(|y| (0..ENERGY_COSINES - 1).map(move |x| (x, y))) {
@@ -37,11 +38,11 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
                 let (tx, ty) = (energy_weight(x, sx as f64 / STEPS as f64), sy as f64 / STEPS as f64);
                 let weights = [(1.0 - tx) * (1.0 - ty), tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
                 let linear: f64 = corners.iter().zip(weights).map(|(c, w)| nodes[*c][k] * w).sum();
-                // Nothing reflects more than all.
+                // Albedo cannot exceed 1.
                 let short = (fine(x * STEPS + sx, y * STEPS + sy)[k] + MARGIN).min(1.0) - linear;
                 let free = |c: usize| if nodes[c][k] < 1.0 { 1.0 } else { 0.0 };
                 let squares: f64 = corners.iter().zip(weights).map(|(c, w)| free(*c) * w * w).sum();
-                // Next to a node that cannot rise, others would have to rise without end.
+                // Next to a clamped node, others would grow without bound.
                 if short <= 0.0 || squares < 0.05 {
                     continue;
                 }
@@ -61,16 +62,16 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
     nodes.into_iter().map(counts).collect()
 }
 
-/// Nodes of a table.
+/// Number of nodes of a table.
 const COUNT: usize = ENERGY_COSINES * ENERGY_ALPHAS;
 
-/// How far the table is above the albedo at least, for what lies between the steps.
+/// Smallest margin of the table above the albedo, for points between the samples.
 const MARGIN: f64 = 5e-5;
 
-/// Cosines below this one are not integrated.
+/// Smallest integrated cosine.
 const NEAR: f64 = 2e-4;
 
-/// The albedo, with its limits for mirrors and for grazing viewers.
+/// The albedo, with its limits for smooth surfaces and grazing viewers.
 fn albedo_at<D: SlopeDistribution>(
     distribution: &(impl Fn(f64) -> D + Sync),
     alpha: f64,
@@ -88,7 +89,7 @@ fn albedo_at<D: SlopeDistribution>(
     if cosine >= NEAR {
         return at(cosine);
     }
-    // Linear in the cosine, and nothing is lost at grazing incidence.
+    // Linear in the cosine, with no loss at grazing incidence.
     let (near, next, t) = (at(NEAR), at(2.0 * NEAR), cosine / NEAR);
     SplitAlbedo {
         ideal: 1.0 - t * (1.0 - near.ideal),
@@ -111,14 +112,14 @@ mod tests {
     /// Roughness, cosine, the exact albedo and the table's.
     type Compared = Vec<(f64, f64, SplitAlbedo, SplitAlbedo)>;
 
-    /// At places between nodes, α .03 to 1 and cosines 0 to 1: GGX, Beckmann. The worst lie in narrow valleys of smooth surfaces at
-    /// grazing views, which a few hundred random places miss.
+    /// Points between nodes, α .03 to 1 and cosines 0 to 1, for GGX and Beckmann. The worst lie in narrow valleys of smooth surfaces at
+    /// grazing views, which a few hundred random points miss.
     static COMPARED: LazyLock<[Compared; 2]> = LazyLock::new(|| [false, true].map(compared));
 
     fn compared(beckmann: bool) -> Compared {
         let table = if beckmann { EnergyTable::beckmann() } else { EnergyTable::ggx() };
         let (alphas, cosines) = (45, 97);
-        let place = |i: usize| {
+        let entry = |i: usize| {
             let alpha = 0.03f64.powf(1.0 - (i / cosines) as f64 / (alphas - 1) as f64);
             let c = ((i % cosines) as f64 / (cosines - 1) as f64).powi(2);
             let exact = if beckmann {
@@ -128,11 +129,11 @@ mod tests {
             };
             (alpha, c, exact, table.albedo(alpha, c))
         };
-        (0..alphas * cosines).into_par_iter().map(place).collect()
+        (0..alphas * cosines).into_par_iter().map(entry).collect()
     }
 
     #[test]
-    fn the_table_is_never_short_and_close() {
+    fn table_never_underestimates_and_is_close() {
         for beckmann in [false, true] {
             let (mut low, mut high) = ([0.0f64; 2], [0.0f64; 2]);
             for (_, _, exact, got) in &COMPARED[usize::from(beckmann)] {
@@ -146,8 +147,8 @@ mod tests {
         }
     }
 
-    /// Mirrors, what they return by further bounces, and the diffuse body below: in a white room no surface is brighter
-    /// than the room, and white ones are as bright.
+    /// Specular term, its further bounces and the diffuse base: in a white furnace no surface is brighter than the furnace, and white ones
+    /// are as bright.
     #[test]
     fn white_furnace() {
         for beckmann in [false, true] {
@@ -156,12 +157,12 @@ mod tests {
             for &(alpha, c, exact, got) in &COMPARED[usize::from(beckmann)] {
                 let average = table.average(alpha).ideal;
                 for f0 in [0.0, 0.01, 0.02, 0.04, 0.08, 0.2, 0.5, 0.9, 1.0].map(DVec3::splat) {
-                    let mirrors = exact.of(f0) + (1.0 - got.ideal) * compensation_color(f0, average);
+                    let specular = exact.of(f0) + (1.0 - got.ideal) * compensation_color(f0, average);
                     for rho in [0.0, 0.2, 0.5, 0.8, 1.0] {
                         for fit in [BOUNCES, BOUNCES_LOSSY] {
-                            let body = entered(f0, got, average);
-                            let diffuse = multiscattering_albedo(fit.at(alpha), DVec3::splat(rho), body);
-                            let total = (mirrors + diffuse).x;
+                            let entering = entered(f0, got, average);
+                            let diffuse = multiscattering_albedo(fit.at(alpha), DVec3::splat(rho), entering);
+                            let total = (specular + diffuse).x;
                             brightest = brightest.max(total);
                             if rho == 1.0 && fit == BOUNCES && total < darkest.0 {
                                 darkest = (total, alpha, c);

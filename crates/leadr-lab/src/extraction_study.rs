@@ -1,4 +1,4 @@
-//! How exactly known facets are found again by power iteration, and how long that takes (thesis Table 4.I and Figure 4.5).
+//! Accuracy and time of recovering known facets by power iteration (thesis Table 4.I and Figure 4.5).
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -12,7 +12,7 @@ use leadr_reflectance::facets::beckmann::Beckmann;
 use leadr_reflectance::facets::radial_table::angle_at;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 
-/// Of the backscattering's peak: what is darker counts for nothing.
+/// Fraction of the backscattering peak below which values are ignored.
 const DARK: f64 = 1e-3;
 /// Angles at which fits are compared.
 const ANGLES: u32 = 2000;
@@ -20,9 +20,9 @@ const ANGLES: u32 = 2000;
 /// One extraction.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Extraction {
-    /// Angles at which the material was asked.
+    /// Number of angles at which the material is evaluated.
     pub angles: usize,
-    /// And azimuths.
+    /// Number of azimuths.
     pub azimuths: usize,
     /// Time, seconds.
     pub seconds: f64,
@@ -30,7 +30,7 @@ pub struct Extraction {
     pub error: f64,
 }
 
-/// `f_r(o, o)` of ideal mirrors with Smith's masking (thesis eq. 4.3).
+/// `f_r(o, o)` of ideal specular facets with Smith's masking (thesis eq. 4.3).
 fn backscattering(slopes: &impl SlopeDistribution, o: DVec3) -> f64 {
     slopes.ndf(o) / (4.0 * o.z * slopes.visible_area(o))
 }
@@ -50,7 +50,7 @@ fn beckmann(x: f64, y: f64) -> Beckmann {
     Beckmann::new(DVec2::ZERO, 0.5 * DVec3::new(x * x, y * y, 0.0))
 }
 
-/// Round Beckmann slopes of roughness `alpha` from so many angles; `None` if nothing is found.
+/// Recovers isotropic Beckmann slopes of roughness `alpha` from `angles` angles; `None` if that fails.
 pub fn round(alpha: f64, angles: usize) -> Option<Extraction> {
     let slopes = beckmann(alpha, alpha);
     let at = |i: usize| backscattering(&slopes, direction(angle_at(i as f64 / angles as f64), 0.0));
@@ -61,8 +61,8 @@ pub fn round(alpha: f64, angles: usize) -> Option<Extraction> {
     Some(Extraction { angles, azimuths: 1, seconds, error: worst(&slopes, &found.slopes, 1) })
 }
 
-/// Brushed ones of two roughnesses from so many angles and azimuths.
-pub fn brushed(alpha: DVec2, angles: usize, azimuths: usize) -> Option<Extraction> {
+/// Recovers anisotropic Beckmann slopes of two roughnesses from `angles` angles and `azimuths` azimuths.
+pub fn anisotropic(alpha: DVec2, angles: usize, azimuths: usize) -> Option<Extraction> {
     let slopes = beckmann(alpha.x, alpha.y);
     let at = |i: usize, k: usize| {
         backscattering(&slopes, direction(angle_at(i as f64 / angles as f64), TAU * k as f64 / azimuths as f64))
@@ -83,7 +83,7 @@ mod tests {
         let few = round(0.05, 24).unwrap();
         let many = round(0.05, 96).unwrap();
         assert!(many.error < 0.1 * few.error && few.error < 0.1, "{few:?} {many:?}");
-        let brushed = brushed(DVec2::new(0.1, 0.3), 48, 48).unwrap();
-        assert!(brushed.error < 0.01, "{brushed:?}");
+        let anisotropic = anisotropic(DVec2::new(0.1, 0.3), 48, 48).unwrap();
+        assert!(anisotropic.error < 0.01, "{anisotropic:?}");
     }
 }

@@ -1,14 +1,14 @@
-//! Light that bounces between facets: a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016).
-//! It is the reference for [`materials::energy`](leadr_reflectance::materials::energy) and
+//! Multiple bounces between facets: a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016). It is the reference
+//! for [`materials::energy`](leadr_reflectance::materials::energy) and
 //! [`materials::multiscattering`](leadr_reflectance::materials::multiscattering).
 //!
-//! A Smith surface is a volume of facets whose heights and normals are independent. Light that goes in the direction `w`
-//! from the height `h` meets no facet with the probability `C(h)^Λ(w)`, where `C` is the distribution function of heights
-//! and `Λ(w)` is negative downwards; heights are counted by `C` itself here, since nothing depends on their
-//! distribution. A facet it meets has a normal that is visible from where it comes. Facets are mirrors, or diffuse under a
-//! coat of mirrors. Every bounce adds what leaves towards each of a list of directions, so one walk serves them all.
+//! A Smith surface is a volume of facets with independent heights and normals. A ray in direction `w` from height `h` meets no facet with
+//! the probability `C(h)^Λ(w)`. `C` is the distribution function of heights; `Λ(w)` is negative downwards. The result does not depend on
+//! the height distribution, so heights are measured by `C` itself. A ray hits a facet with a normal visible from its origin. Facets are
+//! specular, or diffuse under a specular coat. Every bounce adds its contribution to each of a list of directions, so one walk serves them
+//! all.
 //!
-//! Only central isotropic distributions with a point symmetry are meant; any that can draw visible normals works.
+//! It is meant for central isotropic distributions with point symmetry; any that can sample visible normals works.
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::facets::fresnel::schlick_weight;
@@ -20,34 +20,35 @@ use leadr_reflectance::materials::multiscattering::FACET_DIFFUSE;
 use leadr_reflectance::random::Random;
 use std::f64::consts::FRAC_1_PI;
 
-/// What facets are made of.
+/// Facet material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facets {
-    /// Mirrors with Schlick's Fresnel term and this reflectance at normal incidence; 1 is ideal.
-    Mirrors(f64),
+    /// Specular facets with Schlick's Fresnel term and this reflectance at normal incidence; 1 is ideal.
+    Specular(f64),
     /// White and Lambertian.
     Lambert,
-    /// [`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse); what the coat reflects is lost (Chan 2018, 5.4).
+    /// [`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse); light reflected by the coat is lost (Chan 2018,
+    /// 5.4).
     Diffuse(f64),
-    /// The same facets, whose coat reflects as mirrors do: nothing is lost. Light that met only mirrors is not counted,
-    /// as it belongs to the specular lobe.
+    /// The same facets with a reflecting coat, so that no light is lost. Purely specular paths are not counted; they belong to the specular
+    /// lobe.
     Coated(f64),
 }
 
-/// Bounces that are kept apart; later ones count as the last.
+/// Bounces that are stored separately; later ones are added to the last.
 pub const ORDERS: usize = 12;
 
-/// Mean of walks from one direction, by how many diffuse bounces (of mirrors: bounces) light has made: entry `k` is that
-/// after `k + 1`. The albedo of one facet to the power `k + 1` is its weight where facets are not white.
+/// Mean of walks from one direction, by number of diffuse bounces (specular facets: all bounces). Entry `k` is for `k + 1` bounces. For
+/// facets that are not white, weight it by the facet albedo to the power `k + 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walks {
-    /// `f_r cos θ_o` towards each direction asked for.
+    /// `f_r cos θ_o` towards each requested direction.
     pub towards: Vec<[f64; ORDERS]>,
-    /// What leaves in any direction: the directional albedo.
+    /// Directional albedo: light leaving in any direction.
     pub albedo: [f64; ORDERS],
 }
 
-/// A way through the facets: direction, and height by its distribution function.
+/// A ray among the facets: its direction, and its height as a value of the distribution function.
 struct Ray {
     towards: DVec3,
     height: f64,
@@ -59,10 +60,10 @@ fn lambda(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     if w.z >= 0.0 { distribution.visible_area(w) / z - 1.0 } else { -distribution.visible_area(-w) / z }
 }
 
-/// Next height on the ray; `None` where it leaves the surface.
+/// Next height on the ray; `None` if it leaves the surface.
 fn next_height(distribution: &impl SlopeDistribution, ray: &Ray, u: f64) -> Option<f64> {
     let lambda = lambda(distribution, ray.towards);
-    // Probability of not meeting anything up to the height c: (height / c)^Λ.
+    // Probability of reaching height c without a hit: (height / c)^Λ.
     if lambda.abs() < 1e-9 {
         return None;
     }
@@ -71,7 +72,7 @@ fn next_height(distribution: &impl SlopeDistribution, ray: &Ray, u: f64) -> Opti
     (rest > free).then(|| (ray.height / rest.powf(1.0 / lambda)).clamp(1e-300, 1.0))
 }
 
-/// A diffuse direction about the normal, of density `∝ cos (1 − (1 − cos)⁵)` below a coat.
+/// Samples a diffuse direction about the normal, with density `∝ cos (1 − (1 − cos)⁵)` below a coat.
 fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec3 {
     loop {
         let local = cosine_sample(DVec2::new(random.unit(), random.unit()));
@@ -81,9 +82,8 @@ fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec
     }
 }
 
-/// Mean of `count` walks of light from `wi` on facets of a `distribution`; stream `seed` of random numbers. `outwards`:
-/// directions whose BRDF is wanted, which mirrors do not give ([`Facets::Mirrors`]: by the normals' density, with more
-/// noise the smoother they are).
+/// Mean of `count` walks of light from `wi` on facets of a `distribution`, with random stream `seed`. `outwards`: directions of the
+/// requested BRDF values. Specular facets ([`Facets::Specular`]) use the density of normals, with more noise for smoother surfaces.
 pub fn facet_walks(
     distribution: &impl SlopeDistribution,
     facets: Facets,
@@ -129,10 +129,10 @@ fn walk(
         let cosine = back.dot(wn).clamp(0.0, 1.0);
         let grazing = schlick_weight(cosine);
         let (diffuse, f0) = match facets {
-            Facets::Mirrors(f0) => (false, f0),
+            Facets::Specular(f0) => (false, f0),
             Facets::Lambert => (true, 0.0),
             Facets::Diffuse(f0) => (true, f0),
-            // What the coat lets through goes on; the rest is mirrored.
+            // Light transmitted by the coat continues; the rest is reflected.
             Facets::Coated(f0) => (random.unit() >= f0 + (1.0 - f0) * grazing, f0),
         };
         if diffuse {
@@ -154,7 +154,7 @@ fn walk(
             ray.towards = diffuse_direction(facets, wn, random);
         } else {
             let f = f0 + (1.0 - f0) * grazing;
-            if let Facets::Mirrors(_) = facets {
+            if let Facets::Specular(_) = facets {
                 weight *= f;
                 order += 1;
             }
@@ -165,7 +165,7 @@ fn walk(
                     if wh.z > 0.0 {
                         let density = 0.25 * distribution.ndf(wh) / distribution.visible_area(back).max(1e-30);
                         let change = match facets {
-                            Facets::Mirrors(_) => (f0 + (1.0 - f0) * schlick_weight(back.dot(wh))) / f.max(1e-30),
+                            Facets::Specular(_) => (f0 + (1.0 - f0) * schlick_weight(back.dot(wh))) / f.max(1e-30),
                             _ => 1.0,
                         };
                         towards[slot] += weight * density * change * height.powf(*lambda);
@@ -180,7 +180,7 @@ fn walk(
     }
 }
 
-/// A normal visible from any direction, the surface's underside included.
+/// Samples a normal visible from any direction, including below the surface.
 fn visible_normal(distribution: &impl SlopeDistribution, back: DVec3, random: &mut Random) -> DVec3 {
     distribution.sample_visible(back, DVec2::new(random.unit(), random.unit()))
 }
@@ -206,7 +206,7 @@ mod tests {
     const NOISE: f64 = 5.0 * 0.5 / 141.0;
 
     fn single_bounce(distribution: &impl SlopeDistribution, wi: DVec3, outwards: &[DVec3]) {
-        let walks = facet_walks(distribution, Facets::Mirrors(1.0), wi, outwards, COUNT, 5);
+        let walks = facet_walks(distribution, Facets::Specular(1.0), wi, outwards, COUNT, 5);
         let rule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
         let e = directional_albedo(distribution, Masking::SmithCorrelated, wi, None, rule).ideal;
         assert!((walks.albedo[0] - e).abs() < NOISE, "{} {e}", walks.albedo[0]);
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// The first bounce is the microfacet BRDF with height-correlated masking, and no light is lost.
+    /// The first bounce is the microfacet BRDF with height-correlated masking; energy is conserved.
     #[test]
     fn the_first_bounce_is_the_microfacet_brdf() {
         let outwards = [direction(0.9, 0.3), direction(0.5, 2.8), direction(0.1, 3.1)];
@@ -225,15 +225,15 @@ mod tests {
         single_bounce(&Beckmann::isotropic(DVec2::ZERO, 0.8), direction(0.7, 0.0), &outwards);
     }
 
-    /// What mirrors and the body send back is what came; directions and totals agree; walks are reciprocal.
+    /// Specular and diffuse reflection conserve energy; directions and totals agree; walks are reciprocal.
     #[test]
     fn coated_facets_return_all_light() {
         let d = Ggx::isotropic(DVec2::ZERO, 0.7);
         for c in [0.1, 0.8] {
             let of = |facets| facet_walks(&d, facets, direction(c, 0.0), &[], COUNT, 1).albedo.iter().sum::<f64>();
-            let (coated, mirrors, lossy) =
-                (of(Facets::Coated(0.04)), of(Facets::Mirrors(0.04)), of(Facets::Diffuse(0.04)));
-            assert!((coated + mirrors - 1.0).abs() < NOISE && lossy < coated, "{coated} {mirrors} {lossy}");
+            let (coated, specular, lossy) =
+                (of(Facets::Coated(0.04)), of(Facets::Specular(0.04)), of(Facets::Diffuse(0.04)));
+            assert!((coated + specular - 1.0).abs() < NOISE && lossy < coated, "{coated} {specular} {lossy}");
             assert!((of(Facets::Lambert) - 1.0).abs() < 1e-9);
         }
         let brdf = |i: DVec3, o: DVec3| {
@@ -243,7 +243,7 @@ mod tests {
         assert!((brdf(i, o) / brdf(o, i) - 1.0).abs() < 0.03, "{} {}", brdf(i, o), brdf(o, i));
     }
 
-    /// Colours of the compensation against those of walks, whose Fresnel terms are those of each bounce.
+    /// Compares the compensation's colours with walks that apply the Fresnel term at each bounce.
     #[test]
     fn compensation_is_near_the_walk() {
         let table = EnergyTable::ggx();
@@ -252,7 +252,7 @@ mod tests {
             let d = Ggx::isotropic(DVec2::ZERO, alpha);
             for f0 in [0.04, 0.5, 0.9] {
                 let walk: f64 =
-                    facet_walks(&d, Facets::Mirrors(f0), direction(c, 0.0), &[], COUNT, 3).albedo[1..].iter().sum();
+                    facet_walks(&d, Facets::Specular(f0), direction(c, 0.0), &[], COUNT, 3).albedo[1..].iter().sum();
                 let lost = 1.0 - table.albedo(alpha, c).ideal;
                 let got = lost * compensation_color(DVec3::splat(f0), table.average(alpha).ideal).x;
                 worst = worst.max((got - walk).abs());

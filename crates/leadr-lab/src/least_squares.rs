@@ -1,4 +1,4 @@
-//! Least squares by Levenberg and Marquardt's method with numerical derivatives.
+//! Least squares by the Levenberg–Marquardt method with numerical derivatives.
 
 /// `x` with `A x = b` for a symmetric positive definite `A` (Cholesky); `None` if it is not.
 fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
@@ -18,7 +18,7 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     Some(b)
 }
 
-/// Parameters of least squared `residuals`, from `start`, in at most `steps` steps.
+/// Parameters that minimise the squared `residuals`, from `start`, in at most `steps` steps.
 pub fn least_squares(start: Vec<f64>, steps: u32, residuals: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let mut p = start;
     let mut r = residuals(&p);

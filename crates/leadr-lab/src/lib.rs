@@ -1,6 +1,6 @@
-//! The laboratory: the papers' experiments as one report, studies of the rules, and ray casts to compare with.
+//! The laboratory: the papers' experiments as one report, studies of the rules, and reference ray casts.
 //!
-//! `cargo run --release -p leadr-lab -- report` measures all of it again and writes one page.
+//! `cargo run --release -p leadr-lab -- report` measures everything again and writes one page.
 
 pub mod command;
 pub mod cracks;

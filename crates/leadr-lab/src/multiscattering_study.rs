@@ -1,4 +1,4 @@
-//! How near diffuse models are to walks between facets, and the fit of `reflectance::materials::multiscattering` again.
+//! Compares diffuse models with random walks between facets, and refits `reflectance::materials::multiscattering`.
 
 use crate::facet_walk::{Facets, ORDERS, facet_walks};
 use crate::least_squares::least_squares;
@@ -10,7 +10,7 @@ use leadr_reflectance::quadrature::gauss_legendre;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Azimuths between viewer and light of a [`Simulation`], at the middles of equal steps from 0 to π.
+/// Azimuths between viewer and light of a [`Simulation`], at the centres of equal steps from 0 to π.
 const AZIMUTHS: usize = 9;
 
 /// Cosines of a [`Simulation`]: Gauss nodes over 0..1.
@@ -28,14 +28,14 @@ pub struct Simulation {
     albedo: Vec<[f64; ORDERS]>,
 }
 
-/// One place of a [`Simulation`].
+/// One pair of directions of a [`Simulation`].
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct DirectionPair {
     /// Viewer.
     pub wo: DVec3,
     /// Light.
     pub wi: DVec3,
-    /// Share of the integral over both cosine-weighted hemispheres; they sum to 1.
+    /// Fraction of the integral over both cosine-weighted hemispheres; all pairs sum to 1.
     pub weight: f64,
 }
 
@@ -48,7 +48,7 @@ fn azimuth(k: usize) -> f64 {
     PI * (k as f64 + 0.5) / AZIMUTHS as f64
 }
 
-/// Weights of orders for one facet albedo.
+/// Sums the bounce orders for one facet albedo.
 fn powers(values: &[f64; ORDERS], albedo: f64) -> f64 {
     values.iter().rev().fold(0.0, |sum, v| albedo * (v + sum))
 }
@@ -67,7 +67,7 @@ impl Simulation {
             .map(|(i, n)| facet_walks(&distribution, facets, direction(n.0, 0.0), &outwards, count, seed + i as u64))
             .collect();
         let mut values = vec![[0.0; ORDERS]; COSINES * COSINES * AZIMUTHS];
-        for (i, j, k) in places() {
+        for (i, j, k) in direction_pairs() {
             let half =
                 |a: usize, b: usize, order: usize| 0.5 * PI * walks[a].towards[b * AZIMUTHS + k][order] / nodes[b].0;
             values[(i * COSINES + j) * AZIMUTHS + k] = std::array::from_fn(|o| half(i, j, o) + half(j, i, o));
@@ -76,19 +76,19 @@ impl Simulation {
         Self { alpha, f0, nodes, values, albedo }
     }
 
-    /// Every place with `π f_r` for facets of this albedo.
-    pub fn places(&self, albedo: f64) -> impl Iterator<Item = (Place, f64)> + '_ {
-        places().map(move |(i, j, k)| {
+    /// All pairs with `π f_r` for facets of this albedo.
+    pub fn direction_pairs(&self, albedo: f64) -> impl Iterator<Item = (DirectionPair, f64)> + '_ {
+        direction_pairs().map(move |(i, j, k)| {
             let ((ci, wi), (co, wo)) = (self.nodes[i], self.nodes[j]);
             let weight = 4.0 * ci * co * wi * wo / AZIMUTHS as f64;
-            let place = Place { wo: direction(co, azimuth(k)), wi: direction(ci, 0.0), weight };
-            (place, powers(&self.values[(i * COSINES + j) * AZIMUTHS + k], albedo))
+            let pair = DirectionPair { wo: direction(co, azimuth(k)), wi: direction(ci, 0.0), weight };
+            (pair, powers(&self.values[(i * COSINES + j) * AZIMUTHS + k], albedo))
         })
     }
 
-    /// Root mean square over both cosine-weighted hemispheres of what `model` (`π f_r`) differs by.
+    /// RMS difference of `model` (`π f_r`) over both cosine-weighted hemispheres.
     pub fn error(&self, albedo: f64, model: impl Fn(DVec3, DVec3) -> f64) -> f64 {
-        self.places(albedo).map(|(p, want)| p.weight * (model(p.wo, p.wi) - want).powi(2)).sum::<f64>().sqrt()
+        self.direction_pairs(albedo).map(|(p, want)| p.weight * (model(p.wo, p.wi) - want).powi(2)).sum::<f64>().sqrt()
     }
 
     /// `(cosine, directional albedo)` of the walks, for facets of this albedo.
@@ -97,7 +97,7 @@ impl Simulation {
     }
 }
 
-fn places() -> impl Iterator<Item = (usize, usize, usize)> {
+fn direction_pairs() -> impl Iterator<Item = (usize, usize, usize)> {
     (0..COSINES).flat_map(|i| (0..COSINES).flat_map(move |j| (0..AZIMUTHS).map(move |k| (i, j, k))))
 }
 
@@ -109,31 +109,30 @@ pub fn fitted(fit: &BounceFit, table: &EnergyTable, alpha: f64, f0: f64, albedo:
     PI * multiscattering_diffuse(wo, wi, fit.at(alpha), f0, DVec3::splat(albedo), o, i, mean).x
 }
 
-/// The constants of least squared errors over `simulations`, for facets of albedo .5 and 1. `lost` stays 0 where it begins
-/// at 0.
+/// Least-squares constants over `simulations`, for facets of albedo .5 and 1. `lost` stays 0 if it starts at 0.
 pub fn fit_bounces(simulations: &[Simulation], table: &EnergyTable, start: &BounceFit, steps: u32) -> BounceFit {
     let lossy = start.lost[0] != 0.0;
     let from = |p: &[f64]| {
         let k = |i: usize| [p[i], p[i + 1], p[i + 2]];
         BounceFit { grazing: k(0), again: k(3), lean: k(6), lost: if lossy { k(9) } else { start.lost } }
     };
-    let wanted: Vec<(usize, f64, Place, f64)> = simulations
+    let wanted: Vec<(usize, f64, DirectionPair, f64)> = simulations
         .iter()
         .enumerate()
         .flat_map(|(s, sim)| {
-            [0.5, 1.0].into_iter().flat_map(move |rho| sim.places(rho).map(move |(p, want)| (s, rho, p, want)))
+            [0.5, 1.0].into_iter().flat_map(move |rho| sim.direction_pairs(rho).map(move |(p, want)| (s, rho, p, want)))
         })
-        // Symmetric: one half is enough.
+        // Symmetric, so one half suffices.
         .filter(|(_, _, p, _)| p.wo.z <= p.wi.z)
         .collect();
     let residuals = |p: &[f64]| -> Vec<f64> {
         let fit = from(p);
         wanted
             .par_iter()
-            .map(|&(s, rho, place, want)| {
+            .map(|&(s, rho, pair, want)| {
                 let sim = &simulations[s];
-                let got = fitted(&fit, table, sim.alpha, sim.f0, rho, place.wo, place.wi);
-                place.weight.sqrt() * (got - want) / rho
+                let got = fitted(&fit, table, sim.alpha, sim.f0, rho, pair.wo, pair.wi);
+                pair.weight.sqrt() * (got - want) / rho
             })
             .collect()
     };
@@ -147,7 +146,7 @@ mod tests {
     use leadr_reflectance::materials::microfacet::half_vector;
     use leadr_reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, chan_diffuse};
 
-    /// At every gloss of the paper's figures and in both kinds of simulation.
+    /// For all glosses of the paper's figures and both kinds of simulation.
     #[test]
     fn nearer_to_the_walk_than_the_published_fit() {
         let table = EnergyTable::ggx();

@@ -1,4 +1,4 @@
-//! How far nine spherical harmonics are from the irradiance of a panorama, with its lights in the image and taken out.
+//! Irradiance errors of nine spherical harmonics for a panorama, with its lights kept in the image or extracted.
 
 use std::f64::consts::PI;
 
@@ -9,22 +9,22 @@ use leadr_reflectance::color::luminance;
 use leadr_reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
 use leadr_render::light::panorama::{EnvironmentLight, LightExtraction, split};
 
-/// Errors of irradiance by nine harmonics and the lights beside them, luminance.
+/// Luminance errors of irradiance from nine harmonics plus extracted lights.
 #[derive(Clone, Debug)]
 pub struct IrradianceErrors {
-    /// What was taken out.
+    /// The extracted lights.
     pub lights: Vec<EnvironmentLight>,
-    /// Root mean square over all normals, over that of the irradiance.
+    /// RMS error over all normals, relative to the RMS irradiance.
     pub rms: f64,
-    /// Largest error in relation to the irradiance of that normal, with its sign.
+    /// Largest signed error relative to the irradiance of its normal.
     pub worst: f64,
     /// Relative error on level ground.
     pub level: f64,
 }
 
-/// Normals that the errors are taken over, spread evenly.
+/// Number of evenly spread normals for the errors.
 const NORMALS: usize = 2000;
-/// Blocks of texels that are one direction of the exact sum: at most so many around the horizon.
+/// Largest number of texel blocks around the horizon; each is one direction of the exact sum.
 const BLOCKS: usize = 256;
 
 /// Light from one direction.
@@ -33,14 +33,14 @@ struct Ray {
     flux: f64,
 }
 
-/// The errors for a panorama whose lights are taken out in such a way.
+/// The errors for a panorama with this light extraction.
 pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceErrors {
     let parts = split(image, how);
     let mut rest = image.clone();
     for &(index, texel) in &parts.rest {
         rest.texels[index] = texel;
     }
-    // What is bright is summed texel by texel in both.
+    // Both sum bright texels one by one.
     let exact: Vec<Ray> = rays(image);
     let mut sh: Sh9 = [DVec3::ZERO; 9];
     for_texels(&rest, |direction, flux| {
@@ -70,7 +70,7 @@ pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceEr
     IrradianceErrors { lights: parts.lights, rms: (squares / whole).sqrt(), worst, level }
 }
 
-/// The panorama in directions few enough for sums over many normals.
+/// The panorama as a number of directions small enough for sums over many normals.
 fn rays(image: &RgbImage) -> Vec<Ray> {
     let blocks = (image.width as usize).min(BLOCKS);
     let mut sums = vec![DVec3::ZERO; blocks * blocks];
@@ -89,7 +89,7 @@ fn rays(image: &RgbImage) -> Vec<Ray> {
     rays.map(|(sum, flux)| Ray { direction: sum / flux, flux }).collect()
 }
 
-/// Every texel's direction, and its luminance times its solid angle, by rows.
+/// Calls `each` with every texel's direction, and its luminance times its solid angle, by rows.
 fn for_texels(image: &RgbImage, mut each: impl FnMut(DVec3, f64)) {
     let (width, height) = (f64::from(image.width), f64::from(image.height));
     for (row, texels) in image.texels.chunks_exact(image.width as usize).enumerate() {

@@ -19,13 +19,13 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// How the surface looks from one direction.
+    /// Area terms of the surface for one direction.
     pub fn area(&self, w: DVec3) -> DirectionArea {
         direction_area(w, self.m, slope_cholesky(self.s))
     }
 
-    /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the mean clamped cosine over the
-    /// visible facets times the lit fraction. `panels` as in [`diffuse_directional`].
+    /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the mean clamped cosine over the visible facets times
+    /// the lit fraction. `panels` as in [`diffuse_directional`].
     pub fn diffuse_light(&self, shadowing: Shadowing, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
         diffuse_directional(wo, wi, self.m, self.s, false, panels)
             * lit_fraction(shadowing, &self.area(wo), &self.area(wi))
@@ -37,7 +37,7 @@ impl Surface {
         visible_mean(wo, self.m, self.s, panels, |x| sh_irradiance(c, normal_of_slope(x))) / PI
     }
 
-    /// LEADR eq. 19 for ideal mirrors, with masking, [`Shadowing::Smith`] and [`Shadowing::Correlated`] in one pass.
+    /// LEADR eq. 19 for ideal specular facets: masking only, [`Shadowing::Smith`] and [`Shadowing::Correlated`] in one pass.
     pub fn specular_environment(&self, wo: DVec3, panels: usize, radiance: impl Fn(DVec3) -> f64) -> DVec3 {
         let (o, cholesky) = (self.area(wo), slope_cholesky(self.s));
         visible_mean(wo, self.m, self.s, panels, |x| {

@@ -17,7 +17,7 @@ use leadr_reflectance::visible::shadowed_environment::{bent_normal, visible_slop
 use leadr_reflectance::visible::shadowed_specular::visible_specular_environment;
 use leadr_reflectance::visible::specular::{VisibleProbe, probe_rule};
 
-/// What lights the sphere; the viewer is at `+z`, x to the right, y up.
+/// Lighting of the sphere; the viewer is at `+z`, x to the right, y up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingLight {
     /// Diffuse facets, a light from the viewer.
@@ -26,16 +26,16 @@ pub enum ShadowingLight {
     Side,
     /// Diffuse facets under [`ENVIRONMENT`].
     DiffuseEnvironment,
-    /// Mirrors under a constant environment.
-    WhiteMirror,
-    /// Mirrors under [`ENVIRONMENT`] with two lights in it, 18° and 10° wide.
+    /// Specular facets under a constant environment.
+    WhiteSpecular,
+    /// Specular facets under [`ENVIRONMENT`] plus two lights, 18° and 10° wide.
     SpecularEnvironment,
 }
 
-/// What is compared with the rays. All but the last ones are converged.
+/// Models compared with the rays. All but the last ones are converged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingModel {
-    /// Masking alone (Algorithms 1 and 2 of LEADR).
+    /// Masking only (Algorithms 1 and 2 of LEADR).
     Masking,
     /// Smith's height-correlated shadowing (LEADR eq. 13).
     Smith,
@@ -45,14 +45,14 @@ pub enum ShadowingModel {
     Correlated,
     /// Diffuse environments: occlusion and bent normal, one irradiance lookup.
     BentNormal,
-    /// Specular environments: a rule of so many probes.
+    /// Specular environments: a rule with this many probes.
     Probes(u32),
 }
 
 /// One number of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowingRow {
-    /// What lights the sphere.
+    /// Lighting of the sphere.
     pub light: ShadowingLight,
     /// The model.
     pub model: ShadowingModel,
@@ -60,7 +60,7 @@ pub struct ShadowingRow {
     pub error: SphereError,
 }
 
-/// How the truth is cast.
+/// Ray-cast settings of the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowingSettings {
     /// Pixels along a side of the sphere.
@@ -69,7 +69,7 @@ pub struct ShadowingSettings {
     pub rays: u32,
     /// Cells of the tile along a side, a power of two.
     pub tile: u32,
-    /// Kind of the relief.
+    /// Spectrum of the relief.
     pub spectrum: Spectrum,
     /// Seed of relief and rays.
     pub seed: u64,
@@ -84,14 +84,13 @@ impl Default for ShadowingSettings {
 /// Radiance of order 2 by direction in the world: `1 + E·d + 0.2 y z + 0.15 (x² − y²)`, `E = (0.3, 0.5, 0.2)`.
 pub const ENVIRONMENT: fn(DVec3) -> f64 = |d| environment(d, 0.0);
 
-/// The environment blurred by a kernel of this variance per axis (in radians squared), which dampens the band `l` by
-/// `exp(−l (l + 1) variance / 2)`.
+/// The environment blurred by a kernel of this variance per axis, in radians squared. It scales band `l` by `exp(−l (l + 1) variance / 2)`.
 fn environment(d: DVec3, variance: f64) -> f64 {
     let (one, two) = ((-variance).exp(), (-3.0 * variance).exp());
     1.0 + one * d.dot(DVec3::new(0.3, 0.5, 0.2)) + two * (0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y))
 }
 
-/// The same with two lights in it. A lobe of concentration `k` is one of variance `1/k`.
+/// The environment plus two lights. A lobe of concentration `k` has variance `1/k`.
 fn lights(d: DVec3, variance: f64) -> f64 {
     let lobe = |k: f64, towards: DVec3| {
         let wider = 1.0 + k * variance;
@@ -104,7 +103,7 @@ fn lights(d: DVec3, variance: f64) -> f64 {
 
 /// Coefficients of a radiance of order 2.
 fn harmonics() -> Sh9 {
-    // The polynomial's terms are basis functions up to a factor, read off where all others are 0.
+    // The polynomial's terms are basis functions up to a factor, found where all others are 0.
     let mut c = [DVec3::ZERO; 9];
     let unit = |k: usize, d: DVec3| sh_basis(d)[k];
     c[0] = DVec3::splat(1.0 / unit(0, DVec3::Z));
@@ -118,13 +117,12 @@ fn harmonics() -> Sh9 {
 }
 
 const SIDE: DVec3 = DVec3::new(0.6, 0.5, 0.62);
-/// Numbers of probes in the table.
+/// Probe counts in the table.
 const PROBES: [u32; 3] = [5, 9, 16];
 const PANELS: usize = 8;
 
-/// Every model under every light on a sphere whose relief has the slopes of `surface`, in the frame of each pixel
-/// ([`SpherePixel`]): relative root mean square errors, the truth's noise subtracted. A few seconds with the default
-/// settings.
+/// Relative RMS errors of every model under every light, without the truth's noise. The sphere's relief has the slopes of `surface` in each
+/// pixel's frame ([`SpherePixel`]). Takes a few seconds with the default settings.
 pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<ShadowingRow> {
     let tile = Tile::new(settings.spectrum, settings.tile, 8.0, settings.seed);
     let patch = Patch::new(&tile, surface.m, surface.s);
@@ -148,13 +146,13 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         let incident = lights(from_frame(&pixel.frame, mirror), 0.0);
         [light(DVec3::Z), light(SIDE.normalize()), diffuse, open, open * incident]
     });
-    use ShadowingLight::{DiffuseEnvironment, Front, Side, SpecularEnvironment, WhiteMirror};
+    use ShadowingLight::{DiffuseEnvironment, Front, Side, SpecularEnvironment, WhiteSpecular};
     use ShadowingModel::{BentNormal, Correlated, CorrelatedSimple, Masking, Probes, Smith};
     let columns: Vec<(ShadowingLight, ShadowingModel)> = [Front, Side]
         .iter()
         .flat_map(|l| [Masking, Smith, CorrelatedSimple, Correlated].map(|m| (*l, m)))
         .chain([Masking, BentNormal].map(|m| (DiffuseEnvironment, m)))
-        .chain([WhiteMirror, SpecularEnvironment].iter().flat_map(|l| {
+        .chain([WhiteSpecular, SpecularEnvironment].iter().flat_map(|l| {
             let converged = [Masking, Smith, Correlated].map(|m| (*l, m));
             converged.into_iter().chain(PROBES.map(|n| (*l, Probes(n))))
         }))
@@ -166,7 +164,7 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         })
         .collect();
     let picture = |light| {
-        [Front, Side, DiffuseEnvironment, WhiteMirror, SpecularEnvironment]
+        [Front, Side, DiffuseEnvironment, WhiteSpecular, SpecularEnvironment]
             .iter()
             .position(|l| *l == light)
             .expect("all are listed")
@@ -181,18 +179,16 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         .collect()
 }
 
-/// Light of a white room that reaches the facets seen from one angle, by ray casts and by
-/// [`bent_normal`]: as `(casts, model)`.
+/// Light of a white room on the facets visible from one angle: from ray casts and from [`bent_normal`], as `(casts, model)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitFacets {
-    /// Share of the light that reaches them.
+    /// Fraction of the light that reaches them.
     pub open: (f64, f64),
-    /// How far the light's mean direction leans with the mean of the visible slopes: 1 is as much.
+    /// Tilt of the light's mean direction relative to that of the mean visible slope; 1 is equal.
     pub bend: (f64, f64),
 }
 
-/// What the constants of [`bent_normal`] come from: means over eight azimuths of sight, at an angle in `degrees` to the normal, of a
-/// surface of mean slope 0.
+/// Data for the constants of [`bent_normal`]: means over eight view azimuths at `degrees` from the normal, for a surface of mean slope 0.
 pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFacets {
     const AZIMUTHS: u32 = 8;
     const DIRECTIONS: u32 = 8;
@@ -228,7 +224,7 @@ pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFa
     LitFacets { open: mean(open), bend: mean(bend) }
 }
 
-/// All models at one pixel, in the order of the columns.
+/// All models at one pixel, in column order.
 fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
     let wo = pixel.wo;
     let (m, s) = (surface.m, surface.s);
@@ -241,7 +237,7 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
             out.push(cosine * lit_fraction(v, &o, &i));
         }
     }
-    // The harmonics stay in the world; normals are brought there.
+    // The harmonics are in world space, so normals are transformed to it.
     let c = harmonics();
     let world = |n: DVec3| sh_irradiance(&c, from_frame(&pixel.frame, n)).x / PI;
     let masked = leadr_reflectance::integrals::reference::visible_mean(wo, m, s, PANELS, |x| {

@@ -1,4 +1,4 @@
-//! `leadr-lab report` from outside: a section end to end on the device, and what goes wrong.
+//! Runs `leadr-lab report`: a section end to end on the device, and errors.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -66,10 +66,10 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     assert!(pictures > 10);
 }
 
-/// Computed on the CPU, although a device is opened; takes seconds.
+/// Computed on the CPU, but a device is opened; takes seconds.
 #[test]
 #[ignore = "long"]
-fn several_sections_stand_in_the_order_of_the_page() {
+fn sections_keep_page_order() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let output = report(&["--quick", "--only", "model,quadrature", "-q", "-o", text(folder.path())]);
@@ -78,7 +78,7 @@ fn several_sections_stand_in_the_order_of_the_page() {
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     let at = |name: &str| page.find(&format!("<section id=\"{name}\">")).expect(name);
     assert!(at("quadrature") < at("model"));
-    // Direction-correlated shadows are nearer to ray casts than Smith's where the light comes from the viewer.
+    // With light from the viewer, direction-correlated shadows are closer to ray casts than Smith's.
     let data = data(folder.path());
     let model = data["sections"]["model"]["data"].as_array().unwrap();
     let front = model.iter().find(|m| m["light"] == "diffuse, light from the viewer" && m["sigma"] == 1.0).unwrap();
@@ -86,7 +86,7 @@ fn several_sections_stand_in_the_order_of_the_page() {
     assert!(error("correlated") < 0.25 * error("smith") && error("noise") < 0.02, "{front}");
 }
 
-/// Takes some seconds, most of them for the T-rex and the spheres on the device.
+/// Takes some seconds, mostly for the T-rex and the spheres on the device.
 #[test]
 #[ignore = "long"]
 fn the_figures_are_checked_by_their_numbers() {
@@ -100,7 +100,7 @@ fn the_figures_are_checked_by_their_numbers() {
         let check = checks.iter().find(|c| c["figure"] == figure && c["what"] == what);
         check.unwrap_or_else(|| panic!("{figure} has no {what}"))["value"].as_f64().unwrap()
     };
-    // From afar a quick picture is a few noisy pixels, which tell nothing.
+    // At a distance, a quick picture is a few noisy pixels without significance.
     let seen = |view: &str, look: &str| value("LEADR Figure 1", &format!("rRMSE, {view}, {look}"));
     assert!(seen("near", "leadr, default rules") < 0.5 * seen("near", "normal-mip"));
     assert!(seen("middle", "leadr, default rules") < seen("middle", "normal-mip"));
@@ -125,7 +125,7 @@ fn the_figures_are_checked_by_their_numbers() {
 }
 
 #[test]
-fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
+fn wrong_calls_are_explained_and_leave_no_files() {
     let line = |output: &Output, code: i32| {
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(code), "{stderr}");
@@ -142,7 +142,7 @@ fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
     assert!(line(&report(&["-o", text(&file)]), 1).contains(text(&file)));
     assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
     let Some(_) = test_gpu() else { return };
-    // There is nothing to find the worst of: the error names the failed section, and the earlier report stays.
+    // No picture to judge: the error names the failed section, and the earlier report is kept.
     let made = folder.path().join("report");
     std::fs::create_dir(&made).unwrap();
     std::fs::write(made.join("index.html"), b"earlier report").unwrap();

@@ -1,15 +1,15 @@
-//! BC5_SNORM, channel by channel (Khronos Data Format Specification 1.3, section 19.5; BC4 of two channels): a block of 4 x 4 values in
-//! -1..1 is two signed bytes and a place between them in sevenths for each value.
+//! BC5_SNORM per channel (Khronos Data Format Specification 1.3, section 19.5; two BC4 channels). A block of 4 x 4 values in
+//! -1..1 stores two signed byte endpoints and one 3-bit index per value.
 //!
-//! The encoders that crates have take bytes. Here floats are encoded, since what one pass leaves over is encoded by another.
+//! Encodes floats, unlike the encoders of existing crates: the residual of one layer is encoded by another.
 
 /// Texels along a block.
 pub const SIDE: usize = 4;
 /// Bytes of a block of one channel.
 pub const BYTES: usize = 8;
 
-/// Encodes 16 values, row by row. Ends lie at the extremes, rounded each way, so that nothing is farther off than a fourteenth of the
-/// block's range and a step of the bytes.
+/// Encodes 16 row-major values. Endpoints are the extremes, rounded outwards. The error is at most 1/14 of the block's range plus
+/// one step of the bytes.
 pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let scaled = values.map(|v| (v.clamp(-1.0, 1.0)) * 127.0);
     let (low, high) = scaled.iter().fold((127.0f32, -127.0f32), |(low, high), &v| (low.min(v), high.max(v)));
@@ -29,7 +29,7 @@ pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let mut bits = 0u64;
     if ends[0] > ends[1] {
         for (i, &v) in scaled.iter().enumerate() {
-            // The ends are 0 and 1, and what is between them follows.
+            // Indices 0 and 1 are the endpoints; interpolated values follow.
             let index = match step(v, ends) {
                 0 => 0,
                 7 => 1,
@@ -43,7 +43,7 @@ pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     [a, b, c0, c1, c2, c3, c4, c5]
 }
 
-/// Sevenths from the first end to the second.
+/// Position between the endpoints, in sevenths.
 fn step(value: f32, [first, second]: [f32; 2]) -> u8 {
     (7.0 * (first - value) / (first - second)).round().clamp(0.0, 7.0) as u8
 }
@@ -52,9 +52,9 @@ fn between([first, second]: [f32; 2], step: u8) -> f32 {
     (first * f32::from(7 - step) + second * f32::from(step)) / 7.0
 }
 
-/// The 16 values of a block, row by row.
+/// Decodes a block into 16 row-major values.
 pub fn decode(block: &[u8; BYTES]) -> [f32; 16] {
-    // -128 is -127.
+    // The format defines -128 as -127.
     let ends = [block[0], block[1]].map(|end| f32::from(end.cast_signed().max(-127)));
     let [.., c0, c1, c2, c3, c4, c5] = *block;
     let bits = u64::from_le_bytes([c0, c1, c2, c3, c4, c5, 0, 0]);
@@ -93,14 +93,14 @@ mod tests {
                 assert!((a - b).abs() <= range / 14.0 + 1.01 / 127.0, "{values:?} {decoded:?}");
             }
         }
-        // One value for all lies between two bytes.
+        // A constant lies between two bytes.
         assert!(decode(&encode(&[0.25; 16])).iter().all(|v| (v - 0.25).abs() <= 0.5 / 7.0 / 127.0));
         assert_eq!(decode(&encode(&[7.0; 16])), [1.0; 16]);
     }
 
     #[test]
-    fn blocks_of_others_are_read() {
-        // Six values between ends in the other order, and the extremes.
+    fn foreign_block_compression_is_read() {
+        // Reversed endpoints: four interpolated values, and the extremes.
         let bits = 2u64 | 6 << 3 | 7 << 6 | 1 << 9;
         let mut block = [0u8; 8];
         block[0] = (-50i8).cast_unsigned();

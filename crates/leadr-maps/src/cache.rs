@@ -1,8 +1,8 @@
-//! A folder of what was computed from maps and need not be computed again: written atomically, read as untrusted input,
-//! kept below a size.
+//! A cache folder for results computed from maps. Files are written atomically, read as untrusted input, and limited in total
+//! size.
 //!
-//! A file holds, little endian: magic, key, checksum of everything after it, content. The key says what the content was made
-//! from, programs included; a file of another key is none.
+//! File layout, little endian: magic, key, checksum of everything after it, content. The key covers all inputs, including
+//! programs. A file with another key counts as missing.
 
 use std::convert::Infallible;
 use std::fmt::Display;
@@ -21,15 +21,15 @@ use super::{MapError, MapFault, limits};
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
 /// Bytes of the header: magic, key, checksum.
 const HEADER: usize = 3 * 8;
-/// Bytes that files named by their key may take up together. The ones used longest ago are removed.
+/// Total size limit in bytes of files named by key. The least recently used are removed.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Why a file of the cache that is there was not used.
+/// Warning for an unusable cache file.
 fn damaged(path: &Path, fault: impl Display) -> String {
-    format!("cache file {} is damaged ({fault}); it is made anew and replaced", path.display())
+    format!("cache file {} is damaged ({fault}); it will be replaced", path.display())
 }
 
-/// The folder.
+/// A cache folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MapCache {
     folder: PathBuf,
@@ -39,19 +39,20 @@ fn variable(name: &str) -> Option<PathBuf> {
     std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
-/// The folder `leadr` in what the variable `xdg` names, else in the folder `usual` of the user's home; none without either.
+/// The folder `leadr` inside the folder named by the variable `xdg`, or else inside `usual` of the home folder. `None` if neither
+/// variable is set.
 pub fn user_folder(xdg: &str, usual: &str) -> Option<PathBuf> {
     let folder = variable(xdg).or_else(|| variable("HOME").map(|home| home.join(usual)))?;
     Some(folder.join("leadr"))
 }
 
 impl MapCache {
-    /// The cache in a folder, which is created when something is written.
+    /// A cache in `folder`, which the first write creates.
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// The cache of this user: in `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`; none if none is set.
+    /// The user's cache: `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`. `None` if no variable is set.
     pub fn of_user() -> Option<Self> {
         variable("LEADR_CACHE").or_else(|| user_folder("XDG_CACHE_HOME", ".cache")).map(Self::in_folder)
     }
@@ -60,17 +61,17 @@ impl MapCache {
         self.folder.join(name).with_extension("bin")
     }
 
-    /// The file stored as `name` under `key`, with its header and at most so many bytes after it; `None` if there is nothing or it is of
-    /// another key.
+    /// The file stored as `name` under `key`, header included, with at most `most` bytes of content. `None` if it is missing or
+    /// has another key.
     ///
     /// # Errors
-    /// A sentence, if the file exists but cannot be read or is damaged.
+    /// A warning text, if the file exists but cannot be read or is damaged.
     fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Vec<u8>>, String> {
         let path = &self.path(name);
         let (file, length) = match limits::open(path) {
             Ok(opened) => opened,
             Err(MapFault::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(MapFault::NotAFile) => return Err(damaged(path, "it is no regular file")),
+            Err(MapFault::NotAFile) => return Err(damaged(path, "it is not a regular file")),
             Err(fault) => return Err(format!("cache file {}: {fault}", path.display())),
         };
         if length > most.saturating_add(HEADER as u64) {
@@ -80,7 +81,7 @@ impl MapCache {
         let (header, content) = bytes.split_at_checked(HEADER).ok_or_else(|| damaged(path, "it is too short"))?;
         let [magic, stored, sum]: [u64; 3] = bytemuck::pod_read_unaligned(header);
         if magic != MAGIC {
-            return Err(damaged(path, "it is of another kind"));
+            return Err(damaged(path, "it has an unknown format"));
         }
         if stored != key {
             return Ok(None);
@@ -88,15 +89,15 @@ impl MapCache {
         if checksum(content) != sum {
             return Err(damaged(path, "its checksum differs"));
         }
-        // Only `MOST_BYTES` asks when it was used.
+        // The timestamp serves only the `MOST_BYTES` eviction.
         let _ = file.set_modified(SystemTime::now());
         Ok(Some(bytes))
     }
 
-    /// Stores `content` as `name` under `key`, all or nothing.
+    /// Stores `content` as `name` under `key`, atomically.
     ///
     /// # Errors
-    /// If the folder cannot be made or written.
+    /// If the folder cannot be created or written.
     fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), MapError> {
         let path = self.path(name);
         let fault = |source| MapFault::io("cannot be written")(source).in_file(&path);
@@ -107,18 +108,17 @@ impl MapCache {
         new.finish()
     }
 
-    /// Whether something is stored under this key as one of its `kind`; whether it is whole only [`remember`](Self::remember) finds.
+    /// Whether a file of this `kind` and key exists. Only [`load_or_make`](Self::load_or_make) checks that it is intact.
     pub fn holds(&self, kind: &str, key: u64) -> bool {
         self.path(&named(kind, key)).is_file()
     }
 
-    /// What is stored under this key as one of its `kind`, or what `make` makes, which is then stored. `read` takes the content
-    /// apart, of at most so many bytes, and says what is wrong with it. A cache that is damaged or cannot be used only costs a
-    /// warning.
+    /// Returns the stored value of this `kind` and key. Without one, calls `make` and stores its result. `read` decodes content
+    /// of at most `most` bytes, or returns its defect. A damaged or unusable cache only logs a warning.
     ///
     /// # Errors
-    /// Those of `make`.
-    pub fn remember<T, E>(
+    /// The errors of `make`.
+    pub fn load_or_make<T, E>(
         &self,
         kind: &str,
         key: u64,
@@ -143,8 +143,8 @@ impl MapCache {
         Ok(value)
     }
 
-    /// Removes files that [`remember`](Self::remember) wrote, the one used longest ago first, until they take up no more than so
-    /// many bytes; never `kept`.
+    /// Removes the least recently used files of [`load_or_make`](Self::load_or_make) until at most `most` bytes remain; never removes
+    /// `kept`.
     fn trim(&self, kept: &Path, most: u64) {
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
         let mut files: Vec<(SystemTime, u64, PathBuf)> = entries
@@ -172,30 +172,30 @@ fn named(kind: &str, key: u64) -> String {
     format!("{kind}-{key:016x}")
 }
 
-/// Adds values to the content of a file.
+/// Appends values to the content of a file.
 pub fn put<T: Pod>(content: &mut Vec<u8>, values: &[T]) {
     content.extend_from_slice(bytemuck::cast_slice(values));
 }
 
-/// Takes as many values off the front of the content of a file.
+/// Takes `count` values from the front of the content of a file.
 ///
 /// # Errors
-/// What is wrong with it: that it holds fewer.
+/// If it holds fewer values.
 pub fn take<T: Pod>(content: &mut &[u8], count: usize) -> Result<Vec<T>, &'static str> {
     let length = count.checked_mul(size_of::<T>()).ok_or("a count is too large")?;
     let (head, rest) = content.split_at_checked(length).ok_or("it is too short")?;
     *content = rest;
     let mut values = vec![T::zeroed(); count];
-    // Memory that nobody has touched yet takes longer to get than to fill.
+    // In parallel: first-touch page faults cost more than the copy.
     let pieces = bytemuck::cast_slice_mut::<T, u8>(&mut values).par_chunks_mut(PIECE).zip(head.par_chunks(PIECE));
     pieces.for_each(|(to, from)| to.copy_from_slice(from));
     Ok(values)
 }
 
-/// Bytes that a thread reads or copies at once.
+/// Bytes that a thread reads or copies in one piece.
 const PIECE: usize = 4 << 20;
 
-/// As many bytes from the beginning of a file, read by all threads.
+/// The first `length` bytes of a file, read by all threads.
 #[cfg(unix)]
 fn read_side_by_side(file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     use std::os::unix::fs::FileExt;
@@ -205,7 +205,7 @@ fn read_side_by_side(file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// As many bytes from the beginning of a file.
+/// The first `length` bytes of a file.
 #[cfg(not(unix))]
 fn read_side_by_side(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     let mut bytes = vec![0; length];
@@ -213,22 +213,21 @@ fn read_side_by_side(mut file: &File, length: usize) -> std::io::Result<Vec<u8>>
     Ok(bytes)
 }
 
-/// Says that the content of a file should have ended.
+/// Checks that the content of a file is exhausted.
 ///
 /// # Errors
-/// That it goes on.
-pub fn nothing_left(content: &[u8]) -> Result<(), &'static str> {
+/// If bytes remain.
+pub fn expect_end(content: &[u8]) -> Result<(), &'static str> {
     if content.is_empty() { Ok(()) } else { Err("it is too long") }
 }
 
-/// `count` values that `make` makes, from the user's cache if it holds them; there they are known by the text of the programs that
-/// make them.
-pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
+/// `count` values from `make`, or from the user's cache. The cache key is the text of the programs that compute them.
+pub fn cached<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
     let Some(cache) = MapCache::of_user() else { return make() };
     let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
     let read = |mut content: &[u8]| {
         let values = take(&mut content, count)?;
-        nothing_left(content)?;
+        expect_end(content)?;
         Ok(values)
     };
     let make = || {
@@ -237,11 +236,11 @@ pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: imp
         Ok::<_, Infallible>((values, content))
     };
     let most = (count * size_of::<T>()) as u64;
-    let Ok(values) = cache.remember(kind, checksum(bytemuck::cast_slice(&sums)), most, read, make);
+    let Ok(values) = cache.load_or_make(kind, checksum(bytemuck::cast_slice(&sums)), most, read, make);
     values
 }
 
-/// Whether a file has a name that [`MapCache::remember`] gives: `KIND-`, 16 digits, `.bin`.
+/// Whether a file name has the form that [`MapCache::load_or_make`] uses: `KIND-`, 16 digits, `.bin`.
 fn named_by_key(name: &str) -> bool {
     let key = name.strip_suffix(".bin").and_then(|stem| stem.rsplit_once('-')).map(|(_, key)| key);
     key.is_some_and(|key| key.len() == 16 && key.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)))
@@ -258,21 +257,21 @@ mod tests {
     }
 
     #[test]
-    fn contents_end_where_their_values_do() {
+    fn contents_end_with_their_values() {
         let mut content = Vec::new();
         put(&mut content, &[1u16, 2]);
         put(&mut content, &[0.5f32]);
         let left = &mut &content[..];
         assert_eq!(take::<u16>(left, 2), Ok(vec![1, 2]));
-        assert_eq!(nothing_left(left), Err("it is too long"));
+        assert_eq!(expect_end(left), Err("it is too long"));
         assert_eq!(take::<f32>(left, 2), Err("it is too short"));
         assert_eq!(take::<f32>(left, 1), Ok(vec![0.5]));
-        assert_eq!(nothing_left(left), Ok(()));
+        assert_eq!(expect_end(left), Ok(()));
         assert_eq!(take::<u16>(left, usize::MAX), Err("a count is too large"));
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_text_reads_back() {
         let (_folder, cache) = in_temporary_folder();
         assert!(cache.read("a", 7, 100).unwrap().is_none());
         cache.write("a", 7, b"content").unwrap();
@@ -283,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_damage_is_noticed() {
+    fn every_kind_of_damage_is_detected() {
         let (_folder, cache) = in_temporary_folder();
         cache.write("a", 7, &[5; 100]).unwrap();
         let good = std::fs::read(cache.path("a")).unwrap();
@@ -305,21 +304,21 @@ mod tests {
     #[test]
     fn things_are_made_once() {
         let (_folder, cache) = in_temporary_folder();
-        let remember = |value: u8, fault: bool| {
+        let load_or_make = |value: u8, fault: bool| {
             let read = |content: &[u8]| if fault { Err("it is odd") } else { Ok(content[0]) };
             let make = || Ok::<_, Infallible>((value, vec![value]));
-            let Ok(value) = cache.remember("number", 3, 100, read, make);
+            let Ok(value) = cache.load_or_make("number", 3, 100, read, make);
             value
         };
-        assert_eq!(remember(1, false), 1);
-        assert_eq!(remember(2, false), 1, "it was stored");
-        assert_eq!(remember(2, true), 2, "what makes no sense is made anew");
-        assert_eq!(remember(3, false), 2);
-        // A folder that cannot be one.
+        assert_eq!(load_or_make(1, false), 1);
+        assert_eq!(load_or_make(2, false), 1, "it was stored");
+        assert_eq!(load_or_make(2, true), 2, "invalid content is replaced");
+        assert_eq!(load_or_make(3, false), 2);
+        // A file in place of the folder.
         let file = cache.path("number-0000000000000003");
         let none = MapCache::in_folder(&file);
-        assert_eq!(none.remember("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));
-        assert_eq!(none.remember("number", 3, 100, |_| Ok(1), || Err("no")), Err("no"));
+        assert_eq!(none.load_or_make("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));
+        assert_eq!(none.load_or_make("number", 3, 100, |_| Ok(1), || Err("no")), Err("no"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A checksum.
+//! Checksum of cache files.
 
 /// A 64-bit checksum of `bytes`: four independent multiply-rotate lanes, folded. Guards against damage, not malice.
 pub fn checksum(bytes: &[u8]) -> u64 {

@@ -1,8 +1,9 @@
-//! OpenEXR: the `exr` crate parses the header and unpacks blocks; this file decides which blocks may be unpacked.
+//! OpenEXR reader: the `exr` crate parses the header and decompresses blocks; this file decides which blocks are safe to
+//! decompress.
 //!
-//! Offsets, block lengths and the size of the result are checked against the file before they are believed, blocks
-//! go one at a time, and a panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput
-//! JPEG 2000 are refused with a sentence; of mip levels the largest is read, but for baked maps.
+//! Offsets, block lengths and the image size are checked against the file length first. Blocks are decoded one at a time, and a
+//! panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput JPEG 2000 are refused. Only the
+//! largest mip level is read, except for baked maps.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -20,14 +21,14 @@ use super::fault::one_line;
 use super::guard::guarded;
 use super::{MapFault, limits};
 
-/// The chosen channels of one part, each `width * height` values, row 0 on top.
+/// Selected channels of one part, each `width * height` values, row 0 on top.
 pub(crate) struct Planes {
     pub width: u32,
     pub height: u32,
     pub planes: Vec<Vec<f32>>,
 }
 
-/// Which channels to take from the names of a part, as indices; `None` passes on to the next part.
+/// Selects channel indices from the channel names of a part; `None` skips the part.
 pub(crate) type Choose = fn(&[String]) -> Option<Vec<usize>>;
 
 /// Whether the bytes start like an OpenEXR file.
@@ -35,10 +36,9 @@ pub(crate) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
-/// Decodes the channels that `choose` picks from the first part in which it picks any; `wanted` names them for the
-/// error message.
+/// Decodes the channels that `choose` selects from the first matching part. `wanted` describes them in the error message.
 pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
-    // Damaged blocks overflow arithmetic inside the crate (its B44, for one).
+    // Damaged blocks cause arithmetic overflow in the crate (B44, for example).
     guarded("EXR", || {
         let file = Opened::new(bytes)?;
         let (part, picked) = pick_part(&file.meta, choose, wanted)?;
@@ -46,7 +46,7 @@ pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Plane
     })
 }
 
-/// What the first part says of itself; a flat part.
+/// The header of the first part, which must be flat.
 pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     guarded("EXR", || {
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
@@ -54,7 +54,7 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     })
 }
 
-/// Decodes these channels of the first part on all its mip levels, which are halved and rounded down to 1 x 1.
+/// Decodes these channels of the first part at all mip levels, halved and rounded down to 1 x 1.
 pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes>, MapFault> {
     guarded("EXR", || {
         let file = Opened::new(bytes)?;
@@ -63,7 +63,7 @@ pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes
             return Err(MapFault::damaged("it has no mip levels"));
         };
         if (tiles.level_mode, tiles.rounding_mode) != (LevelMode::MipMap, RoundingMode::Down) {
-            return Err(MapFault::damaged("it has no mip levels of sizes that are rounded down"));
+            return Err(MapFault::damaged("its mip sizes are not rounded down"));
         }
         if header.deep || is_subsampled(header) {
             return Err(MapFault::damaged("its channels are deep or subsampled"));
@@ -78,11 +78,11 @@ fn is_subsampled(header: &Header) -> bool {
     header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1))
 }
 
-/// A file whose header is read, and whose tables of blocks lie within it.
+/// A file with a parsed header and block tables inside the file.
 struct Opened<'a> {
     bytes: &'a [u8],
     meta: MetaData,
-    /// Where the tables begin.
+    /// Byte offset of the tables.
     tables: usize,
 }
 
@@ -93,18 +93,18 @@ impl<'a> Opened<'a> {
         let tables = cursor.position() as usize;
         let chunks = meta.headers.iter().try_fold(0usize, |sum, h| sum.checked_add(h.chunk_count));
         if chunks.and_then(|n| n.checked_mul(8)).is_none_or(|n| n > bytes.len() - tables) {
-            return Err(MapFault::damaged("the file is shorter than its own table of blocks"));
+            return Err(MapFault::damaged("the file is shorter than its block offset table"));
         }
         Ok(Self { bytes, meta, tables })
     }
 
-    /// Decodes channels of a part on one level.
+    /// Decodes channels of a part at one mip level.
     fn level(&self, part: usize, picked: &[usize], level: u32) -> Result<Planes, MapFault> {
         let header = &self.meta.headers[part];
         let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
         let texel_bytes = (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64);
         limits::check_size(width, height, texel_bytes, self.bytes.len())?;
-        // Only now, so that sizes of zero and of billions get their own sentences.
+        // Validate after the size check, so that zero and huge sizes get their own errors.
         MetaData::validate(&self.meta.headers, false).map_err(fault)?;
 
         let before: usize = self.meta.headers[..part].iter().map(|h| h.chunk_count).sum();
@@ -117,22 +117,22 @@ impl<'a> Opened<'a> {
         for offset in offsets {
             let Some(block) = self.block(u64::from_le_bytes(*offset), part, level)? else { continue };
             if !seen.insert(block.index.pixel_position) {
-                return Err(MapFault::damaged("two of its blocks claim the same texels"));
+                return Err(MapFault::damaged("two of its blocks overlap"));
             }
             covered += block.index.pixel_size.area();
-            // The size is believed only once a block has really filled its place.
+            // Allocate only after the first block has been decoded.
             while into.planes.len() < picked.len() {
                 into.planes.push(limits::zeroed::<f32>(texel_count)?);
             }
             copy_lines(&block, header, picked, &mut into)?;
         }
         if covered != texel_count {
-            return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
+            return Err(MapFault::damaged(format!("its blocks cover only {covered} of {texel_count} texels")));
         }
         Ok(into)
     }
 
-    /// Unpacks the block at `offset`, or `None` when it belongs to another mip level.
+    /// Decompresses the block at `offset`; `None` if it belongs to another mip level.
     fn block(&self, offset: u64, part: usize, level: u32) -> Result<Option<UncompressedBlock>, MapFault> {
         if offset == 0 {
             return Err(MapFault::damaged("a block was never written (incomplete render?)"));
@@ -140,7 +140,7 @@ impl<'a> Opened<'a> {
         let rest = usize::try_from(offset).ok().and_then(|at| self.bytes.get(at..));
         let rest = &mut rest.ok_or_else(outside)?;
         if self.meta.requirements.is_multilayer() && read_i32(rest)? != part as i32 {
-            return Err(MapFault::damaged("a block belongs to another part than its table says"));
+            return Err(MapFault::damaged("a block does not belong to the part of its offset table"));
         }
         let header = &self.meta.headers[part];
         let negative = |_| MapFault::damaged("a tile has a negative index");
@@ -177,14 +177,14 @@ fn outside() -> MapFault {
     MapFault::damaged("a block lies outside the file (truncated?)")
 }
 
-/// Takes a little-endian `i32` off the front.
+/// Takes a little-endian `i32` from the front.
 fn read_i32(rest: &mut &[u8]) -> Result<i32, MapFault> {
     let (value, after) = rest.split_first_chunk().ok_or_else(outside)?;
     *rest = after;
     Ok(i32::from_le_bytes(*value))
 }
 
-/// The first flat part in which `choose` finds its channels.
+/// The first flat part with channels that `choose` selects.
 fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Vec<usize>), MapFault> {
     let mut found = Vec::new();
     for (part, header) in meta.headers.iter().enumerate() {
@@ -195,7 +195,7 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
         let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
         let holds = |name: &str| names.iter().any(|n| n.rsplit('.').next() == Some(name));
         if ["Y", "RY", "BY"].into_iter().all(holds) {
-            let what = "it holds luminance and chroma (channels Y, RY and BY)";
+            let what = "it stores luminance and chroma (channels Y, RY and BY)";
             return Err(MapFault::unsupported(what, "save it as plain RGB"));
         }
         let Some(picked) = choose(&names) else {
@@ -203,8 +203,8 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
             continue;
         };
         if is_subsampled(header) {
-            let what = "its channels have fewer samples than it has pixels";
-            return Err(MapFault::unsupported(what, "save it with one sample of each channel for every pixel"));
+            let what = "its channels are subsampled";
+            return Err(MapFault::unsupported(what, "save it with one sample per pixel in every channel"));
         }
         return Ok((part, picked));
     }
@@ -216,28 +216,27 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
     Err(MapFault::unsupported(what, "rename or re-export its channels"))
 }
 
-/// Checks the sizes that a block of DWA states for its sections: the crate allocates them before it unpacks anything, and would end
-/// the program where there is no memory.
+/// Checks the section sizes of a DWA block. The crate allocates them before it decompresses, and would abort if memory is short.
 fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
     if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
         return Ok(());
     }
-    // Eleven numbers: the version, then sizes and counts of values of two bytes, and last the coder.
+    // Eleven numbers: version, then byte sizes and counts of 2-byte values, then the coder.
     let (counters, _) = data.as_chunks::<8>();
     let claims = counters.iter().take(10).skip(1).map(|bytes| u64::from_le_bytes(*bytes));
-    // Blocks of 8 x 8 overlap the edges; a value of one byte may become a coefficient of two.
+    // 8 x 8 blocks overlap the edges; a 1-byte value can become a 2-byte coefficient.
     let (block, whole) = (header.max_block_pixel_size(), header.layer_size);
     let texels = (block.0.min(whole.0) as u64 + 8).saturating_mul(block.1.min(whole.1) as u64 + 8);
     let most = texels.saturating_mul(4 * header.channels.bytes_per_pixel as u64);
     match claims.max() {
         Some(claim) if claim > most => Err(MapFault::damaged(format!(
-            "a block states {claim} bytes for one of its sections, but has room for {most}"
+            "a block declares {claim} bytes for one of its sections, but at most {most} are possible"
         ))),
         _ => Ok(()),
     }
 }
 
-/// Copies the picked channels of a block into their planes.
+/// Copies the selected channels of a block into their planes.
 fn copy_lines(block: &UncompressedBlock, header: &Header, picked: &[usize], into: &mut Planes) -> Result<(), MapFault> {
     for line in block.lines(&header.channels) {
         let Some(slot) = picked.iter().position(|&p| p == line.location.channel) else { continue };
@@ -265,7 +264,7 @@ fn fill<T>(
     Ok(())
 }
 
-/// The crate's error, worded as one of our sentences.
+/// Maps an error of the crate to a `MapFault`.
 fn fault(error: exr::error::Error) -> MapFault {
     match error {
         exr::error::Error::NotSupported(reason) => {

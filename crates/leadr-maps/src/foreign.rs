@@ -1,8 +1,8 @@
-//! Common image formats that are not read here, by their first bytes, so that whoever has one is told what to do with it.
+//! Unsupported image formats, recognised by their first bytes. The error gives a conversion command.
 
 use super::MapFault;
 
-/// Formats and how their files begin: bytes at a place.
+/// Formats and their signatures: bytes at an offset.
 const FORMATS: &[(&str, usize, &[u8])] = &[
     ("a TIFF", 0, b"II*\0"),
     ("a TIFF", 0, b"MM\0*"),
@@ -16,8 +16,8 @@ const FORMATS: &[(&str, usize, &[u8])] = &[
     ("an AVIF", 4, b"ftypavif"),
 ];
 
-/// The fault of bytes that begin as none of the accepted formats do. `expected` names those; `target` is the name of a file, as a
-/// converter takes it, that a picture could be turned into.
+/// The fault for bytes in none of the accepted formats. `expected` lists those; `target` is the output argument of the conversion
+/// command.
 pub(super) fn unrecognised(bytes: &[u8], expected: &'static str, target: &str) -> MapFault {
     let begins = |at: usize, with: &[u8]| bytes.get(at..at + with.len()) == Some(with);
     match FORMATS.iter().find(|(_, at, with)| begins(*at, with)) {

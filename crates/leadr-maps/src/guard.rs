@@ -1,4 +1,4 @@
-//! The last resort against decoders that panic over damaged bytes: the panic becomes an error.
+//! Converts panics of decoders into errors, as the last defence against damaged files.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,12 +7,12 @@ use std::sync::Once;
 use super::MapFault;
 
 thread_local! {
-    /// Whether this thread's panics are expected and become an error.
+    /// Whether panics of this thread are silenced because they become errors.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a decoder; if it panics, the file is called damaged and nothing is printed. Other threads, and this one afterwards, keep the
-/// panic hook that was there.
+/// Runs a decoder. A panic becomes a `Damaged` fault and prints nothing. Other threads keep the existing panic hook, as does this
+/// one afterwards.
 pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFault>) -> Result<T, MapFault> {
     static INSTALL: Once = Once::new();
     INSTALL.call_once(|| {
@@ -26,5 +26,5 @@ pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFau
     QUIET.set(true);
     let decoded = catch_unwind(AssertUnwindSafe(decode));
     QUIET.set(false);
-    decoded.unwrap_or_else(|_| Err(MapFault::damaged(format!("the {format} decoder gave up on it (internal panic)"))))
+    decoded.unwrap_or_else(|_| Err(MapFault::damaged(format!("the {format} decoder failed (internal panic)"))))
 }

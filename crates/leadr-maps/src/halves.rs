@@ -1,7 +1,7 @@
-//! Slope moments in 16-bit floats: the twin of `passes/surfaces/moments_store.glsl`.
+//! Slope moments as 16-bit floats; the CPU equivalent of `passes/surfaces/moments_store.glsl`.
 //!
-//! `E[x²] − E[x]²` is a difference of what is stored. Rounding both numbers by themselves shifts the variance by up to `3 · 2⁻¹² x²`;
-//! where the second moment follows the mean as that is rounded, only its own rounding is left, a third of it.
+//! The variance `E[x²] − E[x]²` is computed from stored values. Rounding both independently shifts it by up to `3 · 2⁻¹² x²`.
+//! Here `E[x²]` is corrected for the rounded mean, so only its own rounding remains, a third of that.
 
 use half::f16;
 
@@ -10,7 +10,7 @@ pub(crate) fn half(v: f32) -> f16 {
     f16::from_f32(v.clamp(-65504.0, 65504.0))
 }
 
-/// Mean slopes and second moments as 16-bit floats hold them.
+/// Mean slopes and second moments, rounded to 16-bit floats.
 pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     let [x, y, xx, yy] = moments;
     let [mean_x, mean_y] = [half(x), half(y)];
@@ -20,7 +20,7 @@ pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     ([mean_x, mean_y, half(second[0]), half(second[1])], half(joint + x * moved_y + moved_x * to_y))
 }
 
-/// The power of two that slopes are multiplied by so that their squares fill the range of 16 bits, whose largest number is 65504.
+/// Power of two to multiply slopes by, so that their squares fill the range of 16-bit floats (maximum 65504).
 pub fn factor(steepest: f32) -> f32 {
     if steepest > 0.0 && steepest.is_finite() {
         (128.0 / steepest).log2().floor().clamp(-60.0, 60.0).exp2()
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn variance_is_what_the_second_moment_is_rounded_by() {
+    fn rounding_of_second_moments_limits_variance() {
         let mut worst = [0.0f32; 2];
         for i in 0..4000 {
             let (x, y) = (0.37 + i as f32 * 0.0137, -1.9 - i as f32 * 0.0071);

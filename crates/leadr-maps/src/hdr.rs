@@ -1,15 +1,15 @@
-//! Radiance `.hdr` (RGBE and XYZE), read strictly: flat, old run-length and new run-length scanlines, all eight
-//! axis orders. Memory grows with the bytes that are really there, never with the header.
+//! Strict reader for Radiance `.hdr` (RGBE and XYZE): flat, old and new run-length scanlines, all eight axis orders. Memory use
+//! is proportional to the bytes in the file, not to the header's size.
 //!
-//! Conventions: texel = mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` lines
-//! are divided out, as the format says. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes
-//! meaningless ones). XYZE is converted to Rec.709 with a D65 white; what falls outside its gamut is clamped to 0.
+//! Conventions: texel = mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` is divided
+//! out, as the format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes meaningless values). XYZE
+//! is converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
 
 use super::{MapFault, RgbImage, limits};
 
-/// Longest header line; real ones are under 200 bytes.
+/// Longest header line in bytes; real ones are under 200 bytes.
 const MAX_LINE: usize = 4096;
-/// Most header lines.
+/// Maximum number of header lines.
 const MAX_LINES: usize = 1024;
 
 /// CIE XYZ to linear Rec.709 (D65), rows R, G, B.
@@ -48,7 +48,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     RgbImage::new(header.width() as u32, header.height() as u32, texels)
 }
 
-/// Rec.709 of an XYZ colour, clamped to its gamut from below.
+/// XYZ to Rec.709; negative results become 0.
 fn rgb_from_xyz(xyz: [f32; 3]) -> [f32; 3] {
     RGB_FROM_XYZ.map(|row| (row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]).max(0.0))
 }
@@ -57,7 +57,7 @@ fn rgb_from_xyz(xyz: [f32; 3]) -> [f32; 3] {
 #[derive(Clone, Copy)]
 struct Axis {
     is_y: bool,
-    /// The format's sign: `+X` runs right, `-Y` runs down.
+    /// The sign in the file: `+X` runs right, `-Y` runs down.
     increasing: bool,
     len: u64,
 }
@@ -78,14 +78,14 @@ impl Header {
         if self.axes[0].is_y { self.axes[0].len } else { self.axes[1].len }
     }
 
-    /// Texels in file order to row-major order from the top left.
+    /// Reorders texels from file order to row-major order from the top left.
     fn upright(&self, texels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
         let [slow, fast] = self.axes;
         if slow.is_y && !slow.increasing && fast.increasing {
             return texels;
         }
         let (width, length) = (self.width() as usize, fast.len as usize);
-        // Columns go right where X increases, rows down where Y decreases.
+        // X increases to the right, Y decreases downwards.
         let along = |axis: Axis, k: usize| {
             let k = if axis.increasing == axis.is_y { axis.len as usize - 1 - k } else { k };
             if axis.is_y { k * width } else { k }
@@ -98,7 +98,7 @@ impl Header {
     }
 }
 
-/// Takes one line off the front, without its line end (`\n` or `\r\n`).
+/// Takes one line from the front, without its line end (`\n` or `\r\n`).
 fn take_line<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], MapFault> {
     let window = &rest[..rest.len().min(MAX_LINE)];
     let Some(end) = window.iter().position(|&b| b == b'\n') else {
@@ -136,7 +136,7 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
                 }
             };
         } else if let Some(value) = line.strip_prefix("EXPOSURE=") {
-            // Several lines multiply.
+            // Several EXPOSURE lines multiply.
             exposure *= value.trim().parse::<f64>().unwrap_or(f64::NAN);
             if !(1e-20..=1e20).contains(&exposure) {
                 let what = format!("EXPOSURE is `{}`, not a positive number", value.trim().escape_debug());
@@ -147,7 +147,10 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
     let line = String::from_utf8_lossy(take_line(&mut rest)?).into_owned();
     let axes = parse_resolution(&line).ok_or_else(|| {
         let shown: String = line.chars().take(40).collect();
-        MapFault::damaged(format!("its resolution line is `{}`, not like `-Y 512 +X 1024`", shown.escape_debug()))
+        MapFault::damaged(format!(
+            "its resolution line is `{}`; it must look like `-Y 512 +X 1024`",
+            shown.escape_debug()
+        ))
     })?;
     Ok((Header { xyz, exposure, axes }, rest))
 }
@@ -165,7 +168,7 @@ fn parse_resolution(line: &str) -> Option<[Axis; 2]> {
             "X" => false,
             _ => return None,
         };
-        // Digits only: no sign, no exponent; too long for 64 bits is a refusal as well.
+        // Digits only: no sign or exponent. Overflow of 64 bits is refused too.
         let len = len.bytes().all(|b| b.is_ascii_digit()).then(|| len.parse().ok())??;
         Some(Axis { is_y, increasing, len })
     };
@@ -174,7 +177,7 @@ fn parse_resolution(line: &str) -> Option<[Axis; 2]> {
     (axes[0].is_y != axes[1].is_y).then_some(axes)
 }
 
-/// Takes `n` bytes off the front.
+/// Takes `n` bytes from the front.
 fn take<'a>(body: &mut &'a [u8], n: usize) -> Result<&'a [u8], &'static str> {
     let (head, tail) = body.split_at_checked(n).ok_or("the file ends")?;
     *body = tail;
@@ -219,14 +222,13 @@ fn read_channel(body: &mut &[u8], line: &mut [[u8; 4]], channel: usize) -> Resul
     Ok(())
 }
 
-/// A flat scanline, in which (1, 1, 1, n) repeats the texel before it n times and consecutive repeats count in
-/// base 256.
+/// A flat or old run-length scanline: (1, 1, 1, n) repeats the previous texel n times; consecutive repeats count in base 256.
 fn read_old_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Result<(), &'static str> {
     let mut shift = 0u32;
     while line.len() < len {
         let texel: [u8; 4] = take(body, 4)?.try_into().expect("four bytes were taken");
         if texel[..3] == [1, 1, 1] {
-            let last = *line.last().ok_or("a repeat has no texel before it")?;
+            let last = *line.last().ok_or("a repeat code precedes the first texel")?;
             let count = if shift < 24 { usize::from(texel[3]) << shift } else { usize::MAX };
             if count > len - line.len() {
                 return Err("a run goes past the end");

@@ -1,9 +1,9 @@
-//! What the bumps of a height map hide from each of its texels: the horizon in every direction, fitted by the smooth form
-//! of [`leadr_reflectance::visible::horizon`].
+//! Horizons of a height map: for each texel the horizon in every direction, fitted by the smooth form of
+//! [`leadr_reflectance::visible::horizon`].
 //!
-//! From every texel, rays go out in 8 or 16 directions. On each the largest excess over the plane of the texel's mean
-//! slope counts, `(h(p + o) − h(p) − m·o) / |o|`, or 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away: nearer heights
-//! belong to the texel's own slope statistics, and far ones are smoothed over a quarter of their distance.
+//! Rays leave every texel in 8 or 16 directions. Each ray keeps the largest excess over the plane of the texel's mean slope `m`,
+//! `(h(p + o) − h(p) − m·o) / |o|`, or 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away. Nearer heights belong to the texel's
+//! own slope statistics; far heights are smoothed over a quarter of their distance.
 
 use std::f32::consts::PI;
 
@@ -12,19 +12,19 @@ use rayon::prelude::*;
 use super::Wrap;
 use super::halves::half;
 
-/// The source of this module, for the keys of caches: what it makes is made again when it changes.
+/// Source text of this module. It is part of cache keys, so a change invalidates cached results.
 pub const SOURCE: &str = include_str!("horizon.rs");
 
 /// Longest ray, texels.
 const LONGEST: usize = 512;
 
-/// Heights, row by row, and what lies beyond their edges.
+/// Row-major heights and their wrap mode.
 pub struct Heights<'a> {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) texels: &'a [f32],
     pub(crate) wrap: Wrap,
-    /// Where the rows of a map lie one behind the other in a single one: their distance.
+    /// Row distance when the rows of a map are concatenated into a single row.
     stride: Option<usize>,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Heights<'a> {
     }
 }
 
-/// The texels whose horizons are wanted.
+/// Rectangle of texels to compute.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     /// First column.
@@ -48,19 +48,19 @@ pub struct Window {
     pub height: usize,
 }
 
-/// The horizon at a texel, in heights per texel: see [`leadr_reflectance::visible::horizon::Horizon`].
+/// Horizon of a texel, in heights per texel; see [`leadr_reflectance::visible::horizon::Horizon`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HorizonTexel {
-    /// The lean.
+    /// Odd part: linear term of the excess.
     pub(crate) lean: [f32; 2],
-    /// Deviations of the spread.
+    /// Standard deviations of the even part.
     pub(crate) deviations: [f32; 2],
-    /// Correlation of the spread, -1 to 1.
+    /// Correlation of the even part, -1 to 1.
     pub(crate) correlation: f32,
 }
 
 impl HorizonTexel {
-    /// As four halves and one, for a map of `size` texels on which lengths are in units of the map.
+    /// As 4 + 1 half floats for a map of `size` texels, with lengths in map widths.
     pub fn halves(&self, size: [u32; 2]) -> ([u16; 4], u16) {
         let half = |v: f32| half(v).to_bits();
         let [w, h] = size.map(|n| n as f32);
@@ -74,12 +74,12 @@ fn distance_of(step: usize) -> f32 {
     if step == 0 { 1.5 } else { (1usize << step.div_ceil(2)) as f32 * if step.is_multiple_of(2) { 1.5 } else { 1.0 } }
 }
 
-/// Number of smoothings of the heights that a sample reads.
+/// Smoothing passes on the heights that a sample reads.
 fn smoothness_of(step: usize) -> usize {
     step.saturating_sub(3) / 2
 }
 
-/// The rays that look for the horizon.
+/// Rays for the horizon search.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays {
     /// Pairs of opposite directions, at least 3.
@@ -88,7 +88,7 @@ pub struct Rays {
     pub reach: usize,
 }
 
-/// The horizons of the texels in a window, row by row. `slopes`: mean slopes of these texels, heights per texel.
+/// Horizons of the texels in a window, row-major. `slopes`: mean slopes of these texels, heights per texel.
 pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays: Rays) -> Vec<HorizonTexel> {
     let Rays { axes, reach } = rays;
     if let Some(texels) = horizons_inside(heights, window, slopes, rays) {
@@ -135,8 +135,8 @@ pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays
     texels
 }
 
-/// The same where no ray leaves the map, for small windows: their rows, with what lies between them, are one long row of a
-/// map of a single row, on which an offset by a row is an offset by so many columns.
+/// Fast path for small windows whose rays stay inside the map. It treats the rows as one long row, so that a row offset becomes a
+/// column offset.
 fn horizons_inside(
     heights: &Heights<'_>,
     window: Window,
@@ -159,7 +159,7 @@ fn horizons_inside(
     Some((0..height).flat_map(|row| found[row * stride..][..width].iter().copied()).collect())
 }
 
-/// A row of texels while their horizons are looked for.
+/// Working state of a row of texels.
 struct Row {
     slopes: [Vec<f32>; 2],
     /// Largest excess so far, ahead and behind.
@@ -179,7 +179,7 @@ impl Row {
         }
     }
 
-    /// Raises the excess ahead (0) or behind (1) over the heights here to that of those at an offset.
+    /// Raises the excess ahead (0) or behind (1) to that of the heights at `offset`.
     fn raise(&mut self, here: &[f32], side: usize, offset: [f32; 2]) {
         let per = 1.0 / offset[0].hypot(offset[1]);
         let [ux, uy] = offset.map(|v| v * per);
@@ -191,8 +191,7 @@ impl Row {
         }
     }
 
-    /// Adds what a pair of opposite directions contributes to the fit. v: ahead; harmonics: cosine and sine of twice its
-    /// azimuth.
+    /// Adds the fit sums of two opposite directions. `v`: direction ahead; `harmonics`: cosine and sine of twice its azimuth.
     fn add(&mut self, v: [f32; 2], harmonics: [f32; 2]) {
         for (sums, (ahead, behind)) in self.sums.iter_mut().zip(self.excess[0].iter().zip(&self.excess[1])) {
             let (more, mean) = (ahead - behind, 0.5 * (ahead + behind));
@@ -205,10 +204,10 @@ impl Row {
     }
 }
 
-/// The smooth form from means over pairs of opposite directions v: of (ahead − behind) v, and of the square of half of
-/// (ahead + behind) with its second harmonics.
+/// Smooth form from means over pairs of opposite directions `v`: of `(ahead − behind) v`, and of the square of `(ahead + behind)
+/// / 2` with its second harmonics.
 fn fitted([lx, ly, square, c, s]: [f32; 5]) -> HorizonTexel {
-    // The second harmonics count twice, but no direction may become negative.
+    // Second harmonics count twice, limited so that no direction becomes negative.
     let part = 2.0f32.min(square / c.hypot(s).max(1e-30));
     let [c, s] = [c * part, s * part];
     let deviations = [square + c, square - c].map(|v| v.max(0.0).sqrt());
@@ -227,32 +226,32 @@ impl Sampled {
         Self { values: vec![0.0; width], rows: [vec![0.0; width + 1], vec![0.0; width + 1]] }
     }
 
-    /// Bilinear heights of `texels` at `offset` from as many texels from `start` on as there are values.
+    /// Fills `values` with bilinear heights of `texels` at `offset` from consecutive texels that begin at `start`.
     pub(super) fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
         let whole = offset.map(f32::floor);
         let [fx, fy] = [offset[0] - whole[0], offset[1] - whole[1]];
-        let place = |row: i64| {
+        let start_of = |row: i64| {
             let [x, y] = [start[0] as i64 + whole[0] as i64, start[1] as i64 + whole[1] as i64 + row];
             heights.stride.map_or([x, y], |stride| [x + y * stride as i64, 0])
         };
         if fx == 0.0 && fy == 0.0 {
-            copy_row(heights, texels, place(0), &mut self.values);
+            copy_row(heights, texels, start_of(0), &mut self.values);
             return;
         }
         for (k, row) in self.rows.iter_mut().enumerate() {
-            copy_row(heights, texels, place(k as i64), row);
+            copy_row(heights, texels, start_of(k as i64), row);
         }
         let [a, b] = &self.rows;
         let pairs = a.iter().zip(&a[1..]).zip(b.iter().zip(&b[1..]));
         for (value, ((a0, a1), (b0, b1))) in self.values.iter_mut().zip(pairs) {
-            // In this form constant heights stay the same to the last bit.
+            // This form keeps constant heights bit-exact.
             let (a, b) = (a0 + fx * (a1 - a0), b0 + fx * (b1 - b0));
             *value = a + fy * (b - a);
         }
     }
 }
 
-/// Copies texels of row `y` from column `x` on; both may lie beyond the edges.
+/// Copies texels of row `y` from column `x`; both may lie outside the map.
 fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut [f32]) {
     let (w, n) = (heights.width as i64, into.len());
     let row = &texels[heights.wrap.texel(y, heights.height as u32) * heights.width..][..heights.width];
@@ -271,7 +270,8 @@ fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut 
     }
 }
 
-/// The heights smoothed once, twice … : each time by the weights 1/4, 1/2, 1/4 at twice the distance, along both axes.
+/// Heights after 1, 2, … smoothing passes. Each pass uses weights 1/4, 1/2, 1/4 along both axes, at twice the spacing of the pass
+/// before.
 fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
     let (width, rows) =
         heights.stride.map_or((heights.width, heights.height), |stride| (stride, heights.width / stride));
@@ -284,7 +284,7 @@ fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
         level.par_chunks_mut(heights.width.max(1)).enumerate().with_min_len(16).for_each(|(y, out)| {
             let mut row = vec![0.0f32; heights.width];
             let mut side = vec![0.0f32; heights.width];
-            // Down the columns first, then along the row.
+            // Columns first, then rows.
             for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
                 copy_row(heights, source, [0, y as i64 + apart], &mut side);
                 row.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
@@ -304,7 +304,7 @@ fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
 mod tests {
     use super::*;
 
-    /// The excess at a texel in the direction of an angle.
+    /// Excess at a texel for an azimuth in radians.
     fn excess(texel: &HorizonTexel, azimuth: f32) -> f32 {
         let v = [azimuth.cos(), azimuth.sin()];
         let [x, y] = [v[0] * texel.deviations[0], v[1] * texel.deviations[1]];
@@ -325,14 +325,14 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_stands_as_high_as_it_looks() {
-        // Ground at 0 up to a wall of height 6 that begins at column 40.
+    fn wall_horizon_matches_its_height() {
+        // Ground at 0; a wall of height 6 begins at column 40.
         let texels = of(64, Wrap::Clamp, |x, _| if x < 40 { 0.0 } else { 6.0 }, 24);
         let texel = &texels[32 * 64 + 32];
         let seen = excess(texel, 0.0);
         assert!((0.55..0.85).contains(&seen), "{seen} for a wall of 6 at 8");
         assert!(excess(texel, PI) < 0.1 && excess(texel, PI) > -0.1);
-        // On top of the wall, nothing.
+        // On top of the wall there is no horizon.
         let texel = &texels[32 * 64 + 50];
         assert!(excess(texel, 0.0).abs() < 1e-3 && excess(texel, PI).abs() < 1e-3, "{texel:?}");
     }

@@ -1,8 +1,8 @@
-//! Textures on the CPU. Load and validate untrusted files, derive slope moments and mips, make procedural
-//! height maps, tonemap and save images. Knows nothing of Vulkan.
+//! Textures on the CPU. This crate loads and validates untrusted files, derives slope moments and mip levels, generates
+//! procedural height maps, tonemaps and saves images. It does not depend on Vulkan.
 //!
-//! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
-//! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.
+//! Conventions: row 0 is the top row and texels are row-major. `s` runs right over the width and `t` down over the height, both
+//! from 0 to 1. Colours are linear Rec.709 unless the type says sRGB.
 
 pub mod bake;
 pub mod baked;
@@ -17,9 +17,9 @@ mod guard;
 pub mod halves;
 mod hdr;
 pub mod horizon;
+mod image_class;
 pub mod limits;
 mod load;
-mod looks;
 pub mod material;
 pub mod moments;
 pub mod new_file;

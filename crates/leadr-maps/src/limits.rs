@@ -1,4 +1,4 @@
-//! How much an untrusted file may ask for. A header's claim is believed only within these.
+//! Limits on the resources that an untrusted file can claim.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,31 +6,31 @@ use std::path::Path;
 
 use super::{MapFault, reads};
 
-/// Most texels in one image: 16384 x 16384.
+/// Maximum texels in one image: 16384 x 16384.
 pub const MAX_TEXELS: u64 = 1 << 28;
 /// Largest width or height.
 pub const MAX_SIDE: u64 = 1 << 16;
-/// Most bytes one decoded image may take, all its stored channels together.
+/// Maximum bytes of one decoded image, all stored channels together.
 pub const MAX_DECODED_BYTES: u64 = 2 << 30;
 /// Largest file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Decoded bytes that a file of any length may claim.
+/// Decoded bytes that any file may declare, whatever its length.
 const FREE_DECODED_BYTES: u64 = 64 << 20;
-/// Further decoded bytes that are believed per byte of the file. Deflate, the strongest common coder, reaches 1032.
+/// Additional decoded bytes allowed per byte of the file. Deflate, the strongest common coder, reaches 1032.
 const MAX_EXPANSION: u64 = 1100;
-/// Largest height accepted: its slope over 16384 texels can still be squared in 32 bits.
+/// Largest accepted height: its slope over 16384 texels can still be squared in 32 bits.
 pub const MAX_HEIGHT: f32 = 1e12;
-/// Largest radiance accepted: sums and products of three colours stay finite in 32 bits.
+/// Largest accepted radiance: sums and products of three colours stay finite in 32 bits.
 pub const MAX_RADIANCE: f32 = 1e18;
-/// Negative radiance down to this is the rounding of a lossy codec or a resampling filter, and is read as 0.
+/// Lower bound of negative radiance that counts as rounding of a lossy codec or resampling filter, and is read as 0.
 pub const NEGATIVE_NOISE: f32 = -0.01;
 
-/// Negative radiance that is more than this is read as 0, too, as long as all of it is at most this share of the positive.
+/// More negative radiance is also read as 0, if its sum is at most this share of the positive radiance.
 pub const NEGATIVE_SHARE: f64 = 0.01;
 
-/// Checks a claimed image size before anything is allocated for it.
+/// Checks a declared image size before allocation.
 ///
-/// `bytes_per_texel` counts every channel the decoder will unpack; `file_bytes` is the length of the whole file.
+/// `bytes_per_texel` counts every channel that the decoder decompresses; `file_bytes` is the file length.
 pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_bytes: usize) -> Result<(), MapFault> {
     if width == 0 || height == 0 {
         return Err(MapFault::Empty { width, height });
@@ -38,13 +38,13 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
     let texels = width.checked_mul(height).filter(|&n| n <= MAX_TEXELS && width <= MAX_SIDE && height <= MAX_SIDE);
     let Some(texels) = texels else {
         return Err(MapFault::too_large(format!(
-            "{width} x {height} texels, the limit is as many as 16384 x 16384 have, and {MAX_SIDE} a side"
+            "{width} x {height} texels; the limit is 16384 x 16384 texels in total and {MAX_SIDE} per side"
         )));
     };
     let bytes = texels.saturating_mul(bytes_per_texel);
-    let [decoded, most, file] = [bytes, MAX_DECODED_BYTES, file_bytes as u64].map(in_words);
+    let [decoded, most, file] = [bytes, MAX_DECODED_BYTES, file_bytes as u64].map(format_bytes);
     if bytes > MAX_DECODED_BYTES {
-        return Err(MapFault::too_large(format!("{decoded} when decoded, the limit is {most}")));
+        return Err(MapFault::too_large(format!("{decoded} when decoded; the limit is {most}")));
     }
     if bytes > FREE_DECODED_BYTES.saturating_add(MAX_EXPANSION.saturating_mul(file_bytes as u64)) {
         let what = format!("the header claims {decoded} when decoded, and the file has only {file}");
@@ -53,8 +53,8 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
     Ok(())
 }
 
-/// A number of bytes as people say it.
-pub fn in_words(bytes: u64) -> String {
+/// A byte count with a unit, such as "1.5 GiB".
+pub fn format_bytes(bytes: u64) -> String {
     const UNITS: [(u64, &str); 3] = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
     match UNITS.iter().find(|(unit, _)| bytes >= *unit) {
         Some((unit, name)) if bytes.is_multiple_of(*unit) => format!("{} {name}", bytes / unit),
@@ -63,11 +63,11 @@ pub fn in_words(bytes: u64) -> String {
     }
 }
 
-/// A zeroed buffer, or an error instead of an abort when memory is short.
+/// A zeroed buffer. Returns an error, instead of aborting, if memory is short.
 pub fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
     let mut buffer = Vec::new();
     buffer.try_reserve_exact(len).map_err(|_| {
-        MapFault::too_large(format!("no memory for {}", in_words(len.saturating_mul(size_of::<T>()) as u64)))
+        MapFault::too_large(format!("no memory for {}", format_bytes(len.saturating_mul(size_of::<T>()) as u64)))
     })?;
     buffer.resize(len, T::zeroed());
     Ok(buffer)
@@ -82,17 +82,17 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, MapFault> {
 pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
     let (file, length) = open(path)?;
     if length > MAX_FILE_BYTES {
-        let [length, most] = [length, MAX_FILE_BYTES].map(in_words);
-        return Err(MapFault::too_large(format!("{length}, the limit is {most}")));
+        let [length, most] = [length, MAX_FILE_BYTES].map(format_bytes);
+        return Err(MapFault::too_large(format!("{length}; the limit is {most}")));
     }
     let bytes = first_bytes(&file, most.min(MAX_FILE_BYTES))?;
     reads::note(path, &bytes);
     Ok(bytes)
 }
 
-/// Opens a regular file, and tells its length.
+/// Opens a regular file and returns its length in bytes.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), MapFault> {
-    // Asked before opening: opening a pipe would wait for its writer.
+    // Checked before opening: opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(MapFault::io("cannot be found"))?;
     if !metadata.is_file() {
         return Err(MapFault::NotAFile);

@@ -1,9 +1,9 @@
-//! The loaders. The format is recognised by the first bytes, not by the file's name.
+//! Loaders. The first bytes determine the format, not the file name.
 
 use std::path::Path;
 
 use super::foreign::unrecognised;
-use super::looks::{Looks, looks};
+use super::image_class::{ImageClass, classify};
 use super::material::{Raster, Samples};
 use super::raster_read::{decode_png, decode_raster, is_png, is_raster};
 use super::srgb::linear_from_srgb;
@@ -11,24 +11,26 @@ use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, l
 
 /// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
-/// In a PNG or JPEG the first channel (grey, or red) is the height and alpha is ignored. In an EXR it is the only channel, or
-/// else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, whatever its case, with or without a layer
-/// prefix. Fails on anything unreadable, over [`limits`], or not finite, and on what looks like a normal map; what looks like
-/// colours is remarked upon in the log.
+/// PNG and JPEG: the first channel (grey or red) is the height; alpha is ignored. EXR: the only channel, or else the first of
+/// `height`, `displacement`, `disp`, `Y`, `Z`, `R`, in any case, with or without a layer prefix. Fails on unreadable files, files
+/// over [`limits`], values that are not finite, and images that look like normal maps. Coloured images only log a warning.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
-    let (map, looks) = load(path.as_ref(), decode_heights)?;
-    if looks == Looks::Colors {
-        remark(path.as_ref(), "its colours differ: red counts as the height; is it a colour map?");
+    let (map, class) = load(path.as_ref(), decode_heights)?;
+    if class == ImageClass::Colors {
+        remark(
+            path.as_ref(),
+            "it is coloured; its red channel is used as the height. Check that it is not a colour map",
+        );
     }
     Ok(map)
 }
 
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
-/// In an EXR the channels are `R`, `G`, `B`, or those of the first layer that has all three, or a lone `Y` as grey.
-/// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named). Negative values
-/// within [`limits::NEGATIVE_NOISE`] are what lossy compression leaves of black, and become 0; so do larger ones, as resampling and
-/// changes of the gamut make them, that together are at most [`limits::NEGATIVE_SHARE`] of the light, which the log remarks upon.
+/// EXR channels are `R`, `G`, `B`, or those of the first layer with all three, or a single `Y` as grey. Fails on unreadable
+/// files, files over [`limits`], and values that are not finite or negative; the error gives channel and position. Negative
+/// values within [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger ones, from resampling or gamut
+/// conversion, also become 0 with a log warning if their sum is at most [`limits::NEGATIVE_SHARE`] of the light.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     let (image, clamped) = load(path.as_ref(), decode_light)?;
     if let Some(clamped) = clamped {
@@ -37,37 +39,37 @@ pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     Ok(image)
 }
 
-/// Loads a colour PNG as linear 0..1. The codes are taken as sRGB whatever the file's gamma chunk says; grey is
-/// spread to the three channels; alpha is ignored. 16-bit files keep their precision.
+/// Loads a colour PNG as linear 0..1. Codes are decoded as sRGB regardless of a gamma chunk; grey fills all three channels; alpha
+/// is ignored. 16-bit files keep their precision.
 pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     load(path.as_ref(), decode_color)
 }
 
-/// Loads a colour PNG as 8-bit sRGB codes; like [`load_color`], 16-bit files are rounded to 8.
+/// Loads a colour PNG as 8-bit sRGB codes, like [`load_color`]; 16-bit files are rounded to 8 bits.
 pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
     load(path.as_ref(), decode_color_srgb8)
 }
 
-/// A picture to be compared or shown, from any accepted format.
+/// A picture for comparison or display, from any supported format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Linear Rec.709.
     pub image: RgbImage,
-    /// True for PNG: the file held display codes, which [`crate::tonemap::Tonemap::Clamp`] at exposure 1 gives
-    /// back. False for EXR and HDR: the file held radiance, which a tonemap takes to the display.
+    /// True for PNG: the file contained display codes, which [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces. False
+    /// for EXR and HDR: the file contained radiance, which needs tonemapping.
     pub display_referred: bool,
 }
 
-/// Loads a picture from PNG (as [`load_color`]), EXR or HDR (channels as [`load_environment`], but any texel value is
-/// let through: a render may hold NaN).
+/// Loads a picture from PNG (as [`load_color`]), EXR or HDR (channels as [`load_environment`]). Any value is accepted, since a
+/// render may contain NaN.
 pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
     load(path.as_ref(), decode_picture)
 }
 
-/// Texels of a PNG, JPEG or EXR (its R, G, B or a lone Y; floats) as they are, whatever they mean.
+/// Loads raw texels of a PNG, JPEG or EXR (R, G, B or a single Y, as floats), without interpretation.
 ///
 /// # Errors
-/// On anything unreadable, over [`limits`], or not finite.
+/// If the file is unreadable, over [`limits`], or has values that are not finite.
 pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
     load(path.as_ref(), |bytes| {
         if !exr_read::is_exr(bytes) {
@@ -80,7 +82,7 @@ pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
     })
 }
 
-/// Logs that a file is odd, and read all the same.
+/// Logs a warning about an accepted file.
 fn remark(file: &Path, text: &str) {
     tracing::warn!("{}: {text}", file.display());
 }
@@ -94,16 +96,16 @@ pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
     decode_heights(bytes).map(|(map, _)| map)
 }
 
-/// Heights, and what the whole image looks like where it has three channels.
-fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, Looks), MapFault> {
+/// Heights, and the classification of a three-channel image.
+fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass), MapFault> {
     if exr_read::is_exr(bytes) {
         let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
-        let looks = match &image.planes[..] {
-            [r, g, b] => looks(r.len(), |i| [r[i], g[i], b[i]]),
-            _ => Looks::Grey,
+        let class = match &image.planes[..] {
+            [r, g, b] => classify(r.len(), |i| [r[i], g[i], b[i]]),
+            _ => ImageClass::Grey,
         };
         let texels = image.planes.into_iter().next().unwrap_or_default();
-        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(looks)?));
+        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(class)?));
     }
     if !is_raster(bytes) {
         return Err(unrecognised(bytes, "a PNG, JPEG or EXR height map", "-depth 16 FILE.png"));
@@ -114,19 +116,19 @@ fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, Looks), MapFault> {
         let [x, y] = [i % width as usize, i / width as usize].map(|k| k as u32);
         [0, 1, 2].map(|channel| raster.value(x, y, channel))
     };
-    let looks = if raster.channels() >= 3 { looks(width as usize * height as usize, color) } else { Looks::Grey };
-    refuse_normals(looks)?;
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    Ok((HeightMap::new(width, height, places.map(|(x, y)| raster.value(x, y, 0)).collect())?, looks))
+    let class =
+        if raster.channels() >= 3 { classify(width as usize * height as usize, color) } else { ImageClass::Grey };
+    refuse_normals(class)?;
+    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    Ok((HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, 0)).collect())?, class))
 }
 
-fn refuse_normals(looks: Looks) -> Result<Looks, MapFault> {
-    if looks != Looks::Normals {
-        return Ok(looks);
+fn refuse_normals(class: ImageClass) -> Result<ImageClass, MapFault> {
+    if class != ImageClass::Normals {
+        return Ok(class);
     }
-    let remedy =
-        "give it as --normal-map (leadr bake: --normal), or make heights of it: leadr bake --normal FILE --kind height";
-    Err(MapFault::unsupported("it looks like a normal map, and heights are expected", remedy))
+    let remedy = "give it as --normal-map (leadr bake: --normal), or convert it to heights: leadr bake --normal FILE --kind height";
+    Err(MapFault::unsupported("it looks like a normal map, and a height map is expected", remedy))
 }
 
 /// [`load_environment`] from bytes in memory.
@@ -134,7 +136,7 @@ pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     decode_light(bytes).map(|(image, _)| image)
 }
 
-/// An environment, and a sentence about its negative values if they are more than noise.
+/// An environment, and a warning about negative values that exceed the noise limit.
 fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
     let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
     let (mut light, mut missing, mut count, mut least) = (0.0f64, 0.0f64, 0u64, 0.0f32);
@@ -152,7 +154,7 @@ fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
         image.texels.as_flattened_mut().iter_mut().filter(|value| **value < 0.0).for_each(|value| *value = 0.0);
         let percent = 100.0 * missing / light;
         clamped = Some(format!(
-            "{count} values below 0, down to {least}, count as 0: together they are {percent:.2} % of its light"
+            "{count} negative values, down to {least}, are read as 0; their sum is {percent:.2} % of the light"
         ));
     }
     image.check_radiance()?;
@@ -211,12 +213,12 @@ fn srgb8_of(png: &Raster) -> Result<Rgb8Image, MapFault> {
     Rgb8Image::new(png.width(), png.height(), texels)
 }
 
-/// Grey or RGB, with or without alpha, to RGB.
+/// Converts grey or RGB samples, with or without alpha, to RGB.
 fn colors<T: Copy>(samples: &[T], channels: usize) -> impl Iterator<Item = [T; 3]> {
     samples.chunks_exact(channels).map(move |t| if channels < 3 { [t[0]; 3] } else { [t[0], t[1], t[2]] })
 }
 
-/// The name without its layer, in lower case.
+/// The channel name in lower case, without its layer.
 fn last_part(name: &str) -> String {
     name.rsplit('.').next().unwrap_or(name).to_ascii_lowercase()
 }
@@ -227,7 +229,7 @@ fn choose_height(names: &[String]) -> Option<Vec<usize>> {
     }
     let wanted = ["height", "displacement", "disp", "y", "z", "r"];
     let height = wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w))?;
-    // Of colours all three, since they may be normals.
+    // Select all three colours, since they may be normals.
     let colors = choose_rgb(names).filter(|rgb| rgb.first() == Some(&height));
     Some(colors.unwrap_or(vec![height]))
 }

@@ -1,23 +1,23 @@
-//! Slope moments of a height map and their mip chain: the LEADR map (LEADR section 4; the operator of LEAN mapping).
-//! The CPU twin of the moments pass, to the last bit.
+//! Slope moments of a height map and their mip chain: the LEADR map (LEADR section 4; the operator of LEAN mapping). Bit-exact
+//! CPU equivalent of the moments pass.
 //!
-//! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height
-//! scale multiplies first moments and its square the second.
+//! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height scale
+//! multiplies first moments; its square multiplies second moments.
 //!
-//! **Which surface.** The one that is drawn: triangles with a vertex at the centre of every texel, two in each cell between
-//! four texels. A texel holds their exact moments over its own square, averaged over the two ways to divide a cell
-//! ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). With `a` and `a'` the differences to
-//! the left and right neighbour and `b` those in the rows above and below, times the number of texels,
-//! `E[x] = 3/8 (a + a') + 1/16 Σb` and `E[x^2]` the same of their squares. Over a map that repeats, `E[x^2]` is the mean square of the differences between neighbours: nothing that the triangles do is
-//! lost, however fine. (Central differences, the usual choice, see the slopes of every second texel: 11 to 60 % less
-//! variance on scanned materials, and none of a checker of single texels.)
+//! **Surface.** The moments describe the surface that is drawn: triangles with a vertex at every texel centre, two in each cell
+//! between four texels. A texel stores their exact moments over its own square, averaged over the two ways to divide a cell
+//! ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). Let `a`, `a'` be the differences to the left
+//! and right neighbours and `b` those in the rows above and below, times the number of texels. Then
+//! `E[x] = 3/8 (a + a') + 1/16 Σb`, and `E[x^2]` is the same sum of their squares. Over a repeating map `E[x^2]` is the mean
+//! square of the differences between neighbours, so no slope of the triangles is lost. (Central differences, the usual choice,
+//! see only the slopes of every second texel: 11 to 60 % less variance on scanned materials, and none for a checker of single
+//! texels.)
 //!
-//! **Against a smooth surface** the triangles are flatter where texels are few: for a sine of `p` texels per period `E[x^2]`
-//! is `sinc(pi / p)^2` of the sine's own (p = 8 texels: 0.95, p = 32: 0.997; tested).
+//! **Compared with a smooth surface**, triangles are flatter at few texels per period. For a sine of `p` texels per period
+//! `E[x^2]` is `sinc(pi / p)^2` of the sine's own (p = 8 texels: 0.95, p = 32: 0.997; tested).
 //!
-//! **Magnification.** A texel's variance is that of the triangles inside it. Between centres the sampler interpolates the
-//! moments, so the mean slope varies smoothly, what it leaves out is in the variance, and both together are the same at
-//! every magnification.
+//! **Magnification.** A texel's variance is that of the triangles inside it. The sampler interpolates moments between texel
+//! centres, so the mean slope varies smoothly and the remainder is variance. Their sum is the same at every magnification.
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -26,19 +26,19 @@ use super::pyramid::{Pyramid, level_sizes};
 use super::{HeightMap, Image};
 use leadr_reflectance::limits::{at_least, within};
 
-/// What lies beyond the edge of a map.
+/// Addressing outside a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Wrap {
     /// The map repeats.
     #[default]
     Repeat,
-    /// The edge texel is repeated: half of an edge texel lies beyond the last centre, where the sampler sees a surface
-    /// that is flat across the edge.
+    /// The edge texel repeats. Half of an edge texel lies beyond the last centre, where the sampled surface is flat across the
+    /// edge.
     Clamp,
 }
 
 impl Wrap {
-    /// The texel that `index` (may be -1 or `len`) reads.
+    /// The texel index for `index`, which may be outside `0..len`.
     pub(super) fn texel(self, index: i64, len: u32) -> usize {
         match self {
             Self::Repeat => index.rem_euclid(i64::from(len)) as usize,
@@ -47,7 +47,7 @@ impl Wrap {
     }
 }
 
-/// One texel of a LEADR map, in texture space: six floats. The first four fields fit an RGBA texture, the last two an RG one.
+/// One texel of a LEADR map in texture space: six floats. The first four fields fit an RGBA texture, the last two an RG texture.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Moments {
@@ -62,8 +62,8 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// `[sx^2, sy^2, cxy]`: variances and covariance, made positive semidefinite (the subtraction can go below zero
-    /// by rounding).
+    /// `[sx^2, sy^2, cxy]`: variances and covariance, made positive semidefinite, since rounding can make the subtraction
+    /// negative.
     pub fn slope_covariance(&self) -> [f64; 3] {
         let [mx, my] = self.mean_slope.map(f64::from);
         let xx = at_least(f64::from(self.second[0]) - mx * mx, 0.0);
@@ -87,7 +87,7 @@ impl Moments {
 /// One mip level.
 pub type MomentLevel = Image<Moments>;
 
-/// A height map's moments with all mip levels down to 1 x 1, each side halved and rounded down as Vulkan does.
+/// Moments of a height map with all mip levels down to 1 x 1. Each side is halved and rounded down, as in Vulkan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeadrMap {
     /// Level 0 first.
@@ -95,10 +95,10 @@ pub struct LeadrMap {
 }
 
 impl LeadrMap {
-    /// Differences, products and box filter in 32 bits, in the order in which the moments pass has them: the bits are the same.
+    /// Computes differences, products and box filter in 32 bits, in the order of the moments pass, so results are bit-exact.
     ///
-    /// Each level averages the one above by area, so that sides that are not powers of two weigh every texel once and
-    /// the mean of every moment is the same on all levels.
+    /// Each level averages the finer one by area. Odd sides therefore weight every texel once, and the mean of every moment is
+    /// the same on all levels.
     pub fn new(map: &HeightMap, wrap: Wrap) -> Self {
         let size = [map.width, map.height];
         let empty = |[width, height]: [u32; 2]| MomentLevel {
@@ -112,17 +112,17 @@ impl LeadrMap {
             rows.iter().for_each(|row| levels[level].texels.extend_from_slice(bytemuck::cast_slice(row)));
             Ok(())
         });
-        filtered.expect("nothing refuses a row");
+        filtered.expect("the callback never fails");
         Self { levels }
     }
 
-    /// The moments of the whole map: the last level.
+    /// Moments of the whole map: the last level.
     pub fn mean(&self) -> Moments {
         self.levels[self.levels.len() - 1].texels[0]
     }
 }
 
-/// A row of level 0, of heights that are multiplied by `scale`.
+/// A row of level 0, with heights multiplied by `scale`.
 pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Vec<[f32; 6]> {
     let (w, h) = (map.width as usize, map.height as usize);
     let at = |x: usize, y: usize| scale * map.texels[y * w + x];
@@ -146,8 +146,8 @@ pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Ve
     (0..w).map(texel).collect()
 }
 
-/// [`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner) per texel, in 32 bits as the pass has it; `signs` say
-/// where the neighbours are.
+/// [`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner) per texel, in 32 bits like the pass. `signs`:
+/// directions of the neighbours.
 fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     let beside = [(across - here) * signs[0], (along - here) * signs[1]];
     let opposite = [(both - along) * signs[0], (both - across) * signs[1]];
@@ -157,10 +157,10 @@ fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     [mean(0), mean(1), square(0), square(1), mixed]
 }
 
-/// For each of `to` texels, the texels of `from` that it covers, with weights that sum to 1.
+/// For each of `to` texels, the covered texels of `from` with weights that sum to 1.
 pub fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let (from, to) = (u64::from(from), u64::from(to));
-    // In units of 1/(from * to) of the side everything is a whole number.
+    // In units of 1/(from * to) of the side, all bounds are integers.
     let cover = |i: u64| {
         let (start, end) = (i * from, (i + 1) * from);
         (start / to..end.div_ceil(to))
@@ -187,7 +187,7 @@ mod tests {
         HeightMap::new(width, height, texels).unwrap()
     }
 
-    /// Largest relative error of the six means of `level` against those of level 0.
+    /// Largest relative difference of the six means between `level` and level 0.
     fn mean_error(leadr: &LeadrMap, level: usize) -> f64 {
         let mean = |l: &MomentLevel| {
             let mut sum = [0.0f64; 6];
@@ -212,10 +212,10 @@ mod tests {
                 assert!(m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
             }
         }
-        // Inside level 1, away from the clamped edge, it stays a plane.
+        // In level 1, away from the clamped edge, it is still a plane.
         let m = leadr.levels[1].texels[4 * 16 + 8];
         assert!((m.cross + 6.0).abs() < 1e-4 && m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
-        // Half of an edge texel is flat.
+        // An edge texel is half flat.
         let edge = leadr.levels[0].texels[5 * 32];
         assert!((edge.mean_slope[0] - 1.5).abs() < 1e-5 && (edge.second[0] - 4.5).abs() < 1e-4, "{edge:?}");
     }
@@ -226,7 +226,7 @@ mod tests {
         let k = TAU * periods;
         let leadr = LeadrMap::new(&map(n, 64, |s, _| amplitude * (k * s).sin()), Wrap::Repeat);
         let m = leadr.mean();
-        // The slope between two texels is A cos(k s) * 2n sin(k / 2n), exactly.
+        // The exact slope between two texels is A cos(k s) * 2n sin(k / 2n).
         let seen = 2.0 * f64::from(n) * (k / (2.0 * f64::from(n))).sin();
         let discrete = amplitude * amplitude * seen * seen / 2.0;
         assert!((f64::from(m.second[0]) / discrete - 1.0).abs() < 1e-5, "{m:?} {discrete}");
@@ -250,14 +250,14 @@ mod tests {
         let k = TAU * 4.0;
         let m = LeadrMap::new(&map(128, 128, |s, t| 0.1 * (k * (s - t)).sin()), Wrap::Repeat).mean();
         let [xx, yy, xy] = m.slope_covariance();
-        // Full but for the cells that are divided across the crests.
+        // Full, except for cells divided across the crests.
         let straight = (0.5 * k / 128.0).cos().powi(2);
         assert!((xx / yy - 1.0).abs() < 1e-5 && (xy / xx + straight).abs() < 1e-5, "{m:?}");
     }
 
     #[test]
     fn steep_and_flat_slopes_keep_their_variance() {
-        // A slope of 100 with a ripple of slope variance 0.5 on it; 16 bits would lose it, 32 must not.
+        // A slope of 100 with a ripple of slope variance 0.5: 16 bits would lose the ripple, 32 bits must not.
         let (n, k) = (512, TAU * 16.0);
         let leadr = LeadrMap::new(&map(n, 8, |s, _| 100.0 * s + (k * s).sin() / k), Wrap::Clamp);
         let level = &leadr.levels[5];
@@ -265,7 +265,7 @@ mod tests {
         let [xx, ..] = level.texels[8].slope_covariance();
         let seen = (0.5 * k / f64::from(n)).sin() / (0.5 * k / f64::from(n));
         assert!((xx - seen * seen / 2.0).abs() < 5e-3, "variance {xx}");
-        // A nearly flat ripple alone.
+        // A nearly flat ripple.
         let leadr = LeadrMap::new(&map(n, 8, |s, _| 1e-6 * (k * s).sin() / k), Wrap::Repeat);
         let [xx, ..] = leadr.mean().slope_covariance();
         assert!((xx / (1e-12 * seen * seen / 2.0) - 1.0).abs() < 1e-3, "variance {xx}");
@@ -283,7 +283,7 @@ mod tests {
                 assert!(mean_error(&leadr, level) < 1e-6, "{w}x{h} level {level}: {}", mean_error(&leadr, level));
             }
         }
-        // The check itself must be able to fail.
+        // The check can fail.
         let mut broken = LeadrMap::new(&map(37, 23, |s, t| s * t), Wrap::Repeat);
         broken.levels[2].texels[3].second[0] += 0.01;
         assert!(mean_error(&broken, 2) > 1e-6);

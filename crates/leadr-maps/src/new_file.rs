@@ -1,5 +1,5 @@
-//! New files, written beside their target and renamed into place, so that a killed or failed run leaves either the old file or the
-//! new one.
+//! Atomic file writes: a temporary file beside the target is renamed into place. A killed or failed run leaves the old file or
+//! the new one.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -10,22 +10,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{MapError, MapFault};
 
-/// What the names of files on their way end with.
+/// Suffix of temporary files.
 const PART: &str = ".part";
 
-/// Writes `bytes` to `path` all or nothing: into a new file in the same folder, synced, then renamed over `path`.
+/// Writes `bytes` to `path` atomically: into a temporary file in the same folder, synced, then renamed over `path`.
 ///
 /// # Errors
-/// If the folder or the disk refuses; then the new file is removed and an old `path` is untouched.
+/// If the folder or the disk cannot be written. The temporary file is then removed and an existing `path` stays unchanged.
 pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), MapError> {
     NewFile::create(path)?.write(bytes)
 }
 
-/// A file on its way: written beside its target, and renamed over it when it is finished. Dropped before that, it is removed, and
-/// an old file stays as it was. Until then it is locked, which tells it from what a killed process left.
+/// A temporary file beside its target, renamed over it by [`NewFile::finish`]. Dropping it earlier removes it and keeps the old
+/// target. It is locked while it is open, which distinguishes it from files of killed processes.
 #[derive(Debug)]
 pub struct NewFile {
-    /// What is written to.
+    /// The temporary file, open for writing.
     pub file: File,
     beside: PathBuf,
     target: PathBuf,
@@ -33,10 +33,10 @@ pub struct NewFile {
 }
 
 impl NewFile {
-    /// Starts the file, so that a folder that refuses it is found before any work.
+    /// Creates the temporary file, so that an unwritable folder is detected before any work.
     ///
     /// # Errors
-    /// If no file can be made in the folder of `target`, or `target` is a folder itself.
+    /// If the folder of `target` is not writable, or `target` is a folder itself.
     pub fn create(target: impl AsRef<Path>) -> Result<Self, MapError> {
         let target = target.as_ref().to_path_buf();
         let refused = |doing, source| MapFault::io(doing)(source).in_file(&target);
@@ -47,24 +47,24 @@ impl NewFile {
             let beside = beside(&target);
             let file = File::options().read(true).write(true).create_new(true).open(&beside);
             let file = file.map_err(|e| refused("cannot be written: its folder refuses a new file", e))?;
-            // Where files cannot be locked nothing is taken for abandoned either.
+            // Without file locks, `remove_abandoned` removes nothing either.
             let locked = file.lock().is_ok();
-            // Before it was locked, another process may have taken it for abandoned.
+            // Another process may have removed it as abandoned before the lock.
             if !locked || beside.exists() {
                 return Ok(Self { file, beside, target, finished: false });
             }
         }
     }
 
-    /// What the file will be called.
+    /// Path of the finished file.
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Writes all of the file and finishes it.
+    /// Writes the whole content and finishes the file.
     ///
     /// # Errors
-    /// If the disk or the folder refuses.
+    /// If the file or the folder cannot be written.
     pub fn write(mut self, bytes: &[u8]) -> Result<(), MapError> {
         let written = self.file.write_all(bytes).map_err(MapFault::io("cannot be written"));
         written.map_err(|fault| fault.in_file(&self.target))?;
@@ -74,7 +74,7 @@ impl NewFile {
     /// Syncs the file and renames it.
     ///
     /// # Errors
-    /// If the disk or the folder refuses.
+    /// If the file or the folder cannot be written.
     pub fn finish(mut self) -> Result<(), MapError> {
         let fault = |doing, source| MapFault::io(doing)(source).in_file(&self.target);
         self.file.sync_all().map_err(|e| fault("cannot be written to disk", e))?;
@@ -87,7 +87,7 @@ impl NewFile {
 impl Drop for NewFile {
     fn drop(&mut self) {
         if !self.finished {
-            // A second failure changes nothing; the first is the one to report.
+            // Only the first failure is reported.
             let _ = fs::remove_file(&self.beside);
         }
     }
@@ -101,7 +101,7 @@ fn beside(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}-{unique}{PART}", std::process::id()))
 }
 
-/// The name of the file that would have become of one with this name.
+/// The target name of a temporary file with this name.
 fn target_of(part: &str) -> Option<&str> {
     let (target, unique) = part.strip_prefix('.')?.strip_suffix(PART)?.rsplit_once('.')?;
     let (process, count) = unique.split_once('-')?;
@@ -109,7 +109,8 @@ fn target_of(part: &str) -> Option<&str> {
     (number(process) && number(count)).then_some(target)
 }
 
-/// Removes what killed processes left of `targets`. Files that a living process writes stay, and so does whatever cannot be removed.
+/// Removes temporary files of `targets` that killed processes left. Files that a running process has locked stay, as do files
+/// that cannot be removed.
 pub fn remove_abandoned<'a>(targets: impl IntoIterator<Item = &'a Path>) {
     let targets: BTreeSet<&Path> = targets.into_iter().collect();
     let folders: BTreeSet<&Path> = targets.iter().filter_map(|target| target.parent()).collect();
@@ -122,7 +123,7 @@ pub fn remove_abandoned<'a>(targets: impl IntoIterator<Item = &'a Path>) {
                 continue;
             }
             let part = entry.path();
-            // Opened only if it is a file: opening a pipe would wait.
+            // Opening a pipe would block.
             let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
             let left = is_file && File::options().write(true).open(&part).is_ok_and(|file| file.try_lock().is_ok());
             if left {
@@ -137,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_killed_process_left_goes_and_nothing_else() {
+    fn leftovers_of_killed_processes_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let others =
@@ -159,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_no_target() {
+    fn folder_as_target_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let fault = NewFile::create(folder.path()).unwrap_err().to_string();
         assert!(fault.contains("directory"), "{fault}");

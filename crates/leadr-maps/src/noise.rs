@@ -1,9 +1,10 @@
-//! Periodic lattice noise, a pure function of seed and place. Coordinates are in lattice cells; `period` cells repeat.
+//! Periodic lattice noise: a pure function of seed and position. Coordinates are in lattice cells, with a period of `period`
+//! cells.
 
-/// The source of this module, for the keys of caches: what it makes is made again when it changes.
+/// Source text of this module. It is part of cache keys, so a change invalidates cached results.
 pub const SOURCE: &str = include_str!("noise.rs");
 
-/// A well-mixed 32-bit number of a seed and a cell (Murmur's finaliser between the words).
+/// 32-bit hash of a seed and a cell (Murmur's finaliser between the words).
 pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     let mix = |mut h: u32| {
         h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -20,19 +21,19 @@ pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 / (1 << 24) as f32
 }
 
-/// 0 up to `low`, 1 from `high` on, smooth between (Hermite).
+/// Hermite step: 0 below `low`, 1 above `high`, smooth between.
 pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Rows of `width` texels as columns.
+/// Transposes an image with rows of `width` texels.
 pub fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
     let height = texels.len() / width;
     (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
 }
 
-/// The unit gradient at a corner of the lattice, `[cos, sin]`.
+/// Unit gradient at a lattice corner, `[cos, sin]`.
 fn corner_gradient(seed: u32, x: i32, y: i32) -> [f32; 2] {
     let (sin, cos) = (unit(hash(seed, x, y)) * std::f32::consts::TAU).sin_cos();
     [cos, sin]
@@ -51,7 +52,7 @@ fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32
     value * std::f32::consts::SQRT_2
 }
 
-/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. For many places use `Gradients`.
+/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. `Gradients` is faster for many positions.
 pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     let (cx, cy) = (x.floor(), y.floor());
     blended(x - cx, y - cy, |i, j| {
@@ -59,13 +60,13 @@ pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     })
 }
 
-/// Octaves of [`gradient`], each of twice the frequency and `gain` times the height. For many places use `Fractal`.
+/// Octaves of [`gradient`], each with twice the frequency and `gain` times the amplitude. `Fractal` is faster for many positions.
 pub fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) -> f32 {
     let octave = |k: u32, scale: f32| gradient(seed.wrapping_add(k), x * scale, y * scale, period << k);
     sum_of_octaves(octaves, gain, octave)
 }
 
-/// The sum of octaves, each of which is told its number and its frequency.
+/// Sum of octaves; `at` receives the octave's number and frequency.
 fn sum_of_octaves(octaves: u32, gain: f32, at: impl Fn(u32, f32) -> f32) -> f32 {
     let (mut sum, mut amplitude) = (0.0, 1.0);
     for octave in 0..octaves {
@@ -75,13 +76,13 @@ fn sum_of_octaves(octaves: u32, gain: f32, at: impl Fn(u32, f32) -> f32) -> f32 
     sum
 }
 
-/// The cell of a place in a lattice that repeats, and the cell after it, along one axis.
+/// Indices of a cell and the next cell along one axis of a periodic lattice.
 fn cell_and_next(cell: f32, period: usize) -> [usize; 2] {
     let here = (cell as i32).rem_euclid(period as i32) as usize;
     [here, if here + 1 == period { 0 } else { here + 1 }]
 }
 
-/// [`gradient`], its gradients worked out once.
+/// [`gradient`] with precomputed gradients.
 pub(crate) struct Gradients {
     period: usize,
     corners: Vec<[f32; 2]>,
@@ -100,7 +101,7 @@ impl Gradients {
     }
 }
 
-/// [`fractal`], its gradients worked out once.
+/// [`fractal`] with precomputed gradients.
 pub(crate) struct Fractal {
     octaves: Vec<Gradients>,
     gain: f32,
@@ -118,22 +119,22 @@ impl Fractal {
     }
 }
 
-/// [`gradient`] on a lattice turned against the axes, over the unit square, which is one repeat.
-struct TurnedLattice {
-    /// The steps of the lattice along one repeat: `(a, b)` of it along s are as long as one along s is.
+/// [`gradient`] on a rotated lattice over the unit square, which is one period.
+struct RotatedLattice {
+    /// Lattice steps `(a, b)` along one period in s.
     along: [i32; 2],
-    /// The first corner of the table and the corners in its rows.
+    /// First corner of the table, and corners per row.
     first: i32,
     width: usize,
     corners: Vec<[f32; 2]>,
 }
 
-impl TurnedLattice {
-    /// About `cells` cells along a repeat, turned by `degrees`: as nearly as a lattice that repeats can be.
+impl RotatedLattice {
+    /// About `cells` cells per period, rotated by the nearest periodic angle to `degrees`.
     fn new(seed: u32, cells: i32, degrees: f32) -> Self {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let [a, b] = [cos, sin].map(|part| (cells as f32 * part).round() as i32);
-        // Corners are the same whose places differ by whole repeats: (a, −b) and (b, a).
+        // Corners that differ by whole periods, (a, −b) and (b, a), are equal.
         let count = a * a + b * b;
         let (reach, first) = (a.abs() + b.abs(), -(a.abs() + b.abs()) - 1);
         let width = (2 * reach + 4) as usize;
@@ -154,15 +155,15 @@ impl TurnedLattice {
     }
 }
 
-/// Gradient noise that favours no direction, over the unit square, which is one repeat: a lattice of cells shows its rows where few of them
-/// fill a repeat, so this is the sum of three that are turned against each other, as high as one.
-pub(crate) struct Turned([TurnedLattice; 3]);
+/// Isotropic gradient noise over the unit square, which is one period. A lattice with few cells per period shows its rows, so
+/// this sums three rotated lattices, with the amplitude of one.
+pub(crate) struct RotatedGradients([RotatedLattice; 3]);
 
-impl Turned {
+impl RotatedGradients {
     pub(crate) fn new(seed: u32, cells: i32) -> Self {
-        // Octaves turn on.
-        let turn = 10.0 + 17.0 * (seed % 3) as f32;
-        Self([0, 1, 2].map(|k| TurnedLattice::new(seed.wrapping_add(0x1000 * k), cells, turn + 30.0 * k as f32)))
+        // Each octave has another rotation.
+        let rotation = 10.0 + 17.0 * (seed % 3) as f32;
+        Self([0, 1, 2].map(|k| RotatedLattice::new(seed.wrapping_add(0x1000 * k), cells, rotation + 30.0 * k as f32)))
     }
 
     pub(crate) fn at(&self, s: f32, t: f32) -> f32 {
@@ -170,15 +171,15 @@ impl Turned {
     }
 }
 
-/// Octaves of [`Turned`], each of twice the frequency and `gain` times the height, over the unit square.
-pub(crate) struct TurnedFractal {
-    octaves: Vec<Turned>,
+/// Octaves of [`RotatedGradients`] over the unit square, each with twice the frequency and `gain` times the amplitude.
+pub(crate) struct RotatedFractal {
+    octaves: Vec<RotatedGradients>,
     gain: f32,
 }
 
-impl TurnedFractal {
+impl RotatedFractal {
     pub(crate) fn new(seed: u32, cells: i32, octaves: u32, gain: f32) -> Self {
-        Self { octaves: (0..octaves).map(|k| Turned::new(seed.wrapping_add(k), cells << k)).collect(), gain }
+        Self { octaves: (0..octaves).map(|k| RotatedGradients::new(seed.wrapping_add(k), cells << k)).collect(), gain }
     }
 
     pub(crate) fn at(&self, s: f32, t: f32) -> f32 {
@@ -186,8 +187,8 @@ impl TurnedFractal {
     }
 }
 
-/// Calls `visit` for the `(2 reach + 1)^2` cells around a place, each of which has one random point: with the offset from the point to
-/// the place, in cells, and the cell's random number.
+/// Calls `visit` for the `(2 reach + 1)^2` cells around a position. Each cell has one random point. Arguments: offset from the
+/// point to the position, in cells, and the cell's random number.
 pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: impl FnMut([f32; 2], u32)) {
     let (cx, cy) = (x.floor() as i32, y.floor() as i32);
     for j in -reach..=reach {
@@ -200,15 +201,15 @@ pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: i
     }
 }
 
-/// [`features`] with a value of each cell, worked out once.
+/// [`features`] with a precomputed value per cell.
 pub(crate) struct Scattered<T> {
     period: usize,
-    /// The place of the point in its cell, and the value.
+    /// Position of the point in its cell, and the value.
     cells: Vec<([f32; 2], T)>,
 }
 
 impl<T> Scattered<T> {
-    /// `value` of a cell's random number.
+    /// Builds the table; `value` maps a cell's random number to its value.
     pub(crate) fn new(seed: u32, period: i32, value: impl Fn(u32) -> T) -> Self {
         let cell = |x, y| {
             let id = hash(seed, x, y);
@@ -218,7 +219,7 @@ impl<T> Scattered<T> {
         Self { period: period as usize, cells }
     }
 
-    /// Calls `visit` with the offsets from the points of the `(2 reach + 1)^2` cells around a place, and their values.
+    /// Calls `visit` with offset and value for the points of the `(2 reach + 1)^2` cells around a position.
     pub(crate) fn visit(&self, x: f32, y: f32, reach: i32, mut visit: impl FnMut([f32; 2], &T)) {
         let (cx, cy) = (x.floor() as i32, y.floor() as i32);
         let first = |c: i32| (c - reach).rem_euclid(self.period as i32) as usize;
@@ -235,7 +236,7 @@ impl<T> Scattered<T> {
         }
     }
 
-    /// Distances to the nearest and second nearest point, in cells; their difference is 0 on cell borders.
+    /// Distances to the nearest and second nearest points, in cells; their difference is 0 on cell borders.
     pub(crate) fn nearest_two(&self, x: f32, y: f32) -> [f32; 2] {
         let mut best = [f32::MAX; 2];
         self.visit(x, y, 2, |[dx, dy], _| {
@@ -255,9 +256,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turned_noise_repeats_and_favours_no_direction() {
+    fn rotated_noise_repeats_and_favours_no_direction() {
         for cells in [3, 12, 48] {
-            let noise = Turned::new(7, cells);
+            let noise = RotatedGradients::new(7, cells);
             let n = 256;
             let at = |i: u32, j: u32| noise.at(i as f32 / n as f32, j as f32 / n as f32);
             let step = 1.0 / (cells as f32 * 50.0);
@@ -266,7 +267,7 @@ mod tests {
                 for j in 0..n {
                     let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
                     let here = at(i, j);
-                    // Shifts of the table's coordinates by whole repeats are rounded.
+                    // Shifts by whole periods cause rounding.
                     assert!((noise.at(s + 3.0, t - 2.0) - here).abs() < 1e-3);
                     let change = |ds: f32, dt: f32| f64::from(noise.at(s + ds, t + dt) - here).powi(2);
                     square += f64::from(here * here);
@@ -288,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_give_what_the_functions_give() {
+    fn tables_match_the_functions() {
         let (gradients, octaves) = (Gradients::new(7, 5), Fractal::new(9, 3, 4, 0.6));
         let points = Scattered::new(11, 6, |id| id);
         for k in 0..500 {

@@ -1,7 +1,7 @@
-//! What a picture says of itself: the program and the command that made it, and a fingerprint of all that decided it.
+//! Provenance metadata of a picture: program, command, and a fingerprint of all inputs.
 //!
-//! PNG keeps it in `iTXt` chunks before the pixels, EXR in attributes of its layer, both where other programs show it: `Software`
-//! and `Comment` are registered names of PNG, `software` and `comments` standard ones of EXR.
+//! PNG stores it in `iTXt` chunks before the pixels, EXR in layer attributes. Other programs display the registered PNG names
+//! `Software` and `Comment` and the standard EXR names `software` and `comments`.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -11,37 +11,37 @@ use exr::meta::attribute::AttributeValue;
 use exr::prelude::{LayerAttributes, Text};
 use png::text_metadata::{EncodableTextChunk, ITXtChunk};
 
-/// Name of the fingerprint.
+/// Metadata name of the fingerprint.
 const FINGERPRINT: &str = "leadr-fingerprint";
-/// Names in a PNG, in the order of the fields of [`Origin`].
+/// Metadata names in a PNG, in the order of the fields of [`Origin`].
 const PNG_NAMES: [&str; 3] = ["Software", "Comment", FINGERPRINT];
-/// The signature and the chunk `IHDR`.
+/// Bytes of the signature and the `IHDR` chunk.
 const PNG_HEADER: usize = 8 + 25;
 
-/// Where a picture comes from.
+/// Provenance of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// The program and its version.
     pub software: String,
-    /// The command that makes the picture again.
+    /// The command that reproduces the picture.
     pub command: String,
-    /// The same for two pictures only if everything that decides what they show is the same.
+    /// Equal for two pictures only if all inputs that determine them are equal.
     pub fingerprint: String,
 }
 
 impl Origin {
-    /// `png`, whole and not animated, with this in it.
+    /// Inserts this metadata into `png`, a complete, unanimated file.
     pub fn in_png(&self, mut png: Vec<u8>) -> Vec<u8> {
         let mut chunks = Vec::new();
         for (name, text) in PNG_NAMES.into_iter().zip([&self.software, &self.command, &self.fingerprint]) {
-            ITXtChunk::new(name, text).encode(&mut chunks).expect("a short plain name, and memory to write to");
+            ITXtChunk::new(name, text).encode(&mut chunks).expect("a short plain name, written to memory");
         }
         let at = PNG_HEADER.min(png.len());
         png.splice(at..at, chunks);
         png
     }
 
-    /// What the bytes of a PNG say, if they say it all.
+    /// Reads the metadata of a PNG; `None` if it is incomplete.
     pub fn of_png(bytes: &[u8]) -> Option<Self> {
         let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
         let texts = &reader.info().utf8_text;
@@ -50,8 +50,7 @@ impl Origin {
         Some(Self { software: software?, command: command?, fingerprint: fingerprint? })
     }
 
-    /// The attributes of an EXR that say this. Only one is not among the standard ones: the order of more would be another in each
-    /// file.
+    /// EXR attributes for this metadata. Only one is non-standard, because several would be written in random order.
     pub(super) fn exr_attributes(&self) -> LayerAttributes {
         let other = [(Text::from(FINGERPRINT), AttributeValue::Text(latin(&self.fingerprint)))].into_iter().collect();
         LayerAttributes {
@@ -62,7 +61,7 @@ impl Origin {
         }
     }
 
-    /// What the only layer of an EXR says, if it says it all.
+    /// Reads the metadata of a single-layer EXR; `None` if it is incomplete.
     pub fn of_exr(path: &Path) -> Option<Self> {
         let meta = MetaData::read_from_file(path, false).ok()?;
         let [header] = meta.headers.as_slice() else { return None };
@@ -74,7 +73,7 @@ impl Origin {
     }
 }
 
-/// A text of EXR, which has Latin-1 alone.
+/// Text for EXR, which supports only Latin-1.
 fn latin(text: &str) -> Text {
     let escaped: String =
         text.chars().map(|c| if u32::from(c) < 256 { c.to_string() } else { c.escape_unicode().to_string() }).collect();
@@ -94,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_png_says_where_it_comes_from_and_shows_the_same() {
+    fn png_stores_origin_without_changing_pixels() {
         let image = Rgb8Image { width: 2, height: 1, texels: vec![[1, 2, 3], [4, 5, 6]] };
         let plain = encode_png_srgb8(&image).unwrap();
         assert_eq!(Origin::of_png(&plain), None);
@@ -110,16 +109,16 @@ mod tests {
     }
 
     #[test]
-    fn an_exr_says_where_it_comes_from_and_holds_the_same() {
+    fn exr_stores_origin_without_changing_pixels() {
         let folder = tempfile::tempdir().unwrap();
-        let [plain, told] = ["plain.exr", "told.exr"].map(|name| folder.path().join(name));
+        let [plain, recorded] = ["plain.exr", "told.exr"].map(|name| folder.path().join(name));
         let channels: [(&str, &[f32]); 3] = [("R", &[0.5, 2.0]), ("G", &[1.0, 0.0]), ("B", &[0.25, 8.0])];
         let bytes = encode_exr_of(&origin(), 2, 1, &channels).unwrap();
         assert_eq!(bytes, encode_exr_of(&origin(), 2, 1, &channels).unwrap(), "bytes differ between two runs");
-        std::fs::write(&told, &bytes).unwrap();
+        std::fs::write(&recorded, &bytes).unwrap();
         let bare = encode_exr(2, 1, &channels).unwrap();
         std::fs::write(&plain, &bare).unwrap();
-        assert_eq!((Origin::of_exr(&plain), Origin::of_exr(&told)), (None, Some(origin())));
+        assert_eq!((Origin::of_exr(&plain), Origin::of_exr(&recorded)), (None, Some(origin())));
         assert_eq!(decode_picture(&bytes).unwrap(), decode_picture(&bare).unwrap());
     }
 }

@@ -1,19 +1,21 @@
-//! Height maps from formulas. All tile in both directions, and the same arguments give the same map.
+//! Procedural height maps. All tile in both directions and are deterministic.
 //!
-//! Slopes are per unit texture coordinate, as in [`super::moments`]. Each function panics on a zero size.
+//! Slopes are per unit texture coordinate, as in [`super::moments`]. All functions panic on a zero size.
 
 use std::f32::consts::TAU;
 
 use rayon::prelude::*;
 
 use super::HeightMap;
-use super::noise::{Fractal, Gradients, Scattered, Turned, TurnedFractal, hash, smoothstep, transpose, unit};
+use super::noise::{
+    Fractal, Gradients, RotatedFractal, RotatedGradients, Scattered, hash, smoothstep, transpose, unit,
+};
 use leadr_reflectance::random::Random;
 
-/// The source of this module, for the keys of caches: what it makes is made again when it changes.
+/// Source text of this module. It is part of cache keys, so a change invalidates cached results.
 pub const SOURCE: &str = include_str!("procedural.rs");
 
-/// Evaluates `f(s, t)` at the texel centres.
+/// Evaluates `f(s, t)` at texel centres.
 fn fill(width: u32, height: u32, f: impl Fn(f32, f32) -> f32 + Sync) -> HeightMap {
     let mut texels = vec![0.0; width as usize * height as usize];
     texels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
@@ -33,13 +35,12 @@ fn normalised(mut map: HeightMap) -> HeightMap {
     map
 }
 
-/// A Gaussian random surface: white noise blurred by a Gaussian of standard deviation `feature` (a fraction of the
-/// map's side, at least 2 texels to be resolved, at most 1/8).
+/// A Gaussian random surface: white noise blurred by a Gaussian of standard deviation `feature`, a fraction of the map's side (at
+/// least 2 texels to be resolved, at most 1/8).
 ///
-/// In expectation: mean 0, slopes Gaussian with `E[x^2] = E[y^2] = slope_sigma^2`, uncorrelated, height variance
-/// `2 (slope_sigma feature)^2`, height correlation `exp(-r^2 / (4 feature^2))`. One map's
-/// variances stray from that by about `2.5 feature` relative (one standard deviation), and its triangles have
-/// `1 - 1 / (8 w^2)` of the slope variance when `feature` is `w` texels.
+/// Expected values: mean 0; Gaussian, uncorrelated slopes with `E[x^2] = E[y^2] = slope_sigma^2`; height variance
+/// `2 (slope_sigma feature)^2`; height correlation `exp(-r^2 / (4 feature^2))`. The variances of one map have a relative standard
+/// deviation of about `2.5 feature`. Its triangles have `1 - 1 / (8 w^2)` of the slope variance when `feature` is `w` texels.
 pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f32) -> HeightMap {
     let feature = feature.min(0.125);
     let white: Vec<f32> =
@@ -53,13 +54,13 @@ pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f
     HeightMap::new(width, height, texels).expect("a positive size and finite heights")
 }
 
-/// Normally distributed (Box and Muller) from one random word.
+/// A normally distributed number (Box and Muller) from one random word.
 fn normal(h: u32) -> f32 {
     let radius = (-2.0 * (1.0 - unit(h)).ln()).sqrt();
     radius * (TAU * unit(hash(h, 3, 5))).cos()
 }
 
-/// Periodic blur along rows with a Gaussian of deviation `sigma` texels and unit energy: white noise keeps variance 1.
+/// Periodic row blur by a Gaussian of `sigma` texels with unit energy, so that white noise keeps variance 1.
 fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     let reach = (4.0 * sigma).ceil() as i64;
     let mut kernel: Vec<f32> = (-reach..=reach).map(|i| (-0.5 * (i as f32 / sigma.max(1e-6)).powi(2)).exp()).collect();
@@ -67,7 +68,7 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     kernel.iter_mut().for_each(|k| *k /= energy);
     let mut blurred = vec![0.0; texels.len()];
     blurred.par_chunks_mut(width).zip(texels.par_chunks(width)).for_each(|(out, row)| {
-        // The row repeated past both ends, so that the inner loop needs no wrapping.
+        // Pads the row by its period at both ends, so that the inner loop needs no wrapping.
         let wrapped: Vec<f32> =
             (-reach..width as i64 + reach).map(|i| row[i.rem_euclid(width as i64) as usize]).collect();
         for (x, value) in out.iter_mut().enumerate() {
@@ -77,18 +78,18 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     blurred
 }
 
-/// Fractal gradient noise: `octaves` octaves from `cells` lattice cells across the map, each of twice the frequency
-/// and `gain` times the height.
+/// Fractal gradient noise: `octaves` octaves, starting at `cells` lattice cells across the map, each with twice the frequency and
+/// `gain` times the amplitude.
 ///
-/// Mean close to 0, `|h| <= 1 + gain + gain^2 + ...`; the height variance of each octave is about 0.1 times its
-/// squared amplitude (measured; for lattices of 8 cells and more).
+/// Mean close to 0; `|h| <= 1 + gain + gain^2 + ...`. The height variance of an octave is about 0.1 times its squared amplitude
+/// (measured for lattices of 8 cells and more).
 pub fn fbm(width: u32, height: u32, seed: u32, cells: u32, octaves: u32, gain: f32) -> HeightMap {
     let noise = Fractal::new(seed, cells.max(1) as i32, octaves, gain);
     let cells = cells.max(1) as f32;
     fill(width, height, |s, t| noise.at(s * cells, t * cells))
 }
 
-/// Weathered rock: ridged fractal noise broken by a few sharp clefts, heights exactly 0 to 1.
+/// Weathered rock: ridged fractal noise with a few sharp clefts. Heights span exactly 0 to 1.
 ///
 /// Measured at 512 x 512 over seeds: mean 0.55 to 0.75, slope deviation 9 to 12 per axis.
 pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
@@ -108,41 +109,41 @@ pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
     }))
 }
 
-/// A plate with scratches of any direction, heights exactly 0 to 1: straight grooves with raised rims, shallow ones and deep ones.
+/// A plate with scratches in random directions, heights exactly 0 to 1: shallow and deep straight grooves with raised rims.
 pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
     let mut random = Random::stream(seed.into(), 0x5c7a);
     let grooves: Vec<[f32; 6]> = (0..count)
         .map(|_| {
             let (sine, cosine) = random.range(0.0, std::f64::consts::TAU).sin_cos();
             let half_length = random.range(0.1, 0.45);
-            let place = [random.unit(), random.unit()];
-            [place[0], place[1], cosine, sine, half_length, random.range(0.2, 1.0)].map(|v| v as f32)
+            let centre = [random.unit(), random.unit()];
+            [centre[0], centre[1], cosine, sine, half_length, random.range(0.2, 1.0)].map(|v| v as f32)
         })
         .collect();
     normalised(fill(width, height, |s, t| {
         let depth = |&[x, y, cosine, sine, half_length, depth]: &[f32; 6]| {
-            // The nearest of the repeats.
+            // Nearest periodic copy.
             let [u, v] = [s - x, t - y].map(|d| d - d.round());
             let (along, across) = (u * cosine + v * sine, v * cosine - u * sine);
             let end = 1.0 - smoothstep(0.6, 1.0, along.abs() / half_length);
             let a = (across / 0.008).powi(2);
-            // A groove whose rims hold what was in it.
+            // The raised rims contain the displaced volume.
             depth * end * (1.0 - a) * (-0.5 * a).exp()
         };
         -grooves.iter().map(depth).sum::<f32>()
     }))
 }
 
-/// Dry soil with pebbles and cracks, heights exactly 0 to 1: soft undulation, three sizes of pebbles half sunk in it,
-/// cracks in patches, and grain. For a tile of about 2 m a height scale near 0.06 m looks natural.
+/// Dry soil, heights exactly 0 to 1: soft undulation, half-buried pebbles of three sizes, cracks in patches, and grain. For a
+/// tile of about 2 m a height scale near 0.06 m looks natural.
 ///
 /// Measured at 1024 x 1024 over seeds: mean 0.4 to 0.6, slope deviation 9 to 16 per axis.
 pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
-    let undulation = TurnedFractal::new(seed, 3, 5, 0.5);
-    let fine = TurnedFractal::new(seed ^ 0x6a1, 96, 2, 0.6);
+    let undulation = RotatedFractal::new(seed, 3, 5, 0.5);
+    let fine = RotatedFractal::new(seed ^ 0x6a1, 96, 2, 0.6);
     let warps = [0x11, 0x12].map(|k: u32| Fractal::new(seed ^ k, 14, 3, 0.5));
     let plates = Scattered::new(seed ^ 0xc2ac, 7, |_| ());
-    let cracked = Turned::new(seed ^ 0x9a7c, 3);
+    let cracked = RotatedGradients::new(seed ^ 0x9a7c, 3);
     let sizes = [(9, 0.35, 0.34, 0x57a1), (26, 0.45, 0.15, 0x57a2), (64, 0.5, 0.06, 0x57a3)];
     let pebbles = sizes.map(|(cells, share, size, k): (_, _, f32, u32)| (size, Pebbles::new(seed ^ k, cells, share)));
     normalised(fill(width, height, |s, t| {
@@ -152,12 +153,12 @@ pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
         let [u, v] = [0, 1].map(|k: usize| [s, t][k] * 7.0 + 0.25 * warps[k].at(s * 14.0, t * 14.0));
         let [f1, f2] = plates.nearest_two(u, v);
         let patches = smoothstep(-0.15, 0.35, cracked.at(s, t));
-        // Plates curl up a little toward their cracks.
+        // Plates curl up slightly towards their cracks.
         let rim = 0.04 * (1.0 - smoothstep(0.05, 0.35, f2 - f1));
         let crack = 0.26 * (1.0 - smoothstep(0.01, 0.07, f2 - f1));
 
         let stones = pebbles.iter().fold(0.0f32, |highest, (size, some)| highest.max(size * some.height(s, t)));
-        // A stone stands in the soil, not on it, and bridges the cracks.
+        // A stone is embedded in the soil and bridges the cracks.
         let bare = 1.0 - smoothstep(0.0, 0.03, stones);
         ground + grain + patches * (rim - crack) * bare + stones
     }))
@@ -167,43 +168,43 @@ pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
 struct Pebbles {
     cells: i32,
     shapes: Scattered<Option<Pebble>>,
-    /// Shifts of places, for irregular outlines: noise finer than a pebble.
+    /// Position offsets for irregular outlines: noise finer than a pebble.
     shifts: [Fractal; 2],
 }
 
 struct Pebble {
     radius: f32,
-    /// Of its long axis: cosine, sine.
-    turn: [f32; 2],
+    /// Cosine and sine of its long axis.
+    rotation: [f32; 2],
     aspect: f32,
 }
 
 impl Pebbles {
-    /// A pebble lies in `share` of the cells.
+    /// `share`: fraction of cells with a pebble.
     fn new(seed: u32, cells: i32, share: f32) -> Self {
         let shape = |id: u32| {
             let random = |k: i32| unit(hash(id, k, 0));
             let (sin, cos) = (TAU * random(9)).sin_cos();
             let (radius, aspect) = (0.16 + 0.3 * random(8).powi(2), 0.65 + 0.35 * random(10));
-            (random(7) < share).then_some(Pebble { radius, turn: [cos, sin], aspect })
+            (random(7) < share).then_some(Pebble { radius, rotation: [cos, sin], aspect })
         };
         let shifts = [0x21, 0x22].map(|k: u32| Fractal::new(seed ^ k, cells * 4, 2, 0.5));
         Self { cells, shapes: Scattered::new(seed, cells, shape), shifts }
     }
 
-    /// Height of the highest pebble over a place, 0 to 1.
+    /// Height of the highest pebble at a position, 0 to 1.
     fn height(&self, s: f32, t: f32) -> f32 {
         let (x, y) = (s * self.cells as f32, t * self.cells as f32);
         let [dx, dy] = self.shifts.each_ref().map(|shift| 0.05 * shift.at(x * 4.0, y * 4.0));
         let mut highest = 0.0f32;
         self.shapes.visit(x, y, 1, |offset, pebble| {
-            let Some(Pebble { radius, turn: [cos, sin], aspect }) = pebble else { return };
+            let Some(Pebble { radius, rotation: [cos, sin], aspect }) = pebble else { return };
             let (px, py) = (offset[0] + dx, offset[1] + dy);
             let along = (cos * px + sin * py) / radius;
             let across = (cos * py - sin * px) / (radius * aspect);
             let d2 = along * along + across * across;
             if d2 < 1.0 {
-                // A flattened dome: steep at its rim but of finite slope.
+                // A flattened dome with a steep rim of finite slope.
                 highest = highest.max(radius / 0.46 * (1.0 - d2) * (1.0 + 0.5 * d2));
             }
         });
@@ -216,7 +217,7 @@ mod tests {
     use super::super::{LeadrMap, Wrap};
     use super::*;
 
-    /// Largest step between horizontal or vertical neighbours inside the map, and across its seam.
+    /// Largest height step between neighbours, inside the map and across its seam.
     fn steps(map: &HeightMap) -> (f32, f32) {
         let (w, h) = (map.width, map.height);
         let (mut inside, mut seam) = (0.0f32, 0.0f32);
@@ -256,7 +257,7 @@ mod tests {
             assert_eq!(map, make(7), "{name} differs between two calls");
             assert_ne!(map, make(8), "{name} ignores its seed");
         }
-        // A ramp does not tile, and the check sees it.
+        // A ramp does not tile; the check can fail.
         let ramp = fill(n, n, |s, _| s);
         let (inside, seam) = steps(&ramp);
         assert!(seam > inside * 1.05);
@@ -272,7 +273,7 @@ mod tests {
                 |n: i32| map.texels.iter().map(|&h| f64::from(h).powi(n)).sum::<f64>() / map.texels.len() as f64;
             let (_, sigma) = mean_and_sigma(&map);
             let ratios = sigma.map(|s| (s / f64::from(slope)).powi(2));
-            // Five standard deviations of one map.
+            // Five standard deviations for one map.
             assert!(ratios.iter().all(|r| (r - 1.0).abs() < 5.0 * 2.5 * f64::from(feature)), "seed {seed}: {ratios:?}");
             slope_ratio += (ratios[0] + ratios[1]) / 2.0 / f64::from(seeds);
             height_ratio += moment(2) / (2.0 * f64::from(slope * feature).powi(2)) / f64::from(seeds);

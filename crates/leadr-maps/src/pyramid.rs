@@ -1,4 +1,4 @@
-//! Mip levels from rows as they come: each level holds the few rows that the next one still needs.
+//! Streaming mip generation: each level keeps only the few rows that the next level still needs.
 
 use std::collections::VecDeque;
 
@@ -9,10 +9,10 @@ use crate::MapFault;
 /// A row of texels, channels interleaved.
 pub(super) type Row = Vec<f32>;
 
-/// What is told the level, the first row and rows that are complete.
+/// Callback for finished rows: level, first row, rows.
 pub(super) type Emit<'a> = dyn FnMut(usize, u32, &[Row]) -> Result<(), MapFault> + 'a;
 
-/// Sizes of all levels: each side is halved and rounded down until both are 1.
+/// Sizes of all levels: sides are halved and rounded down until both are 1.
 pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     let mut sizes = vec![size];
     while let Some(&[w, h]) = sizes.last().filter(|s| s[0] > 1 || s[1] > 1) {
@@ -21,7 +21,7 @@ pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     sizes
 }
 
-/// The texels of a level under one of the next, along an axis: the first, and their weights, which sum to 1.
+/// Filter taps along one axis for a texel of the next level: first source texel, and weights that sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Taps {
     pub first: usize,
@@ -30,7 +30,7 @@ pub(super) struct Taps {
 }
 
 impl Taps {
-    /// Those of each texel of the level that follows one of `from` texels.
+    /// The taps for every texel of the level below one of `from` texels.
     pub fn of_level(from: u32) -> Vec<Self> {
         let half = from / 2;
         let odd = |i: u32| [half - i, half, i + 1].map(|weight| weight as f32 * (1.0 / from as f32));
@@ -45,34 +45,34 @@ impl Taps {
         (0..half.max(1)).map(tap).collect()
     }
 
-    /// The texel after the last.
+    /// Index after the last texel.
     pub const fn end(self) -> usize {
         self.first + self.count
     }
 
-    /// Texels and weights.
+    /// Source texels and their weights.
     pub fn weighted(self) -> impl Iterator<Item = (usize, f32)> {
         (0..self.count).map(move |i| (self.first + i, self.weights[i]))
     }
 }
 
-/// A level on its way to the next.
+/// Downsampling state of one level.
 struct Step {
-    /// Texels and weights of each column, and of each row, of the next level.
+    /// Taps for each column and row of the next level.
     columns: Vec<Taps>,
     rows: Vec<Taps>,
     pending: VecDeque<Row>,
-    /// The row of this level that is first in `pending`.
+    /// Index in this level of the first row in `pending`.
     first: usize,
-    /// The row of the next level that comes next.
+    /// Index of the next row to emit.
     next: usize,
 }
 
-/// Averages by area, in the order in which the moments pass does, and so with the same bits.
+/// Area averages in the order of the moments pass, so results are bit-exact.
 pub(super) struct Pyramid {
     channels: usize,
     steps: Vec<Step>,
-    /// Rows of each level that have been made.
+    /// Finished rows per level.
     done: Vec<u32>,
 }
 
@@ -89,7 +89,7 @@ impl Pyramid {
         Self { channels, steps: sizes.windows(2).map(step).collect(), done: vec![0; sizes.len()] }
     }
 
-    /// Takes the next rows of level 0, and hands on what is complete by now of every level.
+    /// Takes the next rows of level 0 and emits newly completed rows of every level.
     pub(super) fn push(&mut self, mut rows: Vec<Row>, emit: &mut Emit<'_>) -> Result<(), MapFault> {
         for level in 0..self.done.len() {
             if rows.is_empty() {

@@ -1,5 +1,5 @@
-//! PNG and JPEG to a [`Raster`] through the `image` crate, with the size checked before anything is unpacked. Palettes and greys of 1, 2
-//! or 4 bits arrive expanded to 8 bits; interlacing and 16 bits are handled; only the first frame of an animation is read.
+//! PNG and JPEG to a [`Raster`] through the `image` crate. The size is checked before decompression. Palettes and greys of 1, 2
+//! or 4 bits expand to 8 bits; interlacing and 16 bits are supported; only the first frame of an animation is read.
 
 use std::io::Cursor;
 
@@ -16,13 +16,13 @@ use super::{MapFault, limits};
 const PNG_REMEDY: &str = "save it as 8 or 16-bit grey or RGB PNG";
 const JPEG_REMEDY: &str = "save it as an 8-bit grey or RGB JPEG";
 
-/// Whether it begins as a PNG or a JPEG does.
+/// Whether the bytes start like a PNG or a JPEG.
 pub(super) fn is_raster(bytes: &[u8]) -> bool {
     is_jpeg(bytes) || is_png(bytes)
 }
 
-/// Whether the bytes start like a PNG. Only the letters `PNG` are checked, so that a PNG whose signature was damaged in transfer
-/// is called damaged rather than unknown.
+/// Whether the bytes start like a PNG. Checks only the letters `PNG`, so that a signature damaged in transfer is reported as
+/// damage, not as an unknown format.
 pub(super) fn is_png(bytes: &[u8]) -> bool {
     bytes.len() >= 4 && &bytes[1..4] == b"PNG"
 }
@@ -35,7 +35,7 @@ fn is_jpeg(bytes: &[u8]) -> bool {
 /// recognised by the first bytes.
 ///
 /// # Errors
-/// On anything else, anything damaged, and anything over [`limits`].
+/// If the format is unsupported, the file is damaged, or it exceeds [`limits`].
 pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
     if is_jpeg(bytes) {
         return guarded("JPEG", || decode_jpeg(bytes));
@@ -57,7 +57,7 @@ pub(super) fn decode_png(bytes: &[u8]) -> Result<Raster, MapFault> {
 }
 
 fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
-    // The decoder would fill the rest with grey.
+    // The decoder would fill missing rows with grey.
     if !has_end(bytes) {
         return Err(MapFault::damaged("its JPEG data end early"));
     }
@@ -65,7 +65,7 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
     unpack(decoder, bytes.len(), JPEG_REMEDY)
 }
 
-/// Unpacks the image of a file of so many bytes.
+/// Decodes the image of a file of `file_bytes` bytes.
 fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result<Raster, MapFault> {
     let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
     let channels = usize::from(color.channel_count());
@@ -87,7 +87,7 @@ fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result
     Raster::new(width, height, channels, samples)
 }
 
-/// A decoder's error, worded as one of our sentences. `remedy`: for what it does not support.
+/// Maps a decoder error to a `MapFault`. `remedy` is for unsupported features.
 fn fault(error: ImageError, remedy: &str) -> MapFault {
     match error {
         ImageError::Unsupported(reason) => MapFault::unsupported(one_line(&reason), remedy),
@@ -97,12 +97,12 @@ fn fault(error: ImageError, remedy: &str) -> MapFault {
     }
 }
 
-/// Whether the end marker of a JPEG stands behind its first scan. The segments before the scan may hold other JPEGs, as thumbnails.
+/// Whether a JPEG has its end marker after the first scan. Segments before the scan may contain other JPEGs, such as thumbnails.
 fn has_end(bytes: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker]) = bytes.get(at..at + 2) {
         match marker {
-            // Start of scan: its data hold no marker but those of restarts.
+            // Start of scan: its data contain no markers except restarts.
             0xda => return bytes[at..].windows(2).any(|pair| pair == [0xff, 0xd9]),
             0xff => at += 1,
             0x01 | 0xd0..=0xd8 => at += 2,

@@ -1,7 +1,7 @@
-//! Which files were read, and what they said then.
+//! A record of the files that were read and of their checksums.
 //!
-//! All readers of untrusted files use [`limits`](super::limits), which notes each read here. The record does not depend on the
-//! thread: a model's images are read on all cores.
+//! Every reader of untrusted files uses [`limits`](super::limits), which records each read here. Records cover all threads, since
+//! images of a model are read in parallel.
 
 use std::fs::File;
 use std::io::Read;
@@ -12,21 +12,21 @@ use super::checksum::checksum;
 
 type Record = Arc<Mutex<Vec<FileRead>>>;
 
-/// The records that are open, of the whole process: a scene is read by many threads.
+/// Open records of the process, shared by all threads.
 static OPEN: Mutex<Vec<Record>> = Mutex::new(Vec::new());
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FileRead {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// A checksum of what was read of it.
+    /// Checksum of the bytes that were read.
     pub checksum: u64,
 }
 
-/// Does `work` and returns the files that were read meanwhile, by any thread, sorted.
+/// Runs `work` and returns its result with the files that any thread read meanwhile, sorted.
 pub fn recorded<T>(work: impl FnOnce() -> T) -> (T, Vec<FileRead>) {
-    /// Closes the record, also if `work` panics.
+    /// Closes the record even if `work` panics.
     struct Close(Record);
     impl Drop for Close {
         fn drop(&mut self) {
@@ -44,14 +44,14 @@ pub fn recorded<T>(work: impl FnOnce() -> T) -> (T, Vec<FileRead>) {
     (result, read)
 }
 
-/// Notes in all open records that `bytes` of `path` were read.
+/// Adds a read of `bytes` from `path` to all open records.
 pub(super) fn note(path: &Path, bytes: &[u8]) {
     if !locked(&OPEN).is_empty() {
         add(path, checksum(bytes));
     }
 }
 
-/// Notes the whole of a file that is not read at once.
+/// Records a whole file that is read in parts.
 pub(super) fn note_whole(path: &Path) -> std::io::Result<()> {
     if locked(&OPEN).is_empty() {
         return Ok(());

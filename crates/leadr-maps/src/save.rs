@@ -1,4 +1,4 @@
-//! Saving pictures: PNG and EXR with deterministic bytes.
+//! Saves pictures as PNG and EXR with deterministic bytes.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -28,18 +28,18 @@ pub fn save_png(path: impl AsRef<Path>, image: &RgbImage, exposure: f32, tonemap
     save_png_srgb8(path, &display_image(image, exposure, tonemap))
 }
 
-/// Saves heights as a 16-bit grey PNG: `low` becomes 0, `high` becomes 65535, the rest is clamped. With `low == high`
-/// everything is 0.
+/// Saves heights as a 16-bit grey PNG: `low` becomes 0, `high` becomes 65535, values outside are clamped. With `low == high` all
+/// texels are 0.
 pub fn save_png_grey16(path: impl AsRef<Path>, map: &HeightMap, low: f32, high: f32) -> Result<(), MapError> {
     let bytes = encode_png_grey16(map, low, high).map_err(|f| f.in_file(&path))?;
     write_atomic(path, &bytes)
 }
 
-/// A channel of an EXR: its name, such as `R`, `depth` or `color.R`, and `width * height` values.
+/// An EXR channel: a name such as `R`, `depth` or `color.R`, and `width * height` values.
 pub type Channel<'a> = (&'a str, &'a [f32]);
 
-/// Saves full 32-bit float channels of one size as an EXR (ZIP, scanlines). Fails when there is no channel, a name is empty or given
-/// twice, a length is wrong, or the file cannot be written. NaN and infinities are kept.
+/// Saves 32-bit float channels as an EXR (ZIP, scanlines). NaN and infinities are kept. Fails without channels, with empty or
+/// duplicate names or wrong lengths, or if the file cannot be written.
 pub fn save_exr(path: impl AsRef<Path>, width: u32, height: u32, channels: &[Channel<'_>]) -> Result<(), MapError> {
     let bytes = encode_exr(width, height, channels).map_err(|f| f.in_file(&path))?;
     write_atomic(path, &bytes)
@@ -78,10 +78,10 @@ pub fn encode_exr(width: u32, height: u32, channels: &[Channel<'_>]) -> Result<V
     encode_exr_with(width, height, channels, LayerAttributes::default())
 }
 
-/// The bytes of an EXR as [`save_exr`] writes it, which says where it comes from.
+/// The bytes of an EXR like [`save_exr`], with provenance metadata.
 ///
 /// # Errors
-/// As [`save_exr`].
+/// The errors of [`save_exr`].
 pub fn encode_exr_of(origin: &Origin, width: u32, height: u32, channels: &[Channel<'_>]) -> Result<Vec<u8>, MapFault> {
     encode_exr_with(width, height, channels, origin.exr_attributes())
 }
@@ -92,7 +92,7 @@ fn encode_exr_with(
     channels: &[Channel<'_>],
     attributes: LayerAttributes,
 ) -> Result<Vec<u8>, MapFault> {
-    let refuse = |what: String| MapFault::unsupported(what, "give named, equally large channels");
+    let refuse = |what: String| MapFault::unsupported(what, "give channels with distinct names and equal sizes");
     if width == 0 || height == 0 {
         return Err(MapFault::Empty { width: width.into(), height: height.into() });
     }
@@ -102,17 +102,17 @@ fn encode_exr_with(
     let mut list = SmallVec::new();
     for (index, &(name, values)) in channels.iter().enumerate() {
         if values.len() as u64 != u64::from(width) * u64::from(height) {
-            let what = format!("channel {name} has {} values, the image {width} x {height}", values.len());
+            let what = format!("channel {name} has {} values; the image is {width} x {height}", values.len());
             return Err(MapFault::SizeMismatch { what });
         }
         if channels[..index].iter().any(|&(other, _)| other == name) {
             return Err(refuse(format!("channel {name} was given twice")));
         }
         let text = Text::new_or_none(name).filter(|_| !name.is_empty());
-        let text = text.ok_or_else(|| refuse(format!("`{}` is no channel name", name.escape_debug())))?;
+        let text = text.ok_or_else(|| refuse(format!("`{}` is not a valid channel name", name.escape_debug())))?;
         list.push(AnyChannel::new(text, FlatSamples::F32(values.to_vec())));
     }
-    // Increasing lines and one thread: the same input gives the same bytes.
+    // Increasing line order and one thread make the bytes deterministic.
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(width as usize, height as usize);

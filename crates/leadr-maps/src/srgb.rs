@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-/// Display code 0 to 1 from linear 0 to 1. Clamps outside.
+/// Display code, 0 to 1, of a linear value; clamps to 0..1.
 pub fn srgb_from_linear(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
@@ -14,30 +14,30 @@ pub fn linear_from_srgb(code: f32) -> f32 {
     if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The nearest 8-bit display code of a linear value in 0 to 1. Clamps outside.
+/// Nearest 8-bit display code of a linear value; clamps to 0..1.
 pub fn srgb8_from_linear(x: f32) -> u8 {
     let (codes, x) = (&*CODES, x.clamp(0.0, 1.0));
     let code = codes.first[((x * STEPS as f32) as usize).min(STEPS - 1)];
     code + u8::from(code < u8::MAX && x >= codes.least[usize::from(code) + 1])
 }
 
-/// A power for every channel of every texel takes longer than all else that is done with it.
+/// A table, because `powf` for every channel of every texel dominates saving.
 static CODES: LazyLock<Codes> = LazyLock::new(Codes::new);
 
-/// Steps of linear light, at the first of which a code is looked up; none has more than one code more than it begins with.
+/// Number of linear intervals in the table; no interval spans more than two codes.
 const STEPS: usize = 4096;
 
 struct Codes {
-    /// The least value of each code.
+    /// Smallest linear value of each code.
     least: [f32; 256],
-    /// The code at the beginning of each step.
+    /// Code at the start of each interval.
     first: [u8; STEPS],
 }
 
 impl Codes {
     fn new() -> Self {
         let code = |x: f32| (srgb_from_linear(x) * 255.0 + 0.5) as u8;
-        // Positive numbers are ordered as their bits are.
+        // Positive floats sort like their bit patterns.
         let least = |wanted: usize| {
             let (mut below, mut above) = (0u32, 1f32.to_bits());
             while above - below > 1 {
@@ -69,7 +69,7 @@ mod tests {
             let x = i as f32 / 2e6 * 1.02 - 0.01;
             assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
         }
-        // On either side of where each code begins.
+        // On both sides of every code boundary.
         for least in CODES.least.into_iter().skip(1) {
             for x in [least.next_down(), least, least.next_up()] {
                 assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
@@ -87,7 +87,7 @@ mod tests {
             let linear = linear_from_srgb(f32::from(code) / 255.0);
             assert_eq!((srgb_from_linear(linear) * 255.0).round() as u8, code);
         }
-        // Middle grey and white by the standard's own numbers.
+        // Middle grey and white from the standard.
         assert!((srgb_from_linear(0.214_041_14) - 0.5).abs() < 1e-5);
         assert!((srgb_from_linear(1.0) - 1.0).abs() < 1e-6);
     }

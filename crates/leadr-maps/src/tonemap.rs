@@ -1,4 +1,4 @@
-//! From linear radiance to display codes, as pure functions.
+//! Tonemapping of linear radiance to display codes, as pure functions.
 
 use super::srgb::srgb_from_linear;
 use super::{Rgb8Image, RgbImage};
@@ -11,13 +11,13 @@ pub fn filmic(x: f32) -> f32 {
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
 }
 
-/// How linear radiance becomes display light. The numbers are those of the shader.
+/// Tonemapping operator. The numbers match the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[repr(i32)]
 pub enum Tonemap {
-    /// Clamped to 0..1.
+    /// Clamp to 0..1.
     Clamp = 0,
-    /// The [`filmic`] curve, each channel by itself: what pictures are compared through.
+    /// The [`filmic`] curve per channel. Image comparisons use it.
     #[default]
     Filmic = 1,
     /// [`aces`].
@@ -27,13 +27,13 @@ pub enum Tonemap {
 }
 
 impl Tonemap {
-    /// What pictures are shown through if nobody says otherwise.
+    /// The default for display.
     pub const SHOWN: Self = Self::Agx;
 
-    /// All of them.
+    /// All operators.
     pub const ALL: [Self; 4] = [Self::Agx, Self::Aces, Self::Filmic, Self::Clamp];
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Clamp => "clamp",
@@ -43,17 +43,17 @@ impl Tonemap {
         }
     }
 
-    /// A line of help.
+    /// One line of help text.
     pub fn help(self) -> &'static str {
         match self {
-            Self::Clamp => "Linear, cut off at white",
-            Self::Filmic => "Narkowicz's fit of ACES, each channel by itself",
-            Self::Aces => "Hill's fit of the ACES reference rendering, in its wide primaries: bright colours pale",
-            Self::Agx => "Sobotka's AgX with its punchy look: bright colours pale without turning their hue",
+            Self::Clamp => "Linear, clipped at white",
+            Self::Filmic => "Narkowicz's fit of ACES, per channel",
+            Self::Aces => "Hill's fit of the ACES reference rendering in wide primaries; bright colours desaturate",
+            Self::Agx => "Sobotka's AgX with its punchy look; bright colours desaturate without hue shifts",
         }
     }
 
-    /// Linear display light, 0 to 1 a channel, of linear radiance after exposure.
+    /// Linear display values, 0 to 1 per channel, of linear radiance after exposure.
     pub fn display(self, color: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Clamp => color.map(|v| v.clamp(0.0, 1.0)),
@@ -69,9 +69,9 @@ fn times(rows: [[f32; 3]; 3], color: [f32; 3]) -> [f32; 3] {
     rows.map(|row| row[0] * color[0] + row[1] * color[1] + row[2] * color[2])
 }
 
-/// Stephen Hill's fit of the ACES reference rendering and its output for sRGB screens: the curve is applied in primaries wide enough
-/// that bright saturated colours go pale instead of clipping channel by channel. The exposure is that of [`filmic`], under which 0.18
-/// maps to about the same grey.
+/// Stephen Hill's fit of the ACES reference rendering and its sRGB output transform. The curve applies in wide primaries, so
+/// bright saturated colours desaturate instead of clipping per channel. The exposure matches [`filmic`]: 0.18 maps to about the
+/// same grey.
 pub fn aces(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
     const OUT: [[f32; 3]; 3] =
@@ -81,11 +81,11 @@ pub fn aces(color: [f32; 3]) -> [f32; 3] {
     times(OUT, wide.map(curve)).map(|v| v.clamp(0.0, 1.0))
 }
 
-/// What makes [`aces`] as bright as [`filmic`] at 0.18.
+/// Exposure that makes [`aces`] as bright as [`filmic`] at 0.18.
 const ACES_EXPOSURE: f32 = 2.01;
 
-/// Troy Sobotka's AgX in the polynomial form of Benjamin Wrensch, with the "punchy" look: a logarithmic curve over 16.5 stops in
-/// primaries that are drawn together before it and apart after it.
+/// Troy Sobotka's AgX in Benjamin Wrensch's polynomial form, with the "punchy" look: a logarithmic curve over 16.5 stops.
+/// Primaries are compressed before the curve and expanded after it.
 pub fn agx(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [
         [0.842_479_06, 0.078_433_6, 0.079_223_745],
@@ -106,18 +106,18 @@ pub fn agx(color: [f32; 3]) -> [f32; 3] {
     let strong = even.map(|v| v.max(0.0).powf(AGX_POWER));
     let grey = 0.2126 * strong[0] + 0.7152 * strong[1] + 0.0722 * strong[2];
     let vivid = strong.map(|v| grey + AGX_SATURATION * (v - grey));
-    // What comes out is meant for a screen with a gamma of 2.2.
+    // The output is encoded for a display gamma of 2.2.
     times(OUT, vivid).map(|v| v.clamp(0.0, 1.0).powf(2.2))
 }
 
-/// The punchy look.
+/// Exponent of the punchy look.
 const AGX_POWER: f32 = 1.35;
 const AGX_SATURATION: f32 = 1.4;
-/// What makes [`agx`] as bright as [`filmic`] at 0.18.
+/// Exposure that makes [`agx`] as bright as [`filmic`] at 0.18.
 const AGX_EXPOSURE: f32 = 2.24;
 
-/// sRGB codes of one linear colour times `exposure` (a factor, not stops). A NaN channel makes the whole texel
-/// magenta, so that it is seen and not hidden as black; infinity is white.
+/// sRGB codes of one linear colour times `exposure` (a factor, not stops). A texel with a NaN channel becomes magenta, so that it
+/// is visible; infinity becomes white.
 pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3] {
     if color.iter().any(|v| v.is_nan()) {
         return [255, 0, 255];
@@ -125,7 +125,7 @@ pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3
     tonemap.display(color.map(|v| v * exposure)).map(|v| (srgb_from_linear(v) * 255.0).round() as u8)
 }
 
-/// [`display_srgb8`] over an image.
+/// [`display_srgb8`] for every texel of an image.
 pub fn display_image(image: &RgbImage, exposure: f32, tonemap: Tonemap) -> Rgb8Image {
     let texels = image.texels.iter().map(|&t| display_srgb8(t, exposure, tonemap)).collect();
     Rgb8Image { width: image.width, height: image.height, texels }

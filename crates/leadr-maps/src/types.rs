@@ -1,10 +1,10 @@
-//! Images, and the checks on their texels.
+//! Image types and checks of their texels.
 
 use super::limits::{MAX_HEIGHT, MAX_RADIANCE};
 use super::srgb::linear_of_srgb8;
 use super::{MapFault, Wrap};
 
-/// Texels in rows, row 0 on top.
+/// Row-major texels, row 0 on top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image<T> {
     /// Texels across.
@@ -15,8 +15,8 @@ pub struct Image<T> {
     pub texels: Vec<T>,
 }
 
-/// Heights over texture space. From a PNG the texels lie in 0 to 1; from an EXR they are as stored and may be negative. Always finite
-/// and at least 1 x 1.
+/// Heights over texture space. PNG heights are 0 to 1; EXR heights are as stored and may be negative. Always finite and at least
+/// 1 x 1.
 pub type HeightMap = Image<f32>;
 
 /// Linear Rec.709 colour or radiance.
@@ -26,7 +26,7 @@ pub type RgbImage = Image<[f32; 3]>;
 pub type Rgb8Image = Image<[u8; 3]>;
 
 impl<T> Image<T> {
-    /// Refuses texels that do not fill `width` x `height`, and empty ones.
+    /// Refuses empty images and texel counts that do not match `width` x `height`.
     fn filled(width: u32, height: u32, texels: Vec<T>) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -46,7 +46,7 @@ impl<T: Copy> Image<T> {
         self.texels[(y * self.width + x) as usize]
     }
 
-    /// The texel at a column and a row that may be -1 or the side.
+    /// The texel at a column and row that may lie outside the map.
     pub(crate) fn beyond(&self, x: i64, y: i64, wrap: Wrap) -> T {
         self.texels[wrap.texel(y, self.height) * self.width as usize + wrap.texel(x, self.width)]
     }
@@ -58,8 +58,8 @@ impl HeightMap {
         (self.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / self.texels.len() as f64) as f32
     }
 
-    /// A height map of `width` x `height`. Fails when a side is 0, the length is not their product, or a height is
-    /// not finite or beyond [`MAX_HEIGHT`] (its place is named).
+    /// A height map of `width` x `height`. Fails if a side is 0, the length is not their product, or a height is not finite or
+    /// exceeds [`MAX_HEIGHT`]; the error gives its position.
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {
         let map = Self::filled(width, height, texels)?;
         match map.texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
@@ -71,7 +71,7 @@ impl HeightMap {
         }
     }
 
-    /// Central differences at a texel, per texel.
+    /// Central differences at a texel, heights per texel.
     pub(crate) fn central_differences(&self, x: u32, y: u32, wrap: Wrap) -> [f64; 2] {
         let at = |dx, dy| f64::from(self.beyond(i64::from(x) + dx, i64::from(y) + dy, wrap));
         [0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1))]
@@ -79,18 +79,18 @@ impl HeightMap {
 }
 
 impl RgbImage {
-    /// An image of any linear colours. Fails when a side is 0 or the length is not `width * height`; texels are not
-    /// checked (a render may hold NaN; see [`RgbImage::check_radiance`]).
+    /// An image of linear colours. Fails if a side is 0 or the length is not `width * height`. Values are not checked, since a
+    /// render may contain NaN; see [`RgbImage::check_radiance`].
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<Self, MapFault> {
         Self::filled(width, height, texels)
     }
 
-    /// Finds the first texel that is not finite and names its place.
+    /// Fails with the position of the first value that is not finite.
     pub fn check_finite(&self) -> Result<(), MapFault> {
         self.check(|v| v.is_finite(), "every value must be finite")
     }
 
-    /// Finds the first texel that is not finite, is negative, or exceeds [`MAX_RADIANCE`], and names its place.
+    /// Fails with the position of the first value that is not finite, negative, or above [`MAX_RADIANCE`].
     pub fn check_radiance(&self) -> Result<(), MapFault> {
         let remedy = "radiance must be finite, not negative and at most 1e18";
         self.check(|v| (0.0..=MAX_RADIANCE).contains(&v), remedy)
@@ -117,7 +117,7 @@ impl RgbImage {
 }
 
 impl Rgb8Image {
-    /// An image of sRGB codes. Fails when a side is 0 or the length is not `width * height`.
+    /// An image of sRGB codes. Fails if a side is 0 or the length is not `width * height`.
     pub fn new(width: u32, height: u32, texels: Vec<[u8; 3]>) -> Result<Self, MapFault> {
         Self::filled(width, height, texels)
     }

@@ -1,8 +1,8 @@
-//! Numbers in little-endian bytes.
+//! Reader for little-endian numbers.
 
 use leadr_maps::MapFault;
 
-/// Reads from the front of what is left.
+/// Reads from the front of the remaining bytes.
 pub struct Bytes<'a> {
     left: &'a [u8],
 }
@@ -14,7 +14,7 @@ impl<'a> Bytes<'a> {
 
     pub fn take(&mut self, count: usize) -> Result<&'a [u8], MapFault> {
         let (taken, left) =
-            self.left.split_at_checked(count).ok_or_else(|| MapFault::damaged("it ends in the middle"))?;
+            self.left.split_at_checked(count).ok_or_else(|| MapFault::damaged("it ends early (truncated?)"))?;
         self.left = left;
         Ok(taken)
     }
@@ -40,7 +40,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Doubles, one after the other.
+/// Consecutive doubles.
 pub fn doubles(bytes: &[u8]) -> impl Iterator<Item = f64> + '_ {
     bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk))
 }

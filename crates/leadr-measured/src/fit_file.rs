@@ -1,15 +1,15 @@
-//! A fitted material as a JSON file: what `leadr fit` writes and every command reads.
+//! Fitted materials as JSON files, written by `leadr fit` and read by every command.
 //!
-//! | field | what it is |
+//! | field | content |
 //! |---|---|
 //! | `format`, `version` | `"leadr fit"`, 1 |
-//! | `masking` | `smith`, `vgroove` or `normal-map`: how the fit is to be drawn |
-//! | `diffuse` | albedo of the body, linear RGB |
+//! | `masking` | `smith`, `vgroove` or `normal-map`: masking model of the fit |
+//! | `diffuse` | albedo of the diffuse base, linear RGB |
 //! | `fresnel` | reflectances of the facets at even steps of the difference angle from 0 to 90°, linear RGB |
-//! | `density` | densities of the facets' normals at `θ = (i/n)² 90°`; for anisotropic materials one row for each azimuth `k/rows` of a turn |
+//! | `density` | densities of facet normals at `θ = (i/n)² 90°`; if anisotropic, one row per azimuth `k/rows` of a turn |
 //! | `lobes` | Gaussian lobes of the same slopes: `share` and `covariance` `[xx, yy, xy]` |
 //!
-//! What else it holds, roughnesses and errors, is for readers.
+//! Other fields (roughness, errors) are informative only.
 
 use std::path::Path;
 
@@ -28,31 +28,31 @@ use leadr_reflectance::materials::microfacet::Microfacet;
 
 const FORMAT: &str = "leadr fit";
 const VERSION: u64 = 1;
-/// Most angles and azimuths of a table.
+/// Maximum number of angles and azimuths of a table.
 const MOST_NODES: usize = 1024;
 /// Largest file, in bytes.
 const MOST_BYTES: u64 = 64 << 20;
-/// Reflectances that a file holds.
+/// Number of reflectances in a file.
 const FRESNEL_ANGLES: usize = 46;
 const MASKINGS: [(&str, Masking); 3] =
     [("smith", Masking::SmithCorrelated), ("vgroove", Masking::VGroove), ("normal-map", Masking::NormalMap)];
 
-/// A material as it is kept.
+/// A fitted material in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitFile {
-    /// Facets and body.
+    /// Facets and diffuse base.
     pub brdf: FittedBrdf,
     /// Gaussian lobes of the facets' slopes, at least one.
     pub lobes: Vec<Lobe>,
 }
 
-/// The name of a form of masking in files.
+/// The name of a masking model in files.
 pub fn masking_name(masking: Masking) -> &'static str {
     MASKINGS.iter().find(|(_, form)| *form == masking).map_or("smith", |(name, _)| name)
 }
 
 impl FitFile {
-    /// What is kept of it, to which fields for readers may be added.
+    /// The stored fields as JSON; informative fields may be added.
     pub fn to_json(&self) -> Value {
         let facets = &self.brdf.facets;
         let step = std::f64::consts::FRAC_PI_2 / (FRESNEL_ANGLES - 1) as f64;
@@ -78,35 +78,34 @@ impl FitFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// No such file, another format or version, or fields that are missing or no such numbers.
+    /// If the file is missing, has another format or version, or has missing or invalid fields.
     pub fn load(file: &Path) -> Result<Self, MapError> {
         Self::load_bytes(file).map_err(|fault| fault.in_file(file))
     }
 
     fn load_bytes(file: &Path) -> Result<Self, MapFault> {
         let bytes = limits::read_start(file, MOST_BYTES)?;
-        let value: Value =
-            serde_json::from_slice(&bytes).map_err(|fault| MapFault::damaged(format!("it is no JSON ({fault})")))?;
+        let value: Value = serde_json::from_slice(&bytes)
+            .map_err(|fault| MapFault::damaged(format!("it is not valid JSON ({fault})")))?;
         Self::from_json(&value)
     }
 
-    /// From what a file holds.
+    /// Converts the JSON of a file.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// The errors of [`Self::load`].
     pub fn from_json(value: &Value) -> Result<Self, MapFault> {
         const REMEDY: &str = "give a file that leadr fit wrote";
         if value["format"].as_str() != Some(FORMAT) {
-            return Err(MapFault::unsupported("it is no fitted material", REMEDY));
+            return Err(MapFault::unsupported("it is not a fitted material", REMEDY));
         }
         if value["version"].as_u64() != Some(VERSION) {
-            let what = format!("its version is {}, and {VERSION} is read", value["version"]);
+            let what = format!("its version is {}; only {VERSION} is supported", value["version"]);
             return Err(MapFault::unsupported(what, REMEDY));
         }
         let name = value["masking"].as_str().unwrap_or_default();
         let masking = MASKINGS.iter().find(|(known, _)| *known == name).map(|(_, form)| *form);
-        let masking =
-            masking.ok_or_else(|| MapFault::damaged("its masking is none of smith, vgroove and normal-map"))?;
+        let masking = masking.ok_or_else(|| MapFault::damaged("its masking is not smith, vgroove or normal-map"))?;
         let diffuse = color(&value["diffuse"], "diffuse")?;
         let reflectances = array(&value["fresnel"], "fresnel")?;
         if reflectances.len() > MOST_NODES {
@@ -115,7 +114,7 @@ impl FitFile {
         let fresnel = reflectances.iter().map(|f| color(f, "fresnel")).collect::<Result<_, _>>()?;
         let fresnel = FresnelTable::new(fresnel).map_err(MapFault::damaged)?;
         let rows = array(&value["density"], "density")?;
-        let empty = || MapFault::damaged("its 'density' is no table of densities");
+        let empty = || MapFault::damaged("its 'density' is not a table of densities");
         let distribution = if rows.iter().all(Value::is_number) {
             RadialTable::new(&densities(rows)?).map(Tabulated::Radial)
         } else {
@@ -142,7 +141,7 @@ fn array<'a>(value: &'a Value, name: &str) -> Result<&'a Vec<Value>, MapFault> {
 
 fn number(value: &Value, name: &str, least: f64, most: f64) -> Result<f64, MapFault> {
     let number = value.as_f64().filter(|x| (least..=most).contains(x));
-    number.ok_or_else(|| MapFault::damaged(format!("'{name}' holds what is no number from {least} to {most}")))
+    number.ok_or_else(|| MapFault::damaged(format!("'{name}' must contain numbers from {least} to {most}")))
 }
 
 fn numbers(value: &Value, name: &str, least: [f64; 3], most: f64) -> Result<DVec3, MapFault> {
@@ -151,7 +150,7 @@ fn numbers(value: &Value, name: &str, least: [f64; 3], most: f64) -> Result<DVec
             let of = |value, axis: usize| number(value, name, least[axis], most);
             Ok(DVec3::new(of(x, 0)?, of(y, 1)?, of(z, 2)?))
         }
-        _ => Err(MapFault::damaged(format!("'{name}' is no array of three numbers"))),
+        _ => Err(MapFault::damaged(format!("'{name}' must be an array of three numbers"))),
     }
 }
 
@@ -170,7 +169,7 @@ fn lobe(value: &Value) -> Result<Lobe, MapFault> {
     let share = number(&value["share"], "share", 0.0, 1.0)?;
     let covariance = numbers(&value["covariance"], "covariance", [0.0, 0.0, -1e12], 1e12)?;
     if covariance.z * covariance.z > covariance.x * covariance.y {
-        return Err(MapFault::damaged("a lobe's covariance is none"));
+        return Err(MapFault::damaged("a lobe's covariance is not positive semidefinite"));
     }
     Ok(Lobe { share, covariance })
 }
@@ -214,11 +213,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_file_is_told() {
+    fn missing_files_are_reported() {
         let good = sample(false).to_json();
         assert!(FitFile::from_json(&good).is_ok());
         for (field, bad, word) in [
-            ("format", json!("other"), "no fitted material"),
+            ("format", json!("other"), "not a fitted material"),
             ("version", json!(2), "version is 2"),
             ("masking", json!("fog"), "masking"),
             ("diffuse", json!([0.1, 0.2]), "diffuse"),

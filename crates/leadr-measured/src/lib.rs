@@ -1,13 +1,13 @@
-//! Measured materials on the CPU: reads the files of reflectance databases and answers as a [`Brdf`].
+//! Measured materials on the CPU: reads the files of reflectance databases and evaluates them as a [`Brdf`].
 //!
-//! | file | database | what it holds |
+//! | file | database | content |
 //! |---|---|---|
 //! | `.binary` | MERL (Matusik et al. 2003) | isotropic, 90 × 90 × 180 half and difference angles ([`merl`]) |
-//! | `.bsdf` | RGL (Dupuy and Jakob 2018) | isotropic or anisotropic, in coordinates that follow the material's own lobe ([`rgl`]) |
+//! | `.bsdf` | RGL (Dupuy and Jakob 2018) | isotropic or anisotropic, in coordinates adapted to the material's lobe ([`rgl`]) |
 //! | `.bin` | UTIA (Filip and Vávra 2014) | anisotropic, every 15° and 7.5° ([`utia`]) |
 //! | `.csv` | any program | backscattering, or half and difference angles ([`table`]) |
 //!
-//! Directions are those of [`leadr_reflectance`]; values are `f_r` in linear RGB per steradian, never negative.
+//! Directions follow [`leadr_reflectance`]; values are `f_r` in linear RGB per steradian, at least 0.
 
 pub mod fit_file;
 pub mod merl;
@@ -33,24 +33,24 @@ use self::utia::Utia;
 /// A measured material.
 #[derive(Clone, Debug)]
 pub enum Measured {
-    /// Of the MERL database.
+    /// MERL database.
     Merl(Merl),
-    /// Of the RGL database.
+    /// RGL database.
     Rgl(Rgl),
-    /// Of the UTIA database.
+    /// UTIA database.
     Utia(Utia),
-    /// From a table as text.
+    /// Text table.
     Table(Table),
 }
 
-/// What formats are read, in words.
+/// Supported formats, for error messages.
 const EXPECTED: &str = "a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv of angles and values";
 
 impl Measured {
-    /// Reads a file, by what it holds.
+    /// Reads a file; the content determines the format.
     ///
     /// # Errors
-    /// [`MapError`]: no such file, none of these formats, damaged, or values that are no reflectances.
+    /// [`MapError`] if the file is missing, damaged, in an unsupported format, or has invalid reflectances.
     pub fn load(file: &Path) -> Result<Self, MapError> {
         Self::load_bytes(file).map_err(|fault| fault.in_file(file))
     }
@@ -70,7 +70,7 @@ impl Measured {
         }
     }
 
-    /// Whether it looks the same from all azimuths.
+    /// Whether the material is isotropic.
     pub fn is_isotropic(&self) -> bool {
         match self {
             Self::Merl(_) | Self::Table(_) => true,
@@ -79,12 +79,12 @@ impl Measured {
         }
     }
 
-    /// Whether nothing but backscattering is known.
+    /// Whether only backscattering was measured.
     pub fn is_backscattering(&self) -> bool {
         matches!(self, Self::Table(table) if table.is_backscattering())
     }
 
-    /// The database, and what the file says of itself.
+    /// The database and the file's description.
     pub fn description(&self) -> String {
         match self {
             Self::Merl(_) => "MERL".to_owned(),
@@ -99,16 +99,16 @@ fn has_extension(file: &Path, wanted: &str) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// Says what is wrong as near as the name and the length of a file tell.
+/// The most specific fault for the file's name and length.
 fn unrecognised(file: &Path, bytes: &[u8]) -> MapFault {
     let what = if has_extension(file, "binary") {
         merl::fault_of_start(bytes)
     } else if has_extension(file, "bin") {
-        format!("it has {} bytes, where UTIA's have {}", bytes.len(), utia::BYTES)
+        format!("it has {} bytes; UTIA files have {}", bytes.len(), utia::BYTES)
     } else if has_extension(file, "bsdf") {
-        "it does not begin as a tensor file".to_owned()
+        "it does not start with a tensor file header".to_owned()
     } else {
-        "it is no measured material".to_owned()
+        "it is not a measured material".to_owned()
     };
     MapFault::unsupported(what, format!("give {EXPECTED}"))
 }

@@ -1,8 +1,8 @@
 //! The MERL database (Matusik, Pfister, Brand and McMillan 2003).
 //!
-//! Three planes of doubles, R, G and B, over `θ_h`, `θ_d` and `φ_d`: entry `(i, j, k)` is at `θ_h = (i/90)² 90°`, `θ_d = j°` and
-//! `φ_d = k°`, in units of 1/1500, 1.15/1500 and 1.66/1500. Where a direction was below the horizon entries are negative. Values between entries are
-//! interpolated among those that were measured. Exchanging the directions moves `φ_d` by 180°, so half a turn is stored.
+//! Three planes of doubles (R, G, B) over `θ_h`, `θ_d` and `φ_d`. Entry `(i, j, k)` is at `θ_h = (i/90)² 90°`, `θ_d = j°` and
+//! `φ_d = k°`, in units of 1/1500, 1.15/1500 and 1.66/1500. Entries for directions below the horizon are negative; interpolation
+//! uses only measured entries. Swapping the directions shifts `φ_d` by 180°, so only half a turn is stored.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -22,11 +22,11 @@ const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// A material of the MERL database.
 #[derive(Clone, Debug)]
 pub struct Merl {
-    /// Linear RGB; negative where nothing was measured.
+    /// Linear RGB; negative if unmeasured.
     values: Vec<[f32; 3]>,
 }
 
-/// Whether a file begins and ends as those of MERL do.
+/// Whether the size and header are those of a MERL file.
 pub fn is_merl(bytes: &[u8]) -> bool {
     bytes.len() == BYTES && sizes(bytes).is_ok_and(|sizes| sizes == SIZE.map(|n| n as u32))
 }
@@ -36,13 +36,13 @@ fn sizes(bytes: &[u8]) -> Result<[u32; 3], MapFault> {
     Ok([bytes.u32()?, bytes.u32()?, bytes.u32()?])
 }
 
-/// Why a file that is named as one of MERL is none.
+/// Reason why a file with a MERL name is not one.
 pub(super) fn fault_of_start(bytes: &[u8]) -> String {
     match sizes(bytes) {
         Ok(sizes) if sizes == SIZE.map(|n| n as u32) => {
-            format!("it has {} bytes, where MERL's have {BYTES}", bytes.len())
+            format!("it has {} bytes; MERL files have {BYTES}", bytes.len())
         }
-        Ok([a, b, c]) => format!("it says {a} x {b} x {c} entries, where MERL's have 90 x 90 x 180"),
+        Ok([a, b, c]) => format!("it declares {a} x {b} x {c} entries; MERL files have 90 x 90 x 180"),
         Err(_) => format!("it has {} bytes", bytes.len()),
     }
 }
@@ -51,7 +51,7 @@ impl Merl {
     /// Reads the content of a file.
     ///
     /// # Errors
-    /// Another size, or a value that is no number or beyond any reflectance.
+    /// If the size is wrong, or a value is not a valid reflectance.
     pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
         if !is_merl(bytes) {
             return Err(MapFault::damaged(fault_of_start(bytes)));
@@ -68,17 +68,17 @@ impl Merl {
         Ok(Self { values })
     }
 
-    /// `f_r` of two directions above the horizon.
+    /// `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
         let phi_d = p.wd.y.atan2(p.wd.x).rem_euclid(PI);
-        let places = [(polar(p.wh) / FRAC_PI_2).sqrt() * 90.0, polar(p.wd) / FRAC_PI_2 * 90.0, phi_d / PI * 180.0];
+        let coordinates = [(polar(p.wh) / FRAC_PI_2).sqrt() * 90.0, polar(p.wd) / FRAC_PI_2 * 90.0, phi_d / PI * 180.0];
         let axes = [0, 1, 2].map(|axis| {
-            let (place, size) = (places[axis], SIZE[axis]);
-            let low = (place.max(0.0) as usize).min(size - 1);
-            // φ_d comes round; beyond the last of the others there is nothing.
+            let (coordinate, size) = (coordinates[axis], SIZE[axis]);
+            let low = (coordinate.max(0.0) as usize).min(size - 1);
+            // φ_d is periodic; the other axes are clamped.
             let high = if axis == 2 { (low + 1) % size } else { (low + 1).min(size - 1) };
-            (size, [low, high], (place - low as f64).clamp(0.0, 1.0))
+            (size, [low, high], (coordinate - low as f64).clamp(0.0, 1.0))
         });
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
         for (index, share) in around(axes) {
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::materials::half_difference::{HalfDifference, half_difference_to_directions};
 
-    /// Linear along each axis of entries, so that interpolation is exact.
+    /// Linear along each axis, so that interpolation is exact.
     fn entry(h: f64, d: f64, p: f64) -> f64 {
         1.0 + 0.01 * h + 0.02 * d + 0.001 * p
     }
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_are_where_they_were_measured() {
+    fn entries_lie_at_measured_angles() {
         let mut bytes = file();
         let merl = Merl::read(&bytes).unwrap();
         for (h, d, p) in [(0.0, 0.0, 30.0), (10.0, 20.0, 45.0), (10.5, 20.25, 90.5), (40.0, 3.0, 179.0)] {
@@ -132,10 +132,10 @@ mod tests {
             if let Some(expected) = expected {
                 assert!((found - DVec3::splat(expected)).length() < 1e-4, "{h} {d} {p}: {found} {expected}");
             }
-            // Half a turn of φ_d exchanges the directions.
+            // Half a turn of φ_d swaps the directions.
             assert!((merl.value(wi, wo) - found).length() < 1e-6, "{h} {d} {p}");
         }
-        // What was not measured is left to its neighbours.
+        // Unmeasured entries use their neighbours.
         let (wo, wi) = directions(79.5, 2.0, 20.0);
         assert!((merl.value(wo, wi).x - entry(79.0, 2.0, 20.0)).abs() < 1e-4);
         let (wo, wi) = directions(80.0, 2.0, 20.0);

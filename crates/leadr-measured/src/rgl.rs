@@ -1,13 +1,13 @@
 //! The RGL database (Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering").
 //!
-//! A *tensor file* holds named arrays. The material is kept for a few directions of light, in the coordinates of the square on which its visible
-//! normals are uniform:
+//! A *tensor file* holds named arrays. The material is stored for a few light directions, in the coordinates of the unit square
+//! on which its visible normals are uniform:
 //!
 //! ```text
-//! f_r(wi, wo) cos θ_o = value(u) D(wm) / (4 σ(wi)),   u: the share of visible normals before wm, along θ and along φ
+//! f_r(wi, wo) cos θ_o = value(u) D(wm) / (4 σ(wi)),   u: the cumulative share of visible normals up to wm, along θ and φ
 //! ```
 //!
-//! where `D`, `σ` and the visible normals are arrays too, all over `√(θ · 2/π)` and `(φ + π) / 2π`.
+//! `D`, `σ` and the visible normals are arrays too, all over `√(θ · 2/π)` and `(φ + π) / 2π`.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -18,7 +18,7 @@ use super::values::{bracket, polar};
 use leadr_maps::MapFault;
 
 const MAGIC: &[u8] = b"tensor_file\0";
-/// More arrays or axes than any file of the database has.
+/// Above the number of arrays and axes in any file of the database.
 const MOST_FIELDS: u32 = 64;
 const MOST_AXES: u16 = 8;
 
@@ -28,23 +28,23 @@ pub struct Rgl {
     description: String,
     phi_i: Vec<f64>,
     theta_i: Vec<f64>,
-    /// By how much of a turn the light was moved: 1 for all of it, 2 and 4 for what symmetry leaves.
+    /// Symmetry factor of the light's azimuth: 1 for a full turn, 2 and 4 for the parts that symmetry leaves.
     reduction: u32,
     jacobian: bool,
     ndf: Grid,
     sigma: Grid,
-    /// Visible normals, for each direction of light.
+    /// Visible normals per light direction.
     visible: Vec<Warp>,
-    /// R, G and B, one after the other, for each direction of light.
+    /// R, G and B in sequence, per light direction.
     values: Vec<Grid>,
 }
 
-/// Whether a file begins as a tensor file.
+/// Whether the bytes start like a tensor file.
 pub fn is_rgl(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Values over the unit square, bilinear between them; at least 2 × 2.
+/// Bilinear values over the unit square, at least 2 × 2.
 #[derive(Clone, Debug)]
 struct Grid {
     width: usize,
@@ -60,25 +60,25 @@ impl Grid {
         f64::from(self.values[y * self.width + x])
     }
 
-    /// The lower entries, and how far beyond them.
-    fn place(&self, at: DVec2) -> (usize, usize, f64, f64) {
+    /// The lower entries and the fractions beyond them.
+    fn cell(&self, at: DVec2) -> (usize, usize, f64, f64) {
         let along = |t: f64, n: usize| {
-            let place = if t > 0.0 { t.min(1.0) } else { 0.0 } * (n - 1) as f64;
-            let low = (place as usize).min(n - 2);
-            (low, place - low as f64)
+            let cell = if t > 0.0 { t.min(1.0) } else { 0.0 } * (n - 1) as f64;
+            let low = (cell as usize).min(n - 2);
+            (low, cell - low as f64)
         };
         let ((x, fx), (y, fy)) = (along(at.x, self.width), along(at.y, self.height()));
         (x, y, fx, fy)
     }
 
     fn at(&self, at: DVec2) -> f64 {
-        let (x, y, fx, fy) = self.place(at);
+        let (x, y, fx, fy) = self.cell(at);
         let row = |y| (1.0 - fx) * self.get(x, y) + fx * self.get(x + 1, y);
         (1.0 - fy) * row(y) + fy * row(y + 1)
     }
 }
 
-/// A density over the unit square, with its sums: along each row, and of the rows.
+/// A density over the unit square, with cumulative sums along each row and over the rows.
 #[derive(Clone, Debug)]
 struct Warp {
     density: Grid,
@@ -109,10 +109,10 @@ impl Warp {
         Self { density, before, rows_before }
     }
 
-    /// Shares that are linear in the density, so that those of several can be blended: of the square, before the place's row; of that
-    /// row, before the place and in all.
+    /// Cumulative shares at a position: of the square before its row; of its row, before the position and in total. They are
+    /// linear in the density, so those of several densities can be blended.
     fn shares(&self, at: DVec2) -> DVec3 {
-        let (x, y, fx, fy) = self.density.place(at);
+        let (x, y, fx, fy) = self.density.cell(at);
         let w = self.density.width;
         let mix = |a: f64, b: f64| (1.0 - fy) * a + fy * b;
         let (this, next) = (self.before[(y + 1) * w - 1], self.before[(y + 2) * w - 1]);
@@ -125,12 +125,12 @@ impl Warp {
 }
 
 impl Rgl {
-    /// Whether it looks the same from all azimuths.
+    /// Whether the material is isotropic.
     pub fn is_isotropic(&self) -> bool {
         self.phi_i.len() <= 2
     }
 
-    /// What the file says of the material.
+    /// The description in the file.
     pub fn description(&self) -> &str {
         &self.description
     }
@@ -138,7 +138,8 @@ impl Rgl {
     /// Reads the content of a file.
     ///
     /// # Errors
-    /// Another version, arrays that are missing, of another type or size, or that lie outside of the file; spectra instead of RGB.
+    /// If the version is unsupported, arrays are missing, of the wrong type or size, or outside the file, or the file holds
+    /// spectra instead of RGB.
     pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
         let fields = Fields::read(bytes)?;
         if fields.find("rgb").is_none() && fields.find("spectra").is_some() {
@@ -150,10 +151,10 @@ impl Rgl {
         let one = |name: &str| -> Result<Grid, MapFault> { Ok(grids(name, &[])?.remove(0)) };
         let visible = grids("vndf", &[phi_i.len(), theta_i.len()])?.into_iter().map(Warp::new).collect();
         let values = grids("rgb", &[phi_i.len(), theta_i.len(), 3])?;
-        let turned = phi_i[phi_i.len() - 1] - phi_i[0];
-        let reduction = if phi_i.len() <= 2 { 1 } else { (TAU / turned).round().clamp(1.0, 4.0) as u32 };
+        let range = phi_i[phi_i.len() - 1] - phi_i[0];
+        let reduction = if phi_i.len() <= 2 { 1 } else { (TAU / range).round().clamp(1.0, 4.0) as u32 };
         if reduction == 3 {
-            let what = format!("its phi_i go through {turned} radians, which is no half or quarter turn");
+            let what = format!("its phi_i span {range} radians, which is not a full, half or quarter turn");
             return Err(MapFault::damaged(what));
         }
         let text = fields.bytes("description").unwrap_or_default();
@@ -172,22 +173,23 @@ impl Rgl {
         })
     }
 
-    /// `f_r` of two directions above the horizon.
+    /// `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        // Into the part of the turn that was measured.
-        let turn = |v: DVec3, x: bool, y: bool| DVec3::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z);
+        // Map into the measured range of azimuths.
+        let flipped =
+            |v: DVec3, x: bool, y: bool| DVec3::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z);
         let (flip_x, flip_y) = match self.reduction {
             4 => (wi.x > 0.0, wi.y > 0.0),
             2 => (wi.y > 0.0, wi.y > 0.0),
             _ => (false, false),
         };
-        let (wo, wi) = (turn(wo, flip_x, flip_y), turn(wi, flip_x, flip_y));
+        let (wo, wi) = (flipped(wo, flip_x, flip_y), flipped(wi, flip_x, flip_y));
         let wm = (wo + wi).normalize_or(DVec3::Z);
         let angles = |w: DVec3| (polar(w), w.y.atan2(w.x));
         let ((theta_i, phi_i), (theta_m, phi_m)) = (angles(wi), angles(wm));
-        let place = |theta: f64, phi: f64| DVec2::new((theta / FRAC_PI_2).sqrt(), ((phi + PI) / TAU).rem_euclid(1.0));
-        let to_m = place(theta_m, if self.is_isotropic() { phi_m - phi_i } else { phi_m });
-        // The directions of light around this one.
+        let cell = |theta: f64, phi: f64| DVec2::new((theta / FRAC_PI_2).sqrt(), ((phi + PI) / TAU).rem_euclid(1.0));
+        let to_m = cell(theta_m, if self.is_isotropic() { phi_m - phi_i } else { phi_m });
+        // The neighbouring light directions.
         let (p0, p1, p) = bracket(&self.phi_i, phi_i);
         let (t0, t1, t) = bracket(&self.theta_i, theta_i);
         let index = |p: usize, t: usize| p * self.theta_i.len() + t;
@@ -202,11 +204,8 @@ impl Rgl {
         let [rows, before, row] = shares.fold(DVec3::ZERO, |sum, share| sum + share).to_array();
         let u = DVec2::new(before / row.max(1e-30), rows);
         let channel = |c: usize| around().map(|(i, weight)| weight * self.values[3 * i + c].at(u)).sum::<f64>();
-        let scale = if self.jacobian {
-            self.ndf.at(to_m) / (4.0 * self.sigma.at(place(theta_i, phi_i)).max(1e-9))
-        } else {
-            1.0
-        };
+        let scale =
+            if self.jacobian { self.ndf.at(to_m) / (4.0 * self.sigma.at(cell(theta_i, phi_i)).max(1e-9)) } else { 1.0 };
         (DVec3::new(channel(0), channel(1), channel(2)) * (scale / wo.z.max(1e-6))).max(DVec3::ZERO)
     }
 }
@@ -223,11 +222,11 @@ struct Field<'a> {
     bytes: &'a [u8],
 }
 
-/// Type codes: bytes of both signs, and single precision.
+/// Type codes: signed and unsigned bytes, and single precision.
 const BYTE_KINDS: [u8; 2] = [1, 2];
 const FLOAT: u8 = 10;
 
-/// Bytes of a value of each type code, from 1.
+/// Size in bytes per type code, from 1.
 const KIND_BYTES: [usize; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 
 impl<'a> Fields<'a> {
@@ -237,11 +236,11 @@ impl<'a> Fields<'a> {
         let [major, minor] = [from.u8()?, from.u8()?];
         if major != 1 {
             let what = format!("it is a tensor file of version {major}.{minor}");
-            return Err(MapFault::unsupported(what, "version 1 is read"));
+            return Err(MapFault::unsupported(what, "only version 1 is supported"));
         }
         let count = from.u32()?;
         if count > MOST_FIELDS {
-            return Err(MapFault::damaged(format!("it says {count} arrays")));
+            return Err(MapFault::damaged(format!("it declares {count} arrays")));
         }
         let all = (0..count).map(|_| Field::read(&mut from, bytes)).collect::<Result<_, _>>()?;
         Ok(Self { all })
@@ -258,7 +257,7 @@ impl<'a> Fields<'a> {
     fn floats(&self, name: &str) -> Result<(&[usize], Vec<f32>), MapFault> {
         let field = self.find(name).ok_or_else(|| MapFault::damaged(format!("it has no array '{name}'")))?;
         if field.kind != FLOAT {
-            return Err(MapFault::damaged(format!("its array '{name}' is not of 32-bit floats")));
+            return Err(MapFault::damaged(format!("its array '{name}' does not hold 32-bit floats")));
         }
         let floats: Vec<f32> = field.bytes.as_chunks().0.iter().map(|chunk| f32::from_le_bytes(*chunk)).collect();
         match floats.iter().position(|v| !v.is_finite()) {
@@ -271,12 +270,12 @@ impl<'a> Fields<'a> {
     fn axis(&self, name: &str) -> Result<Vec<f64>, MapFault> {
         let (shape, floats) = self.floats(name)?;
         if shape.len() != 1 || floats.is_empty() || floats.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(MapFault::damaged(format!("its array '{name}' is no row of ascending angles")));
+            return Err(MapFault::damaged(format!("its array '{name}' is not a row of ascending angles")));
         }
         Ok(floats.into_iter().map(f64::from).collect())
     }
 
-    /// One grid for each of the leading axes' entries.
+    /// One grid per combination of the leading axes.
     fn grids(&self, name: &str, leading: &[usize]) -> Result<Vec<Grid>, MapFault> {
         let (shape, floats) = self.floats(name)?;
         let wrong =
@@ -286,7 +285,7 @@ impl<'a> Fields<'a> {
         if first != leading || height < 2 || width < 2 {
             return Err(wrong());
         }
-        // Colours outside of the space of the screen are; densities are not.
+        // Out-of-gamut colours may be negative; densities may not.
         if name != "rgb" && floats.iter().any(|v| *v < -1e-3) {
             return Err(MapFault::damaged(format!("its array '{name}' has negative values")));
         }
@@ -305,7 +304,7 @@ impl<'a> Field<'a> {
         }
         let kind = from.u8()?;
         let offset = from.u64()?;
-        let outside = || MapFault::damaged(format!("its array '{}' lies outside of the file", named()));
+        let outside = || MapFault::damaged(format!("its array '{}' lies outside the file (truncated?)", named()));
         let (mut shape, mut count) = (Vec::new(), 1usize);
         for _ in 0..axes {
             let size = usize::try_from(from.u64()?).map_err(|_| outside())?;
@@ -347,7 +346,7 @@ mod tests {
         head
     }
 
-    /// The same everywhere: normals of density 1 that look 1 large, so that `f_r cos θ_o` is a quarter of the value.
+    /// A constant material: normals of density 1 and projected area 1, so that `f_r cos θ_o` is a quarter of the value.
     fn plain() -> Vec<(&'static str, &'static [u64], Vec<f32>)> {
         vec![
             ("phi_i", &[1], vec![0.0]),
@@ -375,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_warp_is_the_share_of_what_comes_before() {
+    fn warp_is_the_cumulative_share() {
         // Density 2x over the unit square.
         let n = 5usize;
         let values = (0..n * n).map(|i| (i % n) as f32 / 4.0).collect();
@@ -387,9 +386,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_damaged_is_told() {
+    fn damage_is_reported() {
         let good = file(&plain());
-        // Cut anywhere, it is an error or the same material.
+        // Every truncation gives an error or the same material.
         for length in 0..good.len() {
             let _ = Rgl::read(&good[..length]);
         }
@@ -405,7 +404,7 @@ mod tests {
             fields[field] = (fields[field].0, shape, values);
             Rgl::read(&file(&fields)).unwrap_err().to_string()
         };
-        assert!(changed(1, &[2], vec![1.0, 0.5]).contains("'theta_i' is no row of ascending angles"));
+        assert!(changed(1, &[2], vec![1.0, 0.5]).contains("'theta_i' is not a row of ascending angles"));
         assert!(changed(3, &[4], vec![1.0; 4]).contains("'ndf' has [4] values"));
         assert!(changed(3, &[2, 4], vec![f32::NAN; 8]).contains("value 0 of its array 'ndf' is NaN"));
         assert!(changed(4, &[1, 2, 4, 4], vec![-1.0; 32]).contains("negative"));

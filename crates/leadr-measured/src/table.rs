@@ -1,11 +1,10 @@
-//! Measurements as text: `.csv`, one per line, with a head that names the columns.
+//! Measurements as `.csv` text, one per line, after a header line with the column names.
 //!
-//! * `theta,r,g,b` or `theta,value`: backscattering `f_r(o, o)` at angles to the normal. It says nothing of other directions.
-//! * `theta_h,theta_d,r,g,b`, or with `phi_d`, or `value`: half and difference angles, a full grid in any order. Missing `phi_d` means
-//!   that it does not matter.
+//! * `theta,r,g,b` or `theta,value`: backscattering `f_r(o, o)` at angles to the normal. Other directions are unknown.
+//! * `theta_h,theta_d,r,g,b`, or with `phi_d`, or `value`: half and difference angles, a full grid in any order. Without `phi_d`, values do
+//!   not depend on it.
 //!
-//! Angles are in degrees. Lines that begin with `#` are comments. Values between those given are interpolated linearly, and beyond them those at
-//! the ends hold.
+//! Angles are in degrees. Lines that start with `#` are comments. Values are interpolated linearly and constant beyond the ends.
 
 use glam::DVec3;
 
@@ -13,7 +12,7 @@ use super::values::{around, bracket, polar, reflectance};
 use leadr_maps::MapFault;
 use leadr_reflectance::materials::half_difference::directions_to_half_difference;
 
-/// Most measurements in a table.
+/// Maximum measurements in a table.
 const MOST_ROWS: usize = 4_000_000;
 const MOST_COLUMNS: usize = 6;
 
@@ -30,7 +29,7 @@ impl Table {
     /// Reads the content of a file.
     ///
     /// # Errors
-    /// Columns that have no meaning here, lines that are no numbers, a grid with holes.
+    /// If a column is unknown, a field is not a number, or the grid is incomplete.
     pub fn read(text: &str) -> Result<Self, MapFault> {
         let mut lines = text.lines().enumerate().filter(|(_, line)| {
             let line = line.trim();
@@ -48,7 +47,7 @@ impl Table {
             let mut count = 0;
             for field in line.split(',') {
                 let value =
-                    field.trim().parse::<f64>().map_err(|_| fault(format!("'{}' is no number", shorten(field))))?;
+                    field.trim().parse::<f64>().map_err(|_| fault(format!("'{}' is not a number", shorten(field))))?;
                 *fields.get_mut(count).ok_or_else(|| fault("too many columns".to_owned()))? = value;
                 count += 1;
             }
@@ -58,27 +57,27 @@ impl Table {
             if rows.len() == MOST_ROWS {
                 return Err(fault(format!("more than {MOST_ROWS} measurements")));
             }
-            let mut place = [0.0; 3];
+            let mut coordinates = [0.0; 3];
             for (i, &axis) in angles.iter().enumerate() {
                 let most = if axis == 2 { 360.0 } else { 90.0 };
                 if !(0.0..=most).contains(&fields[i]) {
-                    return Err(fault(format!("{} is no angle from 0 to {most} degrees", fields[i])));
+                    return Err(fault(format!("{} is not an angle from 0 to {most} degrees", fields[i])));
                 }
-                place[axis] = fields[i];
+                coordinates[axis] = fields[i];
             }
             let mut value = [0.0; 3];
             for (c, value) in value.iter_mut().enumerate() {
                 let column = angles.len() + if channels == 1 { 0 } else { c };
                 *value = reflectance(fields[column], || format!("line {}", number + 1))?;
             }
-            rows.push((place, DVec3::from_array(value)));
+            rows.push((coordinates, DVec3::from_array(value)));
         }
         Self::from_rows(rows)
     }
 
     fn from_rows(mut rows: Vec<([f64; 3], DVec3)>) -> Result<Self, MapFault> {
         let axes = [0, 1, 2].map(|axis| {
-            let mut all: Vec<f64> = rows.iter().map(|(place, _)| place[axis]).collect();
+            let mut all: Vec<f64> = rows.iter().map(|(coordinates, _)| coordinates[axis]).collect();
             all.sort_by(f64::total_cmp);
             all.dedup();
             all
@@ -91,40 +90,40 @@ impl Table {
             a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         });
         if let Some(twice) = rows.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            return Err(MapFault::damaged(format!("the angles {:?} are there twice", twice[0].0)));
+            return Err(MapFault::damaged(format!("the angles {:?} occur twice", twice[0].0)));
         }
         if cells != Some(rows.len()) {
             let sizes = axes.each_ref().map(Vec::len);
-            let what = format!("its {} measurements are no full grid of {sizes:?} angles", rows.len());
+            let what = format!("its {} measurements are not a full grid of {sizes:?} angles", rows.len());
             return Err(MapFault::damaged(what));
         }
         Ok(Self { axes, values: rows.into_iter().map(|(_, value)| value).collect() })
     }
 
-    /// Whether it says nothing of other directions than those that look back to the light.
+    /// Whether it contains only backscattering.
     pub fn is_backscattering(&self) -> bool {
         self.axes[1].len() == 1
     }
 
-    /// `f_r` of two directions above the horizon.
+    /// `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
         let mut phi = p.wd.y.atan2(p.wd.x).to_degrees().rem_euclid(360.0);
         let most = self.axes[2].last().copied().unwrap_or(0.0);
-        // Exchanging the directions moves φ_d by half a turn: tables may hold half of it.
+        // Swapping the directions shifts φ_d by half a turn, so tables may contain only half of it.
         if most <= 180.0 {
             phi = phi.rem_euclid(180.0);
         }
-        let places = [polar(p.wh).to_degrees(), polar(p.wd).to_degrees(), phi];
+        let coordinates = [polar(p.wh).to_degrees(), polar(p.wd).to_degrees(), phi];
         let axes = [0, 1, 2].map(|axis| {
-            let (low, high, t) = bracket(&self.axes[axis], places[axis]);
+            let (low, high, t) = bracket(&self.axes[axis], coordinates[axis]);
             (self.axes[axis].len(), [low, high], t)
         });
         around(axes).filter(|(_, share)| *share > 0.0).map(|(index, share)| share * self.values[index]).sum()
     }
 }
 
-/// Which angle each of the first columns is, and how many channels follow.
+/// The angle in each leading column, and the number of channels.
 fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
     let (angles, rest): (&[usize], &[&str]) = match names {
         ["theta", rest @ ..] => (&[0], rest),
@@ -138,13 +137,13 @@ fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
         _ => 0,
     };
     if angles.is_empty() || channels == 0 {
-        let remedy = "it has to name the columns: theta or theta_h,theta_d[,phi_d], then r,g,b or value";
+        let remedy = "start with the column names: theta or theta_h,theta_d[,phi_d], then r,g,b or value";
         return Err(MapFault::unsupported(format!("its first line is '{}'", shorten(&names.join(","))), remedy));
     }
     Ok((angles.to_vec(), channels))
 }
 
-/// As much of a text as a message can hold.
+/// Shortens text for a message.
 fn shorten(text: &str) -> String {
     text.trim().chars().filter(|c| !c.is_control()).take(40).collect()
 }
@@ -167,24 +166,24 @@ mod tests {
             assert!((found - expected * DVec3::new(1.0, 2.0, 3.0)).length() < 1e-9, "{degrees}: {found}");
         }
         let grid = Table::read("theta_h,theta_d,value\n0,0,1\n0,80,3\n90,80,7\n90,0,5\n45,0,3\n45,80,5\n").unwrap();
-        // Half way of both angles.
+        // Half-way on both axes.
         let found = grid.value(direction(40.0), direction(-40.0));
         assert!((found.x - 2.0).abs() < 1e-9, "{found}");
     }
 
     #[test]
-    fn what_is_no_table_is_told_with_its_line() {
+    fn invalid_tables_report_their_line() {
         for (text, word) in [
             ("", "no lines"),
             ("angle,value\n1,2\n", "first line is 'angle,value'"),
-            ("theta,value\n0,1\n30,x\n60,1\n", "line 3: 'x' is no number"),
+            ("theta,value\n0,1\n30,x\n60,1\n", "line 3: 'x' is not a number"),
             ("theta,value\n0,1\n30\n60,1\n", "line 3: 1 columns instead of 2"),
             ("theta,value\n0,1,2,3,4,5,6,7,8\n", "line 2"),
-            ("theta,value\n0,1\n95,1\n60,1\n", "95 is no angle"),
+            ("theta,value\n0,1\n95,1\n60,1\n", "95 is not an angle"),
             ("theta,value\n0,1\n30,NaN\n60,1\n", "line 3 is NaN"),
             ("theta,value\n0,1\n30,1\n", "fewer than three angles"),
-            ("theta,value\n0,1\n30,1\n30,2\n60,1\n", "there twice"),
-            ("theta_h,theta_d,value\n0,0,1\n30,0,1\n60,0,1\n60,10,1\n", "no full grid"),
+            ("theta,value\n0,1\n30,1\n30,2\n60,1\n", "occur twice"),
+            ("theta_h,theta_d,value\n0,0,1\n30,0,1\n60,0,1\n60,10,1\n", "not a full grid"),
         ] {
             let fault = Table::read(text).unwrap_err().to_string();
             assert!(fault.contains(word), "{text:?}: {fault}");

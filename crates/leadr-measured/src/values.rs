@@ -1,11 +1,11 @@
-//! Values of tables, and places between them.
+//! Table values and interpolation.
 
 use glam::DVec3;
 
 use super::bytes::doubles;
 use leadr_maps::{MapFault, limits};
 
-/// The two indices around a place among `values`, ascending, and how far it is from the first; the ends beyond them.
+/// The two indices around `at` in ascending `values`, and the fraction between them; clamped at the ends.
 pub fn bracket(values: &[f64], at: f64) -> (usize, usize, f64) {
     let last = values.len() - 1;
     let high = values.partition_point(|&v| v <= at).min(last);
@@ -14,18 +14,18 @@ pub fn bracket(values: &[f64], at: f64) -> (usize, usize, f64) {
     (low, high, if width > 0.0 { ((at - values[low]) / width).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// A number that a table may hold: finite, not negative but for noise, and not beyond what any mirror reaches.
-pub fn reflectance(value: f64, place: impl FnOnce() -> String) -> Result<f64, MapFault> {
-    /// Brighter than a mirror of α = .001.
+/// Validates a reflectance: finite, below any specular peak; negative noise becomes 0.
+pub fn reflectance(value: f64, location: impl FnOnce() -> String) -> Result<f64, MapFault> {
+    /// Above the specular peak of α = .001.
     const MOST: f64 = 1e9;
     if value.is_finite() && value <= MOST {
         Ok(value.max(0.0))
     } else {
-        Err(MapFault::damaged(format!("{} is {value}, which is no reflectance", place())))
+        Err(MapFault::damaged(format!("{} is {value}, which is not a valid reflectance", location())))
     }
 }
 
-/// Three planes of doubles, R, G and B, of as many entries each; `read` is told channel, entry and value.
+/// Three planes (R, G, B) of `entries` doubles each; `read` receives channel, entry and value.
 pub fn planes(
     bytes: &[u8],
     entries: usize,
@@ -39,10 +39,10 @@ pub fn planes(
     Ok(values)
 }
 
-/// An axis of a grid: how many entries it has, the two around a place, and how far that is from the first.
+/// Position along a grid axis: number of entries, the two neighbouring entries, and the fraction between them.
 pub type Axis = (usize, [usize; 2], f64);
 
-/// The entries of a grid around a place, the last axis fastest, and their shares.
+/// Grid entries around a position, last axis fastest, with their weights.
 pub fn around<const N: usize>(axes: [Axis; N]) -> impl Iterator<Item = (usize, f64)> {
     (0..1usize << N).map(move |corner| {
         axes.iter().enumerate().fold((0, 1.0), |(index, share), (axis, &(entries, ends, t))| {

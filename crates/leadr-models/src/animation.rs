@@ -1,15 +1,15 @@
-//! Motions: curves over time and the properties of nodes that follow them.
+//! Animations: curves over time, and the node properties that follow them.
 
 use glam::Quat;
 
-/// A motion.
+/// An animation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Animation {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
-    /// What moves; no property of a node twice.
+    /// Animated properties; each property of a node occurs at most once.
     pub channels: Vec<Channel>,
-    /// The curves that channels follow.
+    /// Curves of the channels.
     pub curves: Vec<Curve>,
     /// Time of the last key, seconds.
     pub duration: f32,
@@ -18,15 +18,15 @@ pub struct Animation {
 /// A property of a node that follows a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// The node.
+    /// Index of the node.
     pub node: usize,
-    /// What of it moves.
+    /// The animated property.
     pub property: Property,
-    /// The curve, in the animation's list.
+    /// Index in the animation's list of curves.
     pub curve: usize,
 }
 
-/// What of a node moves.
+/// An animated node property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Property {
     /// 3 numbers: metres.
@@ -35,55 +35,55 @@ pub enum Property {
     Rotation,
     /// 3 numbers: factors.
     Scale,
-    /// As many numbers as the node's mesh has morph targets.
+    /// One number per morph target of the node's mesh.
     Weights,
 }
 
-/// How a curve gets from key to key.
+/// Interpolation between keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
-    /// It stays at a key's value up to the next key.
+    /// Constant from each key to the next.
     Step,
-    /// Straight; rotations go the short way round at constant speed.
+    /// Linear; rotations take the shorter arc at constant speed.
     #[default]
     Linear,
-    /// A cubic Hermite spline, whose rotations are brought back to unit length.
+    /// Cubic Hermite spline; rotations are normalised.
     Cubic,
 }
 
 /// Values over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// How it gets from key to key.
+    /// Interpolation between keys.
     pub interpolation: Interpolation,
-    /// Seconds, 0 or more, increasing, at least one.
+    /// Key times in seconds, at least 0, increasing, at least one.
     pub times: Vec<f32>,
-    /// Numbers of a value.
+    /// Numbers per value.
     pub width: usize,
-    /// A value per key; of cubic curves three per key: in-tangent per second, value, out-tangent per second.
+    /// One value per key. Cubic curves have three per key: in-tangent per second, value, out-tangent per second.
     pub values: Vec<f32>,
 }
 
 impl Curve {
-    /// The value at a time, `width` numbers; before the first and after the last key that key's. Rotations are of unit length.
+    /// The value at a time, `width` numbers. Before the first and after the last key it is constant. Rotations are normalised.
     ///
     /// # Panics
-    /// If `rotation` is asked of a curve whose values do not have four numbers.
+    /// If `rotation` is set for a curve without four numbers per value.
     pub fn sample(&self, seconds: f32, rotation: bool) -> Vec<f32> {
         assert!(!rotation || self.width == 4, "a rotation of {} numbers", self.width);
         let last = self.times.len() - 1;
-        // The order of the comparison sends NaN to the first key.
+        // This comparison maps NaN to the first key.
         let after = self.times.partition_point(|&t| t <= seconds);
         if after == 0 || after > last {
             return self.unit(self.value(if after == 0 { 0 } else { last }).to_vec(), rotation);
         }
         let (start, end) = (self.times[after - 1], self.times[after]);
-        // 0 at the key before, 1 at the one after.
+        // 0 at the previous key, 1 at the next.
         let part = (seconds - start) / (end - start);
         let [before, next] = [after - 1, after].map(|key| self.value(key));
         let value = match self.interpolation {
             Interpolation::Step => before.to_vec(),
-            // `slerp` of glam takes the short way.
+            // glam's `slerp` takes the shorter arc.
             Interpolation::Linear if rotation => {
                 Quat::from_slice(before).slerp(Quat::from_slice(next), part).to_array().to_vec()
             }
@@ -105,7 +105,7 @@ impl Curve {
         &self.values[number * self.width..][..self.width]
     }
 
-    /// Between a key and the next, which are so many seconds apart.
+    /// Interpolates between a key and the next, `seconds` later.
     fn spline(&self, key: usize, t: f32, seconds: f32) -> Vec<f32> {
         let (t2, t3) = (t * t, t * t * t);
         let (from, leave) = (2.0 * t3 - 3.0 * t2 + 1.0, (t3 - 2.0 * t2 + t) * seconds);
@@ -125,7 +125,7 @@ impl Curve {
         }
         let quaternion = Quat::from_slice(&value);
         let length = quaternion.length();
-        // A spline may pass through zero, where no rotation is better than another.
+        // A spline may pass through zero, where the rotation is arbitrary.
         let unit = if length > 1e-20 && length.is_finite() { quaternion / length } else { Quat::IDENTITY };
         unit.to_array().to_vec()
     }

@@ -1,4 +1,4 @@
-//! Vertices of a posed model: morph targets, then joints, then the place of the node.
+//! Vertices of a posed model: morph targets, then joints, then the node transform.
 
 use glam::{DVec3, Mat3, Mat4, Vec3};
 
@@ -6,30 +6,30 @@ use super::mesh::{MorphTarget, Primitive};
 use super::model::Model;
 use super::pose::Pose;
 
-/// The vertices of a primitive at a moment, in the model's space.
+/// Vertices of a posed primitive in model space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosedVertices {
     /// Metres.
     pub positions: Vec<[f32; 3]>,
-    /// Of unit length.
+    /// Unit vectors.
     pub normals: Vec<[f32; 3]>,
-    /// As in the primitive; empty if it has none.
+    /// As in the primitive; empty if missing.
     pub tangents: Vec<[f32; 4]>,
-    /// Whether the matrix mirrors: the triangles are clockwise seen from their front. Skinned vertices are taken to follow the
-    /// first joint in this.
+    /// Whether the matrix mirrors, so that triangles are clockwise seen from their front. For skinned vertices, the first joint
+    /// decides.
     pub mirrored: bool,
 }
 
 impl Model {
-    /// The vertices of a primitive of the mesh that a node shows.
+    /// Vertices of a primitive of a node's mesh.
     ///
-    /// Normals follow the inverse transpose of what carries the vertex; those of flat primitives are found anew.
+    /// Normals are transformed by the inverse transpose; those of flat primitives are recomputed.
     ///
     /// # Panics
-    /// If the node shows no mesh, the mesh has no such primitive, or the pose is another model's.
+    /// If the node has no mesh, the mesh has no such primitive, or the pose belongs to another model.
     pub fn posed_vertices(&self, pose: &Pose, node: usize, primitive: usize) -> PosedVertices {
         let shown = &self.nodes[node];
-        let mesh = shown.mesh.expect("a node that shows a mesh");
+        let mesh = shown.mesh.expect("a node with a mesh");
         let primitive = &self.meshes[mesh].primitives[primitive];
         let weights = &pose.weights[node];
         let influences = primitive.influences.as_deref().zip(shown.skin.map(|skin| &pose.world_from_bind[skin]));
@@ -72,7 +72,7 @@ impl Model {
     }
 }
 
-/// Vertices plus the weighted differences of the primitive's targets.
+/// Vertices plus weighted differences of the primitive's targets.
 fn morphed<'a>(
     base: &[[f32; 3]],
     primitive: &'a Primitive,
@@ -88,10 +88,10 @@ fn morphed<'a>(
     sums
 }
 
-/// A normal of a surface that a matrix carries. The cofactors are the inverse transpose times the determinant: they exist for flat
-/// matrices too, and their sign is put right for those that mirror.
+/// Transforms a normal by a matrix. It uses cofactors, the inverse transpose times the determinant, which exist for singular
+/// matrices too. Their sign is corrected for mirroring.
 fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
-    // Products of three tiny or huge columns would leave the range of 32 bits.
+    // Scaled first, since products of very small or large columns exceed 32 bits.
     let size = matrix.to_cols_array().into_iter().fold(0.0, |most: f32, v| most.max(v.abs()));
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|column| column / size.max(f32::MIN_POSITIVE));
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
@@ -99,7 +99,7 @@ fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
     carried.normalize_or(normal.normalize_or(Vec3::Z))
 }
 
-/// For triangles with vertices of their own: the normals of their planes; +z where there is no plane.
+/// Plane normals of triangles with unshared vertices; +z for degenerate triangles.
 pub(super) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut normals = vec![[0.0, 0.0, 1.0]; positions.len()];
     for triangle in triangles {

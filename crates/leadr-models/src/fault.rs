@@ -1,110 +1,110 @@
-//! What can be wrong with a model, each in one sentence that names the place in the file and ends with the remedy.
+//! Faults of models: one-line messages with the place in the file and the remedy.
 
 use std::path::PathBuf;
 
 use leadr_maps::MapFault;
 
-/// A fault together with the file it was found in. Displays as one line: `FILE: what is wrong; what would be right`.
+/// A fault and its file. Displays as one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", file.display())]
 pub struct ModelError {
-    /// The model that was being read.
+    /// The model file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// The fault.
     #[source]
     pub fault: ModelFault,
 }
 
-/// What is wrong with a model, without the file's name.
+/// A fault of a model, without the file name.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelFault {
-    /// The operating system refused; `doing` is a verb phrase such as "cannot be opened".
+    /// The operating system reported an error. `doing` is a verb phrase such as "cannot be opened".
     #[error("{doing} ({source}); check the path and the permissions")]
     Io {
-        /// What failed.
+        /// The failed operation.
         doing: &'static str,
-        /// The system's reason.
+        /// The error of the operating system.
         #[source]
         source: std::io::Error,
     },
     /// A directory, pipe or device where the model was expected.
     #[error("is not a regular file; give the path of a .glb or .gltf file")]
     NotAFile,
-    /// The first bytes are neither those of a GLB nor of a JSON object.
+    /// The first bytes are neither a GLB header nor a JSON object.
     #[error("is not a glTF model; give a .glb or .gltf file (version 2.0)")]
     Unrecognised,
     /// The container or the JSON text cannot be read.
     #[error("is damaged: {what}; export or download it again")]
     Damaged {
-        /// What contradicts.
+        /// The violation.
         what: String,
     },
-    /// A part of the model breaks a rule of glTF in a way that leaves no sound reading.
-    #[error("{place}: {what}; correct it with a glTF validator's help, or export the model again")]
+    /// A part of the model violates a rule of glTF beyond repair.
+    #[error("{location}: {what}; correct it with the help of a glTF validator, or export the model again")]
     Invalid {
         /// The part, such as `mesh 2, primitive 0`.
-        place: String,
-        /// The rule and how it is broken.
+        location: String,
+        /// The rule and its violation.
         what: String,
     },
-    /// A valid model that asks for something this reader does not have.
+    /// A valid model that needs an unsupported feature.
     #[error("cannot be used: {what}; {remedy}")]
     Unsupported {
-        /// What it asks for.
+        /// The unsupported feature.
         what: String,
-        /// What would be supported instead.
+        /// A supported alternative.
         remedy: String,
     },
-    /// Over a documented limit of [`crate::limits`], or a claim that the file is too short to fill.
+    /// Exceeds a limit of [`crate::limits`], or declares more data than the file can contain.
     #[error("is too large: {what}; split or simplify the model")]
     TooLarge {
-        /// The claim and the limit.
+        /// The declared size and the limit.
         what: String,
     },
-    /// A file that the model refers to is not where it should be, or may not be read.
-    #[error("{place}: the file {uri:?} {what}; put it into the model's folder, or pack the model into one .glb")]
+    /// A file of the model is missing or may not be read.
+    #[error("{location}: the file {uri:?} {what}; put it into the model's folder, or pack the model into one .glb")]
     Missing {
-        /// The part that refers to it.
-        place: String,
-        /// Its name as the model spells it.
+        /// The part with the reference.
+        location: String,
+        /// Its name as written in the model.
         uri: String,
-        /// Why it cannot be had.
+        /// Why it cannot be read.
         what: String,
     },
     /// An image of the model cannot be decoded.
-    #[error("{place}: {fault}")]
+    #[error("{location}: {fault}")]
     Image {
         /// The image, with its name if it has one.
-        place: String,
-        /// What is wrong with it.
+        location: String,
+        /// The fault of the image.
         #[source]
         fault: MapFault,
     },
 }
 
 impl ModelFault {
-    /// A contradiction in the bytes.
+    /// A violation of the file format.
     pub(super) fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged { what: what.into() }
     }
 
-    /// A valid model that is not read here, and what would be.
+    /// An unsupported feature and the remedy.
     pub(super) fn unsupported(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Unsupported { what: what.into(), remedy: remedy.into() }
     }
 
-    /// A claim beyond a limit.
+    /// A declared size above a limit.
     pub(super) fn too_large(what: impl Into<String>) -> Self {
         Self::TooLarge { what: what.into() }
     }
 
-    /// A broken rule.
-    pub(super) fn invalid(place: impl std::fmt::Display, what: impl Into<String>) -> Self {
-        Self::Invalid { place: place.to_string(), what: what.into() }
+    /// A violated rule.
+    pub(super) fn invalid(location: impl std::fmt::Display, what: impl Into<String>) -> Self {
+        Self::Invalid { location: location.to_string(), what: what.into() }
     }
 }
 
-/// A foreign string as it may stand in a one-line message: no control characters, and not long.
+/// A string from the file for a one-line message: shortened, without control characters.
 pub(super) fn shown(text: &str) -> String {
     const LONGEST: usize = 60;
     let mut shown: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();

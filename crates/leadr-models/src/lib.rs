@@ -1,7 +1,7 @@
-//! Models on the CPU. Read glTF 2.0 files that nobody vouches for, pose them, and find where their vertices are.
+//! Models on the CPU: reads untrusted glTF 2.0 files, poses them, and computes vertex positions.
 //!
-//! A [`Model`] is plain data in glTF's own coordinates (metres, y up, counter-clockwise fronts); its materials are those of
-//! [`leadr_maps::material`]. Knows nothing of Vulkan.
+//! A [`Model`] is plain data in glTF coordinates (metres, y up, counter-clockwise fronts). Its materials are those of
+//! [`leadr_maps::material`]. The crate does not depend on Vulkan.
 //!
 //! ```no_run
 //! use leadr_models::{LoadOptions, Model};
@@ -18,9 +18,9 @@
 //! # Ok::<(), leadr_models::ModelError>(())
 //! ```
 //!
-//! A material's `extras` may name a displacement map, beside the model:
-//! `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`, where `scale` is metres from the map's 0 to its 1 and
-//! `middle` the value that lies on the mesh. `scale` may be left out; `middle` is 0.5 then, too.
+//! A material's `extras` may refer to a displacement map beside the model: `"leadr_displacement": {"uri": "bark.png", "scale":
+//! 0.02, "middle": 0.5}`. `scale` is metres from the map's 0 to its 1 and is optional. `middle` is the value at the mesh surface,
+//! 0.5 by default.
 
 mod animation;
 mod deform;

@@ -6,23 +6,23 @@ use super::fault::{ModelError, ModelFault};
 use super::gltf;
 use super::model::Model;
 use leadr_maps::MapFault;
-use leadr_maps::limits::{MAX_FILE_BYTES, in_words, read_file};
+use leadr_maps::limits::{MAX_FILE_BYTES, format_bytes, read_file};
 
-/// How to load a model.
+/// Options for loading a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Replace images that are missing or damaged (colours by a magenta check, numbers by their factor, directions and heights by
-    /// none) and say so in [`Model::remarks`], instead of refusing the model.
+    /// Replace missing or damaged images instead of refusing the model, with a message in [`Model::remarks`]. Colours become a
+    /// magenta check, numbers their factor; directions and heights are omitted.
     pub lenient: bool,
 }
 
 impl Model {
-    /// Loads a glTF 2.0 model, `.glb` or `.gltf`; the first bytes decide which. Buffers and images may lie in the model itself or
-    /// as files in its folder and below, never elsewhere.
+    /// Loads a glTF 2.0 model, `.glb` or `.gltf`, recognised by the first bytes. Buffers and images may be embedded, or files in
+    /// the model's folder and below, but nowhere else.
     ///
     /// # Errors
-    /// If the model or a file of its cannot be read, breaks a rule of glTF beyond repair, requires an extension that is not among
-    /// [`super::EXTENSIONS_READ`], or goes over [`super::limits`]. Repairs stand in [`Model::remarks`].
+    /// If the model or one of its files cannot be read, violates glTF beyond repair, requires an extension outside
+    /// [`super::EXTENSIONS_READ`], or exceeds [`super::limits`]. [`Model::remarks`] lists repairs.
     pub fn load(path: impl AsRef<Path>, options: LoadOptions) -> Result<Self, ModelError> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -33,20 +33,20 @@ impl Model {
             .map_err(|fault| ModelError { file: path.to_path_buf(), fault })
     }
 
-    /// Like [`Model::load`], from the bytes of a file called `name`. Other files are looked for in `folder`, if one is given.
+    /// Like [`Model::load`], from the bytes of a file called `name`. Other files are read from `folder`, if given.
     ///
     /// # Errors
-    /// As [`Model::load`].
+    /// The errors of [`Model::load`].
     pub fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: LoadOptions) -> Result<Self, ModelFault> {
         gltf::decode(bytes, name, folder, options.lenient)
     }
 }
 
-/// The same fault, told of a model instead of an image.
+/// Converts an image fault to a model fault.
 fn of_file(fault: MapFault) -> ModelFault {
     match fault {
         MapFault::Io { doing, source } => ModelFault::Io { doing, source },
         MapFault::NotAFile => ModelFault::NotAFile,
-        _ => ModelFault::too_large(format!("it has more than {}", in_words(MAX_FILE_BYTES))),
+        _ => ModelFault::too_large(format!("it has more than {}", format_bytes(MAX_FILE_BYTES))),
     }
 }

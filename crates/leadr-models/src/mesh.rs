@@ -1,61 +1,61 @@
-//! Shapes: triangles, what their vertices carry, and the targets they morph towards.
+//! Meshes: triangles, vertex attributes and morph targets.
 
-/// A shape of one or more materials.
+/// A mesh with one or more materials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
-    /// A part for each material. What the file draws as points or lines is not among them.
+    /// One primitive per material. Points and lines of the file are omitted.
     pub primitives: Vec<Primitive>,
-    /// How many morph targets each of its primitives has.
+    /// Number of morph targets of each primitive.
     pub target_count: usize,
-    /// The names of the targets, as most exporters store them; empty if the file has none.
+    /// Target names, as most exporters store them; empty if missing.
     pub target_names: Vec<String>,
 }
 
 /// Triangles of one material. All lists over vertices have the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Primitive {
-    /// Its material in the model's list.
+    /// Index in the model's list of materials.
     pub material: usize,
-    /// Three vertices each, counter-clockwise seen from the front; some may have no area.
+    /// Vertex triples, counter-clockwise seen from the front; may be degenerate.
     pub triangles: Vec<[u32; 3]>,
-    /// Metres, in the space of the node or, of a skinned mesh, of the skin.
+    /// Metres, in the space of the node, or of the skin for a skinned mesh.
     pub positions: Vec<[f32; 3]>,
-    /// Of unit length.
+    /// Unit vectors.
     pub normals: Vec<[f32; 3]>,
-    /// Whether the file has no normals: every triangle then has three vertices of its own and the normal of its plane, also when
-    /// it moves.
+    /// Whether the file has no normals. Every triangle then has three vertices of its own with its plane normal, also when it
+    /// deforms.
     pub flat: bool,
-    /// Direction of growing `s` of the first texture coordinates, of unit length, and 1 or -1 as the sign of the bitangent
-    /// `sign · normal × tangent`; `None` if the file has none.
+    /// Unit direction of increasing `s` in the first texture coordinates, and 1 or -1 as sign of the bitangent
+    /// `sign · normal × tangent`. `None` if the file has none.
     pub tangents: Option<Vec<[f32; 4]>>,
     /// Sets of texture coordinates, `t` down.
     pub texcoords: Vec<Vec<[f32; 2]>>,
     /// Factors on the material's base colour and opacity, linear, 0 to 1.
     pub colors: Option<Vec<[f32; 4]>>,
-    /// Which joints of the skin move a vertex; `None` if none do.
+    /// Skin joints of each vertex; `None` without skinning.
     pub influences: Option<Vec<Influences>>,
-    /// What the vertices may morph towards.
+    /// Morph targets.
     pub targets: Vec<MorphTarget>,
 }
 
-/// The joints that move a vertex: the four with the largest weights.
+/// The four joints with the largest weights on a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Influences {
-    /// Places in the skin's list of joints; those with weight 0 are 0.
+    /// Indices in the skin's list of joints; 0 where the weight is 0.
     pub joints: [u16; 4],
-    /// 0 to 1, the largest first; their sum is 1.
+    /// 0 to 1 in descending order, with sum 1.
     pub weights: [f32; 4],
 }
 
-/// Differences that are added to the vertices by a weight. Each list is empty if the target leaves it alone.
+/// Weighted vertex differences. Attributes without differences have empty lists.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MorphTarget {
     /// Metres.
     pub positions: Vec<[f32; 3]>,
     /// Differences of normals.
     pub normals: Vec<[f32; 3]>,
-    /// Differences of tangents; the sign stays.
+    /// Differences of tangents; the sign does not change.
     pub tangents: Vec<[f32; 3]>,
 }

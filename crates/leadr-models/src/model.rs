@@ -1,4 +1,4 @@
-//! A model as plain data: a hierarchy of nodes, what hangs on them, and what moves them.
+//! A model as plain data: a node hierarchy, its contents and its animations.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -6,80 +6,80 @@ use super::animation::Animation;
 use super::mesh::Mesh;
 use leadr_maps::material::Material;
 
-/// All that a model file holds, checked: every index leads somewhere, every number is finite, the nodes are a forest.
+/// The validated content of a model file: every index is in range, every number is finite, and the nodes form a forest.
 ///
-/// Metres and radians, right-handed, y up; the front of a model looks along +z. Triangles are counter-clockwise seen from their
-/// front, except on nodes whose matrix mirrors. Texture coordinates have their origin at the top left.
+/// Metres and radians, right-handed, y up; the front of a model faces +z. Triangles are counter-clockwise seen from their front,
+/// except under mirroring matrices. Texture coordinates start at the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
-    /// The file's name without its ending.
+    /// File name without extension.
     pub name: String,
-    /// Selections of nodes to be shown together.
+    /// Scenes.
     pub scenes: Vec<SceneRoots>,
-    /// The scene to show first, if the file names one.
+    /// Default scene, if the file defines one.
     pub default_scene: Option<usize>,
-    /// All nodes, in the file's order.
+    /// All nodes, in file order.
     pub nodes: Vec<Node>,
-    /// Every node after its parent.
+    /// Node indices, parents before children.
     pub order: Vec<usize>,
-    /// Shapes, each of which any number of nodes may show.
+    /// Meshes; several nodes may share one.
     pub meshes: Vec<Mesh>,
-    /// The materials of the file, and the one of glTF's defaults as the last if a primitive has none of its own.
+    /// Materials of the file, followed by glTF's default material if a primitive needs it.
     pub materials: Vec<Material>,
-    /// Sets of joints that bend meshes.
+    /// Skins.
     pub skins: Vec<Skin>,
-    /// Ways to look at the model.
+    /// Cameras.
     pub cameras: Vec<Camera>,
     /// Lights.
     pub lights: Vec<Light>,
-    /// Motions.
+    /// Animations.
     pub animations: Vec<Animation>,
-    /// What was read otherwise than the file says, or not at all: one sentence each, to be shown to the user.
+    /// Repairs and ignored content: one message each, for display to the user.
     pub remarks: Vec<String>,
 }
 
-/// A selection of nodes.
+/// A scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SceneRoots {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
-    /// Nodes without parents; all nodes below them belong to the scene, too.
+    /// Root nodes; their descendants belong to the scene too.
     pub roots: Vec<usize>,
 }
 
-/// A place in the hierarchy, with what hangs on it.
+/// A node of the hierarchy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
-    /// The node it moves with.
+    /// Parent node.
     pub parent: Option<usize>,
-    /// The nodes that move with it.
+    /// Child nodes.
     pub children: Vec<usize>,
-    /// Where it is, seen from its parent, at rest.
+    /// Rest transform relative to the parent.
     pub transform: Transform,
-    /// The mesh it shows.
+    /// Mesh of the node.
     pub mesh: Option<usize>,
-    /// The skin that bends the mesh. A skinned mesh follows its joints alone: where this node is has no effect on it.
+    /// Skin of the mesh. A skinned mesh follows only its joints; the node's transform has no effect on it.
     pub skin: Option<usize>,
-    /// The camera at this place, which looks along -z with +y up.
+    /// Camera at this node, looking along -z with +y up.
     pub camera: Option<usize>,
-    /// The light at this place, which shines along -z if it has a direction.
+    /// Light at this node, shining along -z if it is directional.
     pub light: Option<usize>,
-    /// How far the mesh goes towards each of its morph targets at rest; as many as there are targets.
+    /// Rest weights of the morph targets, one per target.
     pub weights: Vec<f32>,
 }
 
-/// Where a node is, seen from its parent.
+/// Transform of a node relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transform {
-    /// Scaled, then rotated, then moved. Only such nodes are animated.
+    /// Scale, then rotation, then translation. Only these nodes can be animated.
     Parts {
         /// Metres.
         translation: Vec3,
         /// Of unit length.
         rotation: Quat,
-        /// Factors; negative ones mirror.
+        /// Factors; negative values mirror.
         scale: Vec3,
     },
     /// An affine matrix, `parent_from_node`.
@@ -87,7 +87,7 @@ pub enum Transform {
 }
 
 impl Transform {
-    /// In its parent's place.
+    /// The identity transform.
     pub const IDENTITY: Self = Self::Parts { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
     /// The matrix `parent_from_node`.
@@ -101,45 +101,45 @@ impl Transform {
     }
 }
 
-/// A set of joints that bends meshes.
+/// A skin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skin {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
-    /// Nodes; the vertices of a skinned mesh name them by their place in this list.
+    /// Joint nodes; vertices refer to them by their index in this list.
     pub joints: Vec<usize>,
-    /// For each joint, the affine matrix from the space of the mesh's vertices to the joint's own.
+    /// Per joint, the affine matrix from mesh vertex space to joint space.
     pub inverse_bind: Vec<Mat4>,
 }
 
-/// A way to look at the model, along -z with +y up.
+/// A camera, looking along -z with +y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
-    /// What it sees.
+    /// Projection.
     pub projection: Projection,
-    /// Distance of the nearest thing that is seen, metres; above 0 for perspectives.
+    /// Near distance, metres; above 0 for perspective.
     pub near: f32,
-    /// Distance of the farthest thing that is seen, metres; `None` if there is no limit.
+    /// Far distance, metres; `None` is infinite.
     pub far: Option<f32>,
 }
 
-/// What a camera sees.
+/// Projection of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// As an eye sees.
+    /// Perspective projection.
     Perspective {
-        /// Angle from bottom to top, radians, 0 to π without the ends.
+        /// Vertical field of view, radians, in the open interval 0 to π.
         vertical_angle: f32,
-        /// Width over height; `None` leaves it to the picture.
+        /// Width over height; `None` uses that of the picture.
         aspect: Option<f32>,
     },
-    /// Without vanishing points.
+    /// Orthographic projection.
     Orthographic {
-        /// Half of the width that is seen, metres; not 0.
+        /// Half of the visible width, metres; not 0.
         half_width: f32,
-        /// Half of the height that is seen, metres; not 0.
+        /// Half of the visible height, metres; not 0.
         half_height: f32,
     },
 }
@@ -147,36 +147,36 @@ pub enum Projection {
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// Its name, empty if it has none.
+    /// Name, empty if missing.
     pub name: String,
     /// Linear Rec.709, 0 or more.
     pub color: [f32; 3],
-    /// Luminous intensity in candela, of suns illuminance in lux; 0 or more.
+    /// Luminous intensity in candela, or illuminance in lux for directional lights; at least 0.
     pub intensity: f32,
-    /// How it shines.
+    /// Type of light.
     pub kind: LightKind,
-    /// Metres beyond which it may be left out; `None` if it is never.
+    /// Range in metres beyond which the light may be omitted; `None` is unlimited.
     pub range: Option<f32>,
 }
 
-/// How a light shines.
+/// Type of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// From infinitely far, along -z.
+    /// Directional, along -z.
     Directional,
-    /// From a point in all directions.
+    /// Point light, in all directions.
     Point,
-    /// From a point into a cone about -z.
+    /// Spot light, into a cone about -z.
     Spot {
-        /// Angle from the axis up to which it has its full intensity, radians, below the outer one.
+        /// Angle from the axis where the intensity starts to decrease, radians, below `outer_angle`.
         inner_angle: f32,
-        /// Angle from the axis at which it ends, radians, at most π/2.
+        /// Angle from the axis where the light ends, radians, at most π/2.
         outer_angle: f32,
     },
 }
 
 impl Model {
-    /// The nodes that are shown: those of the default scene, or of the first scene, or all; parents before their children.
+    /// The visible nodes: those of the default scene, else of the first scene, else all. Parents precede children.
     pub fn shown_nodes(&self) -> Vec<usize> {
         let Some(scene) = self.scenes.get(self.default_scene.unwrap_or(0)) else { return self.order.clone() };
         let mut shown = vec![false; self.nodes.len()];
@@ -189,7 +189,7 @@ impl Model {
         self.order.iter().copied().filter(in_scene).collect()
     }
 
-    /// The number of the animation with this name.
+    /// Index of the animation with this name.
     pub fn animation_named(&self, name: &str) -> Option<usize> {
         self.animations.iter().position(|animation| animation.name == name)
     }

@@ -1,11 +1,11 @@
-//! A model at a moment: where its nodes are, how far meshes have morphed, and where joints carry vertices.
+//! Pose of a model at one time: node transforms, morph weights and joint transforms.
 
 use glam::{Mat4, Quat, Vec3};
 
 use super::animation::Property;
 use super::model::{Model, Transform};
 
-/// A model at a moment.
+/// Pose of a model at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// For each node, the matrix from its space to the model's.
@@ -17,11 +17,11 @@ pub struct Pose {
 }
 
 impl Model {
-    /// The model at a time of one of its animations, or at rest. Before the first and after the last key of a curve its value
-    /// stays; to repeat, hand in `seconds` modulo the duration.
+    /// The pose at a time of an animation, or at rest. Outside its keys a curve keeps its first or last value; to loop, pass
+    /// `seconds` modulo the duration.
     ///
     /// # Panics
-    /// If there is no such animation.
+    /// If the animation does not exist.
     pub fn pose(&self, animation: Option<usize>, seconds: f32) -> Pose {
         let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.transform).collect();
         let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
@@ -49,7 +49,7 @@ impl Model {
     }
 }
 
-/// Changes one part of a transform; matrices have none.
+/// Sets one part of a transform; matrices have no parts.
 fn set(transform: &mut Transform, property: Property, value: &[f32]) {
     let Transform::Parts { translation, rotation, scale } = transform else { return };
     match property {

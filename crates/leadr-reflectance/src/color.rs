@@ -1,4 +1,4 @@
-//! Colours: linear RGB of Rec. 709.
+//! Colours in linear Rec. 709 RGB.
 
 use glam::DVec3;
 

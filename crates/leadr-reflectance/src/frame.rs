@@ -9,14 +9,14 @@ pub struct Frame {
     pub x: DVec3,
     /// Second tangent.
     pub y: DVec3,
-    /// The direction that the frame is built around.
+    /// Third axis, around which the frame is built.
     pub z: DVec3,
 }
 
 /// Orthonormal frame around the unit vector `z` (Frisvad 2012; Duff et al. 2017).
 ///
-/// Below the equator `1 / (1 + z.z)` is computed as `(1 − z.z) / (z.x² + z.y²)`, which keeps full precision down to the
-/// only discontinuity, `(0, 0, −1)`. (The copysign form of Duff et al. jumps along the whole equator.)
+/// Below the equator `1 / (1 + z.z)` is computed as `(1 − z.z) / (z.x² + z.y²)`, which keeps full precision down to the only
+/// discontinuity, `(0, 0, −1)`. (The copysign form of Duff et al. jumps along the whole equator.)
 pub fn frame_about(z: DVec3) -> Frame {
     let r2 = z.x * z.x + z.y * z.y;
     if z.z < 0.0 && r2 < 1e-30 {

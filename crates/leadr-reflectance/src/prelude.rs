@@ -1,4 +1,4 @@
-//! The part of the mathematics that most programs need, vectors included: `use leadr_reflectance::prelude::*`.
+//! Common types and functions for most programs, vectors included: `use leadr_reflectance::prelude::*`.
 
 pub use super::facets::beckmann::Beckmann;
 pub use super::facets::fresnel::Fresnel;

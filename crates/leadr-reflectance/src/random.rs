@@ -1,4 +1,4 @@
-//! Pseudo-random numbers that are the same in every run: SplitMix64 (Steele, Lea and Flood 2014).
+//! Deterministic pseudo-random numbers: SplitMix64 (Steele, Lea and Flood 2014).
 
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 pub struct Random(pub u64);
 
 impl Random {
-    /// Stream `index` of `seed`. Neighbouring indices give unrelated streams, so threads need not agree on an order.
+    /// Stream `index` of `seed`. Neighbouring indices give unrelated streams, so threads need no common order.
     pub fn stream(seed: u64, index: u64) -> Self {
         let mixed = Self(seed ^ 0x5851_f42d_4c95_7f2d).bits();
         Self(Self(mixed ^ index.wrapping_mul(0xd605_1ccb_05a6_2b0f)).bits())
@@ -30,7 +30,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// In `[low, high)`, both above 0, with a uniformly distributed logarithm.
+    /// Log-uniform in `[low, high)`, both above 0.
     pub fn log(&mut self, low: f64, high: f64) -> f64 {
         self.range(low.ln(), high.ln()).exp()
     }
@@ -58,7 +58,7 @@ impl Random {
 /// Increment of a stream's state: 2⁶⁴ divided by the golden ratio.
 pub const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Turns a counter into bits that look random, as [`Random`] does with its state.
+/// Mixes a counter into random-looking bits, as [`Random`] does with its state.
 pub const fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -1,6 +1,6 @@
 //! Roots of increasing functions of one variable.
 
-/// Where `below` ends, between `low` and `high`.
+/// Upper end of the interval in which `below` holds, between `low` and `high`.
 pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..steps {
         let middle = 0.5 * (low + high);
@@ -9,15 +9,15 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64
     0.5 * (low + high)
 }
 
-/// `x` in `[low, high]` with `f(x) = 0` for an increasing `f`, to rounding; the nearer end where there is none inside.
+/// Root `x` in `[low, high]` of an increasing `f`, to rounding error; the nearer end if there is none.
 ///
-/// Regula falsi with Illinois' halving (Dowell and Jarratt 1971): a bracket always holds the root, and functions that are nearly straight
-/// take a few steps. Where it stalls, bisection goes on.
+/// Regula falsi with the Illinois modification (Dowell and Jarratt 1971). The bracket always holds the root, and nearly linear functions
+/// take a few steps. Bisection takes over if it stalls.
 pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (low, high);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut above = None;
-    // A NaN is at neither end; it ends at the upper one.
+    // NaN compares false here and returns the upper end.
     if fa >= 0.0 {
         return low;
     }
@@ -31,7 +31,7 @@ pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f6
         if y == 0.0 || x <= a || x >= b || (b - a) <= 2.0 * f64::EPSILON * x.abs() {
             return x;
         }
-        // An end that stays a second time pulls the next chord away from it.
+        // If an end stays twice, halve its value to move the next chord away from it.
         let again = above == Some(y > 0.0);
         above = Some(y > 0.0);
         if y > 0.0 {

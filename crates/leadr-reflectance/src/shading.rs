@@ -1,15 +1,15 @@
-//! The recommended shading: one call for a light and one for an environment, diffuse and specular reflection together.
+//! Recommended shading: one function for a light and one for an environment, each with diffuse and specular reflection.
 //!
-//! Both use the masking and shadowing of [`Shadowing::Correlated`] and the diffuse closed form of [`visible::diffuse`]
-//! with two terms. The specular environment uses 16 probes ([`visible::shadowed_specular`]), the diffuse environment a
-//! bent normal ([`visible::shadowed_environment`]). The renderer does the same by default. For other choices, call
-//! those functions directly. `leadr/shading.glsl` has the light for shaders. An environment needs texture lookups
-//! between the calls, as `leadr/visible/shadowed_specular.glsl` explains.
+//! Both use the masking and shadowing of [`Shadowing::Correlated`] and the two-term diffuse closed form of [`visible::diffuse`]. The
+//! specular environment uses 16 probes ([`visible::shadowed_specular`]), and the diffuse environment uses a bent normal
+//! ([`visible::shadowed_environment`]). The renderer does the same by default. For other choices, call those functions directly.
+//! `leadr/shading.glsl` has the light for shaders. An environment needs texture lookups between the calls, as
+//! `leadr/visible/shadowed_specular.glsl` explains.
 //!
 //! ```
 //! use leadr_reflectance::prelude::*;
 //!
-//! // Bronze under a low sun: rougher along x than along y, and tilted a little.
+//! // Bronze under a low sun: rougher along x than along y, and slightly tilted.
 //! let surface = Surface {
 //!     mean_slope: DVec2::new(0.1, 0.0),
 //!     slope_covariance: DVec3::new(0.2, 0.02, 0.0),
@@ -30,7 +30,7 @@
 
 use super::facets::base_roughness::add_facet_roughness;
 use super::frame::{Frame, from_frame};
-use super::integrals::facet_mirrors::{facet_mirrors, facet_mirrors_light};
+use super::integrals::facet_specular::{facet_specular, facet_specular_light};
 use super::integrals::sh::Sh9;
 use super::masking::correlated::{direction_area, lit_fraction};
 use super::masking::shadowing::Shadowing;
@@ -46,7 +46,7 @@ use glam::{DVec2, DVec3};
 /// Terms of the diffuse closed form; two give errors of 1.2e-3.
 const DIFFUSE_TERMS: u32 = 2;
 
-/// Probes of a specular environment.
+/// Probe count of a specular environment.
 const PROBES: u32 = 16;
 
 /// A displaced surface under one pixel, in the tangent frame.
@@ -54,49 +54,46 @@ const PROBES: u32 = 16;
 pub struct Surface {
     /// Mean slope.
     pub mean_slope: DVec2,
-    /// Covariance `(s_xx, s_yy, s_xy)` of the slopes of the relief, without the base material's roughness.
-    /// [`clamp_covariance`] brings it into the usable range.
+    /// Covariance `(s_xx, s_yy, s_xy)` of the relief's slopes, without the base material's roughness; clamped by [`clamp_covariance`].
     pub slope_covariance: DVec3,
-    /// Beckmann roughness `α` of the base material's mirrors, ≥ 0.
+    /// Beckmann roughness `α` of the base material's specular term, ≥ 0.
     pub roughness: f64,
-    /// Fraction of the light entering the surface that comes out again, linear RGB, 0..1.
+    /// Diffuse albedo: re-emitted share of the light that enters the surface, linear RGB, 0..1.
     pub albedo: DVec3,
     /// Reflectance at normal incidence, linear RGB, 0..1.
     pub f0: DVec3,
 }
 
 impl Surface {
-    /// Covariances of the diffuse facets, and of the mirrors on them that a viewer sees.
+    /// Slope covariances of the diffuse facets and of the visible specular microfacets.
     fn covariances(&self, wo: DVec3) -> [DVec3; 2] {
         let relief = clamp_covariance(self.slope_covariance);
         [relief, add_facet_roughness(relief, self.roughness, wo, self.mean_slope)]
     }
 }
 
-/// Radiance towards `wo` under one light from `wi`, linear RGB per unit of the light's irradiance on a plane that faces it.
-/// `wo`, `wi`: unit, tangent frame, pointing away from the surface.
+/// Radiance towards `wo` under one light from `wi`, linear RGB per unit of the light's irradiance on a plane that faces it. `wo`, `wi`:
+/// unit, tangent frame, pointing away from the surface.
 ///
-/// The diffuse part is `albedo (1 − F)`, where `F` is the mean Fresnel reflectance of the visible facets: light that
-/// the mirrors reflect does not enter the surface. With an environment as well, that mean may be taken from the probes
-/// of [`environment`], as the renderer does.
+/// The diffuse term is `albedo (1 − F)`, where `F` is the mean Fresnel reflectance of the visible facets, because reflected light does not
+/// enter the surface. With an environment as well, this mean can come from the probes of [`environment`], as in the renderer.
 pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
-    let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances(wo));
+    let (m, [relief, specular_s]) = (surface.mean_slope, surface.covariances(wo));
     let cholesky = slope_cholesky(relief);
     let [o, i] = [wo, wi].map(|w| direction_area(w, m, cholesky));
     let lit = lit_fraction(Shadowing::Correlated, &o, &i);
     let diffuse = lit * leadr_diffuse_light_visible(wo, wi, m, relief, false, DIFFUSE_TERMS);
-    let f = facet_mirrors(wo, wi, surface.roughness, 0.0);
-    let specular = facet_mirrors_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, surface.f0);
-    surface.albedo * (DVec3::ONE - visible_fresnel(wo, m, mirrors, surface.f0)) * diffuse + specular
+    let f = facet_specular(wo, wi, surface.roughness, 0.0);
+    let specular = facet_specular_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, surface.f0);
+    surface.albedo * (DVec3::ONE - visible_fresnel(wo, m, specular_s, surface.f0)) * diffuse + specular
 }
 
 /// Radiance towards `wo` under an environment, linear RGB. `wo`: unit, tangent frame; `frame`: the tangent frame in
 /// the world.
 ///
-/// `radiance` receives a world direction and the variance of a kernel, per axis and in radians squared, and returns the
-/// mean radiance seen through it: a lookup in a prefiltered cube map, see [`kernel_lod`](super::visible::kernel::kernel_lod).
-/// `harmonics` are the coefficients of the environment's radiance in the world
-/// ([`sh_projection`](super::integrals::sh_projection) computes them).
+/// `radiance`: filtered radiance for a world direction and a kernel variance per axis, in radians². This is a lookup in a prefiltered
+/// cube map, see [`kernel_lod`](super::visible::kernel::kernel_lod). `harmonics`: coefficients of the environment's radiance in the
+/// world ([`sh_projection`](super::integrals::sh_projection) computes them).
 ///
 /// ```
 /// use leadr_reflectance::frame::frame_about;
@@ -123,9 +120,9 @@ pub fn environment(
     harmonics: &Sh9,
     radiance: impl Fn(DVec3, f64) -> DVec3,
 ) -> DVec3 {
-    let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances(wo));
+    let (m, [relief, specular_s]) = (surface.mean_slope, surface.covariances(wo));
     let rule = probe_rule(PROBES);
-    let seen = visible_specular_environment(Shadowing::Correlated, wo, m, mirrors, surface.f0, rule, |probe| {
+    let seen = visible_specular_environment(Shadowing::Correlated, wo, m, specular_s, surface.f0, rule, |probe| {
         radiance(from_frame(frame, probe.wi), probe.variance)
     });
     let cholesky = slope_cholesky(relief);
@@ -154,7 +151,7 @@ mod tests {
         f0: DVec3::new(0.04, 0.05, 0.06),
     };
 
-    /// Without slopes the surface is a Lambertian one under a mirror.
+    /// A flat surface is Lambertian under a specular interface.
     #[test]
     fn a_flat_surface_is_lambertian() {
         let flat = Surface { mean_slope: DVec2::ZERO, slope_covariance: DVec3::ZERO, roughness: 0.0, ..RELIEF };
@@ -164,21 +161,21 @@ mod tests {
         assert!((light(&flat, wo, wi) / expected - DVec3::ONE).length() < 1e-3);
     }
 
-    /// Looking along the light, nothing is in shadow. Both parts then equal those of masking alone, the diffuse part to
-    /// within the error of its two terms.
+    /// With the viewer along the light, nothing is shadowed. Both terms then equal those of masking alone, the diffuse term within the
+    /// error of its two exponentials.
     #[test]
     fn along_the_light_nothing_is_shadowed() {
         let wo = at(0.7, 0.4);
         let (m, s) = (RELIEF.mean_slope, RELIEF.slope_covariance);
-        let [_, mirrors] = RELIEF.covariances(wo);
-        let fresnel = visible_fresnel(wo, m, mirrors, RELIEF.f0);
+        let [_, specular_s] = RELIEF.covariances(wo);
+        let fresnel = visible_fresnel(wo, m, specular_s, RELIEF.f0);
         let diffuse = RELIEF.albedo * (DVec3::ONE - fresnel) * diffuse_directional(wo, wo, m, s, false, 8);
         let cholesky = slope_cholesky(s);
         let o = direction_area(wo, m, cholesky);
-        let f = facet_mirrors(wo, wo, RELIEF.roughness, 0.0);
-        let expected = diffuse + facet_mirrors_light(Shadowing::None, &o, &o, &f, m, cholesky, RELIEF.f0);
+        let f = facet_specular(wo, wo, RELIEF.roughness, 0.0);
+        let expected = diffuse + facet_specular_light(Shadowing::None, &o, &o, &f, m, cholesky, RELIEF.f0);
         assert!((light(&RELIEF, wo, wo) / expected - DVec3::ONE).length() < 4e-3);
-        // Away from the light, something is in shadow.
+        // Away from the light, some facets are shadowed.
         let matt = Surface { f0: DVec3::ZERO, ..RELIEF };
         let wi = at(1.45, 3.0);
         let unshadowed = matt.albedo * leadr_diffuse_light_visible(wo, wi, m, s, false, DIFFUSE_TERMS);
@@ -186,7 +183,7 @@ mod tests {
         assert!((0.5..0.95).contains(&share), "{share}");
     }
 
-    /// In a white room neither mirrors nor diffuse facets create energy.
+    /// In a white room neither specular nor diffuse facets create energy.
     #[test]
     fn no_energy_is_made() {
         let room = project_function(16, |_| DVec3::ONE);

@@ -6,9 +6,9 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 /// A pinhole camera. World is z-up, lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Position of the viewer.
+    /// Position of the camera.
     pub position: Vec3,
-    /// The point it looks at.
+    /// The point at the centre of the image.
     pub target: Vec3,
     /// Up; need not be perpendicular to the line of sight.
     pub up: Vec3,
@@ -25,21 +25,21 @@ impl Camera {
         Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near }
     }
 
-    /// The same line of sight from another distance to the target.
+    /// Moves the camera along its line of sight to another distance from the target.
     pub fn at_distance(&self, distance: f32) -> Self {
         let direction = (self.position - self.target).normalize_or(Vec3::X);
         let near = (distance * 0.02).clamp(1e-3, 0.1);
         Self { position: self.target + direction * distance, near, ..*self }
     }
 
-    /// The same camera after it has gone round its target about the vertical, degrees counter-clockwise seen from above.
-    pub fn turned(&self, degrees: f32) -> Self {
-        let turn = Quat::from_rotation_z(degrees.to_radians());
-        Self { position: self.target + turn * (self.position - self.target), up: turn * self.up, ..*self }
+    /// Orbits the camera about the vertical through its target, in degrees counter-clockwise seen from above.
+    pub fn rotated(&self, degrees: f32) -> Self {
+        let rotation = Quat::from_rotation_z(degrees.to_radians());
+        Self { position: self.target + rotation * (self.position - self.target), up: rotation * self.up, ..*self }
     }
 
-    /// World to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of `size`
-    /// pixels, moved by `jitter` pixels (`[-½, ½]²`; a sample right of and below the pixel centre is positive).
+    /// World to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of `size` pixels. `jitter`
+    /// shifts the sample, in pixels, `[-½, ½]²`; right and down are positive.
     pub fn clip_from_world(&self, size: (u32, u32), jitter: Vec2) -> Mat4 {
         let aspect = size.0 as f32 / size.1 as f32;
         let (forward, up) = self.axes();
@@ -49,9 +49,9 @@ impl Camera {
         Mat4::from_translation(shift.extend(0.0)) * projection * view
     }
 
-    /// The rays through the image: `[x, y, z]`, where a point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`,
-    /// whose length along the line of sight is one. A point of depth `d` lies `near / d` such lengths from the camera. The
-    /// arguments are those of [`clip_from_world`](Self::clip_from_world).
+    /// The rays through the image: `[x, y, z]`. A point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`, scaled to
+    /// length one along the line of sight. A point of depth `d` lies `near / d` of these lengths from the camera. For the
+    /// arguments, see [`clip_from_world`](Self::clip_from_world).
     pub fn rays(&self, size: (u32, u32), jitter: Vec2) -> [Vec3; 3] {
         let (forward, up) = self.axes();
         let right = forward.cross(up).normalize();
@@ -63,14 +63,14 @@ impl Camera {
         [x, y, forward + x * (2.0 * jitter.x / size.0 as f32) + y * (2.0 * jitter.y / size.1 as f32)]
     }
 
-    /// The line of sight, and an up direction that is not parallel to it.
+    /// The line of sight, and an up direction not parallel to it.
     fn axes(&self) -> (Vec3, Vec3) {
         let forward = (self.target - self.position).normalize_or(Vec3::X);
         let level = forward.cross(self.up).length_squared() < 1e-8;
         (forward, if level { forward.any_orthogonal_vector() } else { self.up })
     }
 
-    /// How this camera converts lengths to pixels in an image `height` pixels high.
+    /// The scale from lengths to pixels in an image `height` pixels high.
     pub fn lens(&self, height: u32) -> Lens {
         let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());
         Lens { eye: self.position, focal_pixels, near: self.near }
@@ -82,12 +82,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_turn_keeps_distance_height_and_the_horizon() {
+    fn orbiting_keeps_distance_height_and_horizon() {
         let tilted = Vec3::new(0.3, 0.0, 1.0);
         let camera =
             Camera { up: tilted, ..Camera::looking_at(Vec3::new(4.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 0.5), 30.0) };
-        assert_eq!(camera.turned(0.0), camera);
-        let quarter = camera.turned(90.0);
+        assert_eq!(camera.rotated(0.0), camera);
+        let quarter = camera.rotated(90.0);
         assert!((quarter.position - Vec3::new(1.0, 5.0, 3.0)).length() < 1e-5, "{quarter:?}");
         assert!((quarter.up - Vec3::new(0.0, 0.3, 1.0)).length() < 1e-6, "{quarter:?}");
         assert_eq!((quarter.target, quarter.fov_y, quarter.near), (camera.target, camera.fov_y, camera.near));

@@ -1,6 +1,6 @@
-//! The renderer: surfaces and light, the passes that draw them, and the frame that orders the passes.
+//! The renderer: surfaces, light, render passes, and the frame that orders the passes.
 //!
-//! [`open_gpu`] opens a device with the renderer's shaders; a [`frame::Renderer`] draws a [`scene::FrameState`] of
+//! [`open_gpu`] opens a device with the renderer's shaders. A [`frame::Renderer`] draws a [`scene::FrameState`] of
 //! [`scene::Object`]s under an [`light::environment::Environment`].
 
 pub mod camera;
@@ -20,10 +20,10 @@ use std::sync::Arc;
 use leadr_gpu::{Gpu, GpuError, GpuOptions};
 pub use leadr_shaders::constants;
 
-/// Opens a device that has the renderer's shaders and sets besides those of the options.
+/// Opens a device with the renderer's shaders and descriptor sets added to those in `options`.
 ///
 /// # Errors
-/// No such device, a device without something that the renderer needs, or a failed Vulkan call.
+/// No matching device, a device without a required feature, or a failed Vulkan call.
 pub fn open_gpu(options: &GpuOptions) -> Result<Arc<Gpu>, GpuError> {
     let mut options = options.clone();
     options.shaders.push(leadr_shaders::SHADERS);

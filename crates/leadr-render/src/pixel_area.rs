@@ -1,11 +1,11 @@
-//! The part of a picture that things are seen in.
+//! The part of an image that contains a set of objects.
 
 use glam::Vec2;
 
 use super::camera::Camera;
 use super::surfaces::sphere::Sphere;
 
-/// A rectangle of a picture, in pixels.
+/// A rectangle of an image, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelArea {
     /// First column.
@@ -19,12 +19,12 @@ pub struct PixelArea {
 }
 
 impl PixelArea {
-    /// All pixels of a picture.
+    /// All pixels of an image.
     pub fn whole(size: (u32, u32)) -> Self {
         Self { left: 0, top: 0, right: size.0, bottom: size.1 }
     }
 
-    /// The pixels that can see any part of some spheres; all pixels where a sphere reaches the camera.
+    /// The pixels that can show any part of the spheres. All pixels if a sphere reaches the camera.
     pub fn of_spheres(spheres: &[Sphere], camera: &Camera, size: (u32, u32)) -> Self {
         let [x, y, forward] = camera.rays(size, Vec2::ZERO);
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -38,17 +38,17 @@ impl PixelArea {
                 return Self::whole(size);
             }
             for (axis, ray) in [x, y].into_iter().enumerate() {
-                // In units of half the picture, at depth 1.
-                let (place, radius_here) = (to.dot(ray) / ray.length_squared(), radius / ray.length());
-                // The nearer the sphere, the farther out its image reaches.
+                // In units of half the image, at depth 1.
+                let (middle, radius_here) = (to.dot(ray) / ray.length_squared(), radius / ray.length());
+                // The nearest point of the sphere projects farthest out.
                 let seen =
                     |edge: f32, outward: f32| edge / if edge * outward > 0.0 { depth - radius } else { depth + radius };
-                low[axis] = low[axis].min(seen(place - radius_here, -1.0));
-                high[axis] = high[axis].max(seen(place + radius_here, 1.0));
+                low[axis] = low[axis].min(seen(middle - radius_here, -1.0));
+                high[axis] = high[axis].max(seen(middle + radius_here, 1.0));
             }
         }
         let most = Vec2::new(size.0 as f32, size.1 as f32);
-        // A sample lies up to half a pixel from the middle of its pixel.
+        // A sample lies up to half a pixel from its pixel centre.
         let pixel = |ndc: Vec2, margin: f32| ((ndc * 0.5 + 0.5) * most + margin).clamp(Vec2::ZERO, most);
         let (first, last) = (pixel(low, -1.0).floor().as_uvec2(), pixel(high, 1.0).ceil().as_uvec2());
         let last = last.max(first);
@@ -60,7 +60,7 @@ impl PixelArea {
         [self.right - self.left, self.bottom - self.top]
     }
 
-    /// The scissor of these pixels, x, y, width, height, in an image with a grid of samples in each pixel.
+    /// The scissor rectangle (x, y, width, height) of these pixels in an image with `grid` × `grid` samples per pixel.
     pub fn scissor(&self, grid: u32) -> [u32; 4] {
         let [width, height] = self.size();
         [self.left, self.top, width, height].map(|v| v * grid)
@@ -90,7 +90,7 @@ mod tests {
                 let pixel = ((ndc * 0.5 + 0.5) * Vec2::new(200.0, 120.0)).clamp(Vec2::ZERO, Vec2::new(200.0, 120.0));
                 (low, high) = (low.min(pixel), high.max(pixel));
             }
-            // Samples lie up to half a pixel away and bounds are whole pixels; perspective enlarges a near sphere.
+            // Samples lie up to half a pixel away, bounds are whole pixels, and perspective enlarges a near sphere.
             assert!(left <= low.x && top <= low.y && right >= high.x && bottom >= high.y, "{low} {high}");
             let room = Vec2::new(low.x - left, low.y - top).max(Vec2::new(right - high.x, bottom - high.y));
             assert!(

@@ -1,7 +1,7 @@
-//! Where samples lie in a pixel.
+//! Sample positions in a pixel.
 //!
-//! Every set is its own mirror image about the centre, so that the offsets of any count add up to exactly zero and no picture is
-//! shifted, and has one sample in each of `count` columns and rows.
+//! Every set is point-symmetric about the pixel centre, so the offsets sum to exactly zero and never shift the image. Each of its
+//! `count` columns and rows holds one sample.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -9,25 +9,25 @@ use std::collections::BTreeSet;
 use glam::Vec2;
 use leadr_reflectance::random::{Random, unit_of_bits};
 
-/// Offset of sample `index` of `samples` inside its pixel, `(-½, ½)²`. A single sample lies in the centre; other seeds are other
-/// sets.
+/// Offset of sample `index` of `samples` from the pixel centre, `(-½, ½)²`. A single sample lies at the centre. Each seed gives a
+/// different set.
 pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     let count = samples.max(1);
-    let (index, mirrored) = (index % count, count - 1 - index % count);
+    let (index, opposite) = (index % count, count - 1 - index % count);
     let lattice = Lattice::known(count, seed);
-    // A place of its own within its column and row, and the mirror image for the sample opposite; seed 0 is the plain lattice.
+    // Jitter within the column and row, mirrored for the opposite sample. Seed 0 is the unjittered lattice.
     let within = |axis: u64| {
         let noise = |i: u32| unit_of_bits(mix(seed ^ mix(u64::from(i) << 1 | axis)));
-        if seed == 0 { 0.0 } else { 0.5 * (noise(index) - noise(mirrored)) / f64::from(count) }
+        if seed == 0 { 0.0 } else { 0.5 * (noise(index) - noise(opposite)) / f64::from(count) }
     };
     let [x, y] = lattice.point(index);
     let flip = |axis: u32| if mix(seed ^ 0x6d69_7272).wrapping_shr(axis) & 1 == 1 && seed != 0 { -1.0 } else { 1.0 };
     Vec2::new((flip(0) * (x + within(0))) as f32, (flip(1) * (y + within(1))) as f32)
 }
 
-/// A seed that draws other light than `seed`, and whose samples lie in other places. Few samples have few lattices: 8 have four
-/// sets of cells, so that many a pair of seeds has the same, and two such pictures err alike.
-pub fn seed_apart(samples: u32, seed: u64) -> u64 {
+/// A seed with other light samples than `seed` and other sample positions. Small counts have few lattices: 8 samples have only four
+/// sets of cells. Two random seeds would often share one, and their images would have correlated errors.
+pub fn independent_seed(samples: u32, seed: u64) -> u64 {
     let cells = |seed: u64| -> Vec<[i32; 2]> {
         (0..samples)
             .map(|i| ((jitter(i, samples, seed) + 0.5) * samples as f32).floor().as_ivec2().to_array())
@@ -37,26 +37,26 @@ pub fn seed_apart(samples: u32, seed: u64) -> u64 {
     let taken: BTreeSet<[i32; 2]> = cells(seed).into_iter().collect();
     let shared = |other: u64| cells(other).iter().filter(|cell| taken.contains(*cell)).count();
     let others = (1..=TRIED).map(|k| seed ^ k << 32);
-    // The first of those that share fewest.
+    // Ties go to the first seed.
     others.min_by_key(|&other| shared(other)).unwrap_or(seed)
 }
 
-/// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The samples are moved by
-/// the `offset` of the pixel's own sample and wrap around in the cell, so that over all samples of a pixel they add up to zero too.
+/// Offset of edge sample `index` of `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The samples are shifted by the
+/// `offset` of the pixel's own sample and wrap around in the cell. Over all samples of a pixel they also sum to zero.
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
     let [x, y] = Lattice::known(count, 0).point(index % count);
-    let moved = |place: f64, offset: f32| {
-        let place = place + f64::from(offset);
-        let wrapped = place - place.round();
-        // The border belongs to both sides: to that of the offset, whose mirror image takes the other.
+    let moved = |position: f64, offset: f32| {
+        let position = position + f64::from(offset);
+        let wrapped = position - position.round();
+        // Both sides share the border. It goes to the side of the offset, and the mirrored offset takes the other side.
         (if wrapped.abs() == 0.5 { 0.5f64.copysign(f64::from(offset)) } else { wrapped }) as f32
     };
     Vec2::new(moved(x, offset.x), moved(y, offset.y))
 }
 
-/// The points `i (a, b) / (count + 1)` of a rank-1 lattice without `i = 0`: one in each of `count` columns and rows, and the set is
-/// symmetric about its middle since `-i` belongs to it.
+/// The points `i (a, b) / (count + 1)` of a rank-1 lattice without `i = 0`. Each of `count` columns and rows holds one point. The
+/// set contains `-i` for every `i`, so it is symmetric about its centre.
 #[derive(Clone, Copy)]
 struct Lattice {
     count: u32,
@@ -64,16 +64,16 @@ struct Lattice {
 }
 
 thread_local! {
-    /// The lattice that was asked for last, since whole sets are.
+    /// The last lattice, because callers sample one set at a time.
     static LAST: Cell<Option<(u64, Lattice)>> = const { Cell::new(None) };
 }
 
-/// The reciprocals of the plastic number and of its square, the steps of the R2 sequence, which spreads its points well whatever
-/// their number, also beside other sequences of its kind (the reference's lights).
+/// The reciprocals of the plastic number and its square: the steps of the R2 sequence. It spreads any number of points well, and
+/// stays independent of similar sequences such as the reference's lights.
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-/// Seeds among which one with other places is looked for.
+/// Candidate seeds per search.
 const TRIED: u64 = 16;
-/// Counts up to which the best lattice is searched for.
+/// Largest count with an exhaustive search for the best lattice.
 const SEARCHED: u32 = 256;
 
 impl Lattice {
@@ -99,7 +99,7 @@ impl Lattice {
         };
         let [across, down] = STEPS.map(near);
         let pairs = || across.iter().flat_map(|&a| down.iter().map(move |&b| [a, b]));
-        // Of large sets only the first points are compared, the others being as far apart as in R2.
+        // Large sets compare only the first points; R2 keeps the others equally far apart.
         let score = |steps: [u64; 2]| shortest(steps, modulus, count.min(SEARCHED) / 2);
         let scored: Vec<([u64; 2], f64)> = pairs().map(|steps| (steps, score(steps))).collect();
         let best = scored.iter().map(|&(_, score)| score).fold(0.0, f64::max);
@@ -113,27 +113,27 @@ impl Lattice {
         Self { count, steps }
     }
 
-    /// In `(-½, ½)²`.
+    /// The point, in `(-½, ½)²`.
     fn point(&self, index: u32) -> [f64; 2] {
         let modulus = u64::from(self.count) + 1;
         self.steps.map(|step| {
-            let place = (u64::from(index) + 1) * step % modulus;
-            (2.0 * place as f64 - modulus as f64) / f64::from(2 * self.count)
+            let position = (u64::from(index) + 1) * step % modulus;
+            (2.0 * position as f64 - modulus as f64) / f64::from(2 * self.count)
         })
     }
 }
 
-/// Least squared distance between points of a lattice that repeats, among neighbours by up to `reach` in index.
+/// Smallest squared distance between points of a periodic lattice whose indices differ by at most `reach`.
 fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
     let along = |i: u64, step: u64| {
-        let place = i * step % modulus;
-        place.min(modulus - place) as f64
+        let position = i * step % modulus;
+        position.min(modulus - position) as f64
     };
     let square = |i: u64| along(i, steps[0]).powi(2) + along(i, steps[1]).powi(2);
     (1..=u64::from(reach.max(1))).map(square).fold(f64::INFINITY, f64::min)
 }
 
-/// Bits that look random, from a number.
+/// Pseudorandom bits from a number.
 fn mix(number: u64) -> u64 {
     Random(number).bits()
 }
@@ -153,7 +153,7 @@ mod tests {
             for count in (1..=130).chain([256, 999, 4096]) {
                 let points: Vec<Vec2> = (0..count).map(|i| jitter(i, count, seed)).collect();
                 assert!(points.iter().all(|p| p.abs().max_element() < 0.5));
-                // Each sample has its opposite, to the last bit: the sum is zero in whatever precision.
+                // Each sample has an exact opposite, so the sum is zero at any precision.
                 for i in 0..count as usize {
                     assert_eq!(points[i], -points[count as usize - 1 - i], "{count} {seed}");
                 }
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Root mean square error of the share of a half plane that samples find, over many edges through the pixel.
+    /// Root mean square error of the coverage of a half plane, over many edges through the pixel.
     fn edge_error(points: &[Vec2]) -> f32 {
         let (mut sum, mut n) = (0.0, 0.0);
         for i in 0..96 {
@@ -209,7 +209,7 @@ mod tests {
                 (0..6).map(|seed| (0..count).map(|i| jitter(i, count, seed)).collect()).collect();
             for a in 0..6 {
                 for b in 0..a {
-                    // Points of one that the other has nearly too.
+                    // Points that nearly coincide with a point of the other set.
                     let near = |p: &&Vec2| sets[b].iter().any(|q| p.distance(*q) < 0.02 / (count as f32).sqrt());
                     assert!(sets[a].iter().filter(near).count() <= count as usize / 4, "{count}: {a} and {b}");
                 }
@@ -231,16 +231,16 @@ mod tests {
                 let b = cells(b);
                 cells(a).iter().filter(|cell| b.binary_search(cell).is_ok()).count()
             };
-            let apart = (0..64).map(|seed| shared(seed, seed_apart(count, seed))).max().unwrap();
+            let apart = (0..64).map(|seed| shared(seed, independent_seed(count, seed))).max().unwrap();
             let next = (0..64).map(|seed| shared(seed, seed + 1)).max().unwrap();
             println!(
                 "{count} samples: {apart} of them in the cells of the seed apart, up to {next} in those of the next seed"
             );
             assert!(apart <= count as usize / 4, "{count}: {apart}");
-            // Which shows that the next seed would not do.
+            // The next seed would share all its cells.
             assert!(count != 8 || next == 8, "{next}");
         }
-        assert_ne!(seed_apart(1, 3), 3);
+        assert_ne!(independent_seed(1, 3), 3);
     }
 
     #[test]
@@ -252,12 +252,15 @@ mod tests {
                 assert!(points.iter().all(|p| p.abs().max_element() <= 0.5));
                 // Every row and every column has one point.
                 for axis in [0, 1] {
-                    let mut places: Vec<f32> = points.iter().map(|p| p[axis]).collect();
-                    places.sort_by(f32::total_cmp);
-                    assert!(places.windows(2).all(|w| ((w[1] - w[0]) * count as f32 - 1.0).abs() < 1e-3), "{places:?}");
+                    let mut coordinates: Vec<f32> = points.iter().map(|p| p[axis]).collect();
+                    coordinates.sort_by(f32::total_cmp);
+                    assert!(
+                        coordinates.windows(2).all(|w| ((w[1] - w[0]) * count as f32 - 1.0).abs() < 1e-3),
+                        "{coordinates:?}"
+                    );
                 }
             }
-            // Over all samples of a pixel there is no shift either.
+            // There is no shift over all samples of a pixel either.
             for samples in [1, 2, 4, 7] {
                 let offsets = (0..samples).map(|i| jitter(i, samples, 0));
                 let mean: Vec2 = offsets.flat_map(|o| (0..count).map(move |i| edge_jitter(o, i, count))).sum();

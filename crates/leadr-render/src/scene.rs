@@ -1,4 +1,4 @@
-//! The data that a scene hands to the renderer: objects, made once, and the state of each frame.
+//! The input of the renderer: objects, uploaded once, and the state of each frame.
 
 use std::sync::Arc;
 
@@ -17,24 +17,24 @@ use leadr_maps::cache::MapCache;
 use leadr_maps::material::TextureWrap;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// A property of a surface over texture coordinates.
+/// A surface property over texture coordinates.
 #[derive(Clone, Debug)]
 pub struct PropertyMap<T> {
     /// Texels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Row by row.
+    /// The texels, row by row.
     pub texels: Vec<T>,
-    /// What lies beyond the edges, across and down; in an atlas that is the atlas's business.
+    /// Wrap modes across and down. Ignored in an atlas.
     pub wrap: [TextureWrap; 2],
 }
 
-/// Texture coordinates of the corners of a triangle for each kind of image: see the `CHART_` constants.
+/// Texture coordinates of a triangle's corners for each kind of image: see the `CHART_` constants.
 pub type TriangleCharts = [[Vec2; 3]; CHARTS as usize];
 
-impl Holes {
-    /// What is compared, or the share.
+impl Cutout {
+    /// The map of opacity, for either kind.
     pub const fn map(&self) -> &PropertyMap<f32> {
         match self {
             Self::Mask(map) | Self::Share(map) => map,
@@ -49,169 +49,172 @@ pub struct MaterialMap {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// sRGB-encoded albedo in rgb; in a the [code](leadr_maps::material::alpha_code) of the Beckmann roughness `α`.
+    /// sRGB-encoded albedo in rgb. a: [code](leadr_maps::material::alpha_code) of the Beckmann roughness `α`.
     pub colors: Vec<[u8; 4]>,
-    /// sRGB-encoded reflectance at normal incidence in rgb, in as many texels, instead of the object's own.
+    /// sRGB-encoded reflectance at normal incidence, at the resolution of `colors`. Replaces the object's own value.
     pub f0: Option<Vec<[u8; 4]>>,
-    /// The `α` from which texels count as rough and are filtered in a class of their own, with mirrors of its own
-    /// ([`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)), which takes time.
+    /// Roughness `α` from which texels count as rough. They are filtered as a separate class with its own specular lobe
+    /// ([`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)), at extra cost.
     pub two_lobes: Option<f32>,
-    /// The facets of a measured material, whose slopes are scaled where the roughness differs from
-    /// [its own](FittedTable::alpha).
+    /// The facets of a measured material. Their slopes are scaled where the roughness differs from [its own](FittedTable::alpha).
     pub fit: Option<Arc<FittedTable>>,
-    /// What lies beyond the edges of colours and reflectance.
+    /// Wrap modes of colours and reflectance.
     pub wrap: [TextureWrap; 2],
     /// Emitted radiance, linear; each frame multiplies it by [`FrameState::emission_scale`].
     pub emission: Option<PropertyMap<[f32; 3]>>,
-    /// Share of the surroundings that a place sees past what is large, 0 to 1: multiplies the accessibility of the vertices.
+    /// Large-scale ambient accessibility, 0 (hidden) to 1 (open). Multiplies the accessibility of the vertices.
     pub occlusion: Option<PropertyMap<f32>>,
-    /// Instead of the share alone, the cone in which a place sees its surroundings: its mean open direction in the frame of `s`, the other
-    /// way of `t`, and the normal, as long as the cone is narrow; and the share
-    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Not for atlases of tiles. Such a surface has no horizon of its heights.
+    /// Cones of ambient visibility, instead of `occlusion` alone. xyz: mean open direction in the frame of `s`, `-t` and the
+    /// normal, longer for narrower cones; w: accessibility
+    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Not for tile atlases. The surface then gets
+    /// no horizon from its heights.
     pub cones: Option<PropertyMap<[f32; 4]>>,
-    /// Where the surface has holes.
-    pub opacity: Option<Holes>,
+    /// Alpha mask or partial coverage.
+    pub opacity: Option<Cutout>,
 }
 
-/// Where a surface has holes.
+/// How a surface is cut out.
 #[derive(Clone, Debug)]
-pub enum Holes {
-    /// Where this is below one half; between texels it is interpolated.
+pub enum Cutout {
+    /// Alpha mask: values below one half are cut out. Interpolated between texels.
     Mask(PropertyMap<f32>),
-    /// Everywhere to a degree: this share of the samples of a place sees the surface.
+    /// Partial coverage: the fraction of the samples that hit the surface, 0 to 1.
     Share(PropertyMap<f32>),
 }
 
 impl MaterialMap {
-    /// Albedo and roughness, one lobe under every pixel.
+    /// Albedo and roughness, with one lobe per pixel.
     pub fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         Self { width, height, colors, ..Self::default() }
     }
 }
 
-/// What coordinates a [`Detail`] follows.
+/// The coordinates of a [`Detail`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailMapping {
-    /// The texture coordinates of the mesh. Not for atlases of tiles, whose coordinates end with a patch.
+    /// The mesh's texture coordinates. Not for tile atlases, whose coordinates end at each patch.
     Texcoords,
-    /// Places of the mesh at rest, seen along the three axes and blended by the normal; one unit of the coordinates covers so many metres.
+    /// Triplanar: rest positions projected along the three axes and blended by the normal. The value is the metres per unit of the
+    /// coordinates.
     Triplanar(f32),
 }
 
-/// What the colours and the roughness of a [`Detail`] do.
+/// How the colours and roughness of a [`Detail`] combine with the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailColors {
-    /// Its colours over their mean multiply those of the surface; its roughness replaces the surface's.
+    /// The detail's colours, divided by their mean, multiply the surface's. Its roughness replaces the surface's.
     Vary,
-    /// They replace those of the surface, and so does this reflectance at normal incidence.
+    /// The detail's colours, roughness and this reflectance at normal incidence replace the surface's.
     Cover(f32),
 }
 
-/// How much there is of a [`Detail`].
+/// The amount of a [`Detail`] over the surface.
 #[derive(Clone, Debug)]
 pub struct DetailMask {
     /// Texels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Factors of its slopes and of its cover, 0 to 1.
+    /// Factors on the detail's slopes and coverage, 0 to 1.
     pub texels: Vec<f32>,
-    /// From the surface's coordinates to the mask's own.
+    /// From the surface's coordinates to those of the mask.
     pub transform: Affine2,
 }
 
-/// A tiling relief over a surface, finer than its own: their slopes add up. It shades; it does not displace.
+/// A tiling relief finer than the surface's own. Its slopes are added. It affects shading only and does not displace.
 #[derive(Clone, Debug)]
 pub struct Detail {
-    /// Its heights in metres; they repeat.
+    /// Heights in metres; they repeat.
     pub heights: HeightField,
-    /// Its slopes in metres per unit of its own coordinates, one for each texel of `heights`, instead of those of the heights.
+    /// Slopes in metres per unit of the detail's coordinates, one per texel of `heights`. They replace the slopes of the heights.
     pub slopes: Option<Vec<[f32; 2]>>,
-    /// What it is made of, over its own coordinates; without it the surface keeps its colours.
+    /// The detail's material, over its own coordinates. `None` keeps the surface's colours.
     pub material: Option<(MaterialMap, DetailColors)>,
-    /// What coordinates it follows.
+    /// The coordinates that the detail follows.
     pub mapping: DetailMapping,
-    /// From those to its own, in which it repeats after 1.
+    /// From those coordinates to the detail's own, which repeat with period 1.
     pub transform: Affine2,
-    /// Where it is; everywhere without one.
+    /// The amount over the surface; `None` applies it everywhere.
     pub mask: Option<DetailMask>,
 }
 
 /// How maps that repeat cover a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tiling {
-    /// Side by side.
+    /// Plain repetition.
     #[default]
     Repeats,
-    /// By example: pieces of them, no two of which are neighbours in the map, are blended so that mean and covariance stay
-    /// ([`leadr_reflectance::slopes::tiling`]). Of meshes of quads without seams, on which patches have the same texture coordinates where they
-    /// meet, and whose maps lie on these coordinates and repeat; others take it for [`Repeats`](Self::Repeats).
+    /// Tiling by example: blends pieces of the maps so that mean and covariance stay ([`leadr_reflectance::slopes::tiling`]).
+    /// Adjacent pieces are never neighbours in the map. Needs a quad mesh without seams, texture coordinates that agree where
+    /// patches meet, and repeating maps on these coordinates. Other meshes use [`Repeats`](Self::Repeats).
     ByExample,
-    /// Side by side as well, by the shaders of [`ByExample`](Self::ByExample), of the same meshes: a scene that has both makes fewer pipelines.
-    OneLook,
-    /// The same as [`ByExample`](Self::ByExample), staying where it is in the world however the mesh moves along itself: on planes wherever that is, on others by whole repeats.
+    /// Plain repetition by the shaders of [`ByExample`](Self::ByExample), for the same meshes. A scene with both then needs fewer
+    /// pipelines.
+    OneVariant,
+    /// As [`ByExample`](Self::ByExample), but fixed in the world when the mesh moves along itself: exactly on planes, by whole
+    /// repeats on other meshes.
     ByExampleInWorld,
-    /// The same in the world, under the drifts and paths of open ground, which planes alone have.
+    /// As `ByExampleInWorld`, with the drifts and paths of open ground. Planes only.
     Ground,
 }
 
-/// One displaced (or smooth) surface.
+/// One surface, displaced or smooth.
 #[derive(Clone, Debug)]
 pub struct Object {
     /// Name for messages and debugging.
     pub name: String,
     /// Its patches.
     pub mesh: PatchMesh,
-    /// The same surface in fewer patches, with the same joints and the same texture coordinates. A smooth one is drawn where the patches of
-    /// `mesh` are smaller than pixels; a displaced one wherever its own can be divided finely enough. Not for atlases, details that are
-    /// seen along the axes, and materials with charts of their own, which are made for the patches of one mesh.
+    /// The same surface in fewer patches, with the same joints and texture coordinates. A smooth surface uses it where the patches
+    /// of `mesh` are smaller than pixels; a displaced one wherever it can be divided finely enough. Not for atlases, triplanar
+    /// details, or materials with their own charts, because these belong to the patches of one mesh.
     pub coarse_mesh: Option<PatchMesh>,
     /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
-    /// Slopes of the heights by texture coordinate, in the heights' unit, one for each texel of `heights`: finer ones than those of the
-    /// heights themselves, as a normal map tells them. The heights still displace. Those of triangles are rise over run, since their
-    /// texture coordinates are of any size.
+    /// Slopes over texture coordinates in the heights' unit, one per texel of `heights`, for example from a normal map finer than
+    /// the heights. The heights still displace. On triangles the slopes are rise over run, because their texture coordinates have
+    /// any scale.
     pub slopes: Option<Vec<[f32; 2]>>,
-    /// Moments of the slopes on all levels, as a baked file has them, instead of those that follow from `heights` or `slopes`. Their
-    /// heights are those of `heights`, which repeat or go on as a single map does.
+    /// Precomputed slope moments of all levels, as in a baked file, instead of those computed from `heights` or `slopes`. They
+    /// contain the same heights as `heights`, which wrap like a single map.
     pub moments: Option<LeadrMap>,
-    /// Further variance of the slopes about them, `(ss, tt, st)` in squares of their unit, one for each of `slopes`: a base that is rougher along one direction.
+    /// Additional slope variance `(ss, tt, st)` in squared slope units, one per texel of `slopes`, for an anisotropic base.
     pub slope_spread: Option<Vec<[f32; 3]>>,
-    /// How its maps cover it.
+    /// How the maps cover the surface.
     pub tiling: Tiling,
-    /// A finer relief that repeats.
+    /// A finer relief that repeats over the surface.
     pub detail: Option<Detail>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
-    /// Its material; without it the colours of the vertices are used.
+    /// The material; `None` uses the vertex colours.
     pub material: Option<MaterialMap>,
-    /// Texture coordinates of each triangle in the images of the material, where they are not those of the mesh, which then lead
-    /// the slopes alone. For meshes of triangles.
+    /// Texture coordinates of each triangle in the material's images, if they differ from the mesh's. The mesh's then apply to the
+    /// slopes only. Triangle meshes only.
     pub charts: Option<Vec<TriangleCharts>>,
-    /// Reflectance at normal incidence; of what has albedo, where the material tells more. Below 0.02 reflection fades at all angles,
-    /// and at 0 nothing is reflected.
+    /// Reflectance at normal incidence; with an `f0` map, that of the diffuse base only. Below 0.02 the reflection fades at all
+    /// angles, and 0 disables it.
     pub specular_f0: f32,
-    /// How far its reflectance dips below Schlick's form on its way to grazing incidence, 0 to 4
-    /// ([`fresnel_dipped`](leadr_reflectance::facets::fresnel::fresnel_dipped)), in steps of 4/31. For surfaces that are one metal all
-    /// over: a dielectric would reflect less than nothing.
-    pub conductor_dip: [f32; 3],
-    /// What lies beyond the edges of its slopes, across and down, where the border of its heights does not say so.
+    /// Edge tint of a conductor: how far the reflectance falls below Schlick's form between normal and grazing incidence
+    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). 0 to 4, in steps of 4/31. Only for surfaces
+    /// of a single metal, since a dielectric's reflectance would become negative.
+    pub edge_tint: [f32; 3],
+    /// Wrap modes of the slopes, across and down; `None` follows the border of the heights.
     pub slope_wrap: Option<[TextureWrap; 2]>,
-    /// Whether what it emits is multiplied with the colours of the vertices.
+    /// Multiplies the emission by the vertex colours.
     pub tints_emission: bool,
-    /// Whether only its front is seen: the side from which its triangles run counter-clockwise. Shadows fall from both.
+    /// Draws the front side only, where triangles run counter-clockwise. Both sides cast shadows.
     pub front_only: bool,
-    /// Whether to keep how its colours follow its relief, if they do: weighted means beside its material, for
+    /// Keeps weighted means of the material, so that colours that follow the relief can be filtered with it: see
     /// [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
     pub follows_relief: bool,
-    /// Whether it casts a shadow.
+    /// Whether the object casts a shadow.
     pub casts_shadow: bool,
-    /// Number of times it is drawn, each with a pose of its own. The copies share mesh and maps on the device.
+    /// Number of times the object is drawn, each with its own pose. Instances share the mesh and the maps on the device.
     pub instances: u32,
 }
 
 impl Object {
-    /// A smooth surface in the colours of its vertices that reflects like common dielectrics and casts a shadow.
+    /// A smooth surface with vertex colours and the reflectance of common dielectrics. It casts a shadow.
     pub fn new(name: impl Into<String>, mesh: PatchMesh) -> Self {
         Self {
             name: name.into(),
@@ -227,7 +230,7 @@ impl Object {
             material: None,
             charts: None,
             specular_f0: 0.04,
-            conductor_dip: [0.0; 3],
+            edge_tint: [0.0; 3],
             slope_wrap: None,
             tints_emission: false,
             front_only: false,
@@ -237,102 +240,101 @@ impl Object {
         }
     }
 
-    /// The same, drawn in so many poses.
+    /// Draws the object in this many poses.
     #[must_use]
     pub fn with_instances(self, instances: u32) -> Self {
         Self { instances, ..self }
     }
 
-    /// The same, whose colours may be those of what is seen and lit
-    /// ([`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color)).
+    /// Prepares the colours for [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
     #[must_use]
     pub fn with_relief_color(self) -> Self {
         Self { follows_relief: true, ..self }
     }
 
-    /// The same, drawn as `mesh` where that suffices ([`coarse_mesh`](Self::coarse_mesh)).
+    /// Adds a coarser mesh, drawn where it suffices ([`coarse_mesh`](Self::coarse_mesh)).
     #[must_use]
     pub fn with_coarse_mesh(self, mesh: PatchMesh) -> Self {
         Self { coarse_mesh: Some(mesh), ..self }
     }
 
-    /// The same, displaced along the patch normals by `scale` times the heights.
+    /// Displaces the surface along the patch normals by `scale` times the heights.
     #[must_use]
     pub fn with_heights(self, heights: HeightField, scale: f32) -> Self {
         Self { heights: Some(heights), height_scale: scale, ..self }
     }
 
-    /// The same, shaded by these slopes of its heights. Called after [`with_heights`](Self::with_heights).
+    /// Shades with these slopes instead of those of the heights. Call it after [`with_heights`](Self::with_heights).
     #[must_use]
     pub fn with_slopes(self, slopes: Vec<[f32; 2]>) -> Self {
         Self { slopes: Some(slopes), ..self }
     }
 
-    /// The same, shaded by ready moments of its heights. Called after [`with_heights`](Self::with_heights).
+    /// Shades with precomputed moments of the heights. Call it after [`with_heights`](Self::with_heights).
     #[must_use]
     pub fn with_moments(self, moments: LeadrMap) -> Self {
         Self { moments: Some(moments), ..self }
     }
 
-    /// The same with further variance about those slopes. Called after [`with_slopes`](Self::with_slopes).
+    /// Adds variance to those slopes. Call it after [`with_slopes`](Self::with_slopes).
     #[must_use]
     pub fn with_slope_spread(self, spread: Vec<[f32; 3]>) -> Self {
         Self { slope_spread: Some(spread), ..self }
     }
 
-    /// The same, whose maps cover it otherwise than side by side.
+    /// Sets the tiling of the maps.
     #[must_use]
     pub fn with_tiling(self, tiling: Tiling) -> Self {
         Self { tiling, ..self }
     }
 
-    /// The same with a finer relief that repeats.
+    /// Adds a finer relief that repeats.
     #[must_use]
     pub fn with_detail(self, detail: Detail) -> Self {
         Self { detail: Some(detail), ..self }
     }
 
-    /// The same, made of a material whose albedo and roughness are multiplied with those of the vertices.
+    /// Adds a material. Its albedo and roughness multiply those of the vertices.
     #[must_use]
     pub fn with_material(self, map: MaterialMap) -> Self {
         Self { material: Some(map), ..self }
     }
 
-    /// The same with texture coordinates of their own for the images of its material.
+    /// Adds separate texture coordinates for the material's images.
     #[must_use]
     pub fn with_charts(self, charts: Vec<TriangleCharts>) -> Self {
         Self { charts: Some(charts), ..self }
     }
 
-    /// The same with another reflectance at normal incidence.
+    /// Sets the reflectance at normal incidence.
     #[must_use]
     pub fn with_specular_f0(self, specular_f0: f32) -> Self {
         Self { specular_f0, ..self }
     }
 
-    /// The same with the dip of a conductor.
+    /// Sets the edge tint of a conductor.
     #[must_use]
-    pub fn with_conductor_dip(self, conductor_dip: [f32; 3]) -> Self {
-        Self { conductor_dip, ..self }
+    pub fn with_edge_tint(self, edge_tint: [f32; 3]) -> Self {
+        Self { edge_tint, ..self }
     }
 
-    /// The same without casting a shadow on other surfaces.
+    /// Disables shadows cast on other surfaces.
     #[must_use]
     pub fn without_shadow(self) -> Self {
         Self { casts_shadow: false, ..self }
     }
 }
 
-/// The contents of a scene: surfaces that do not change from frame to frame except for their poses and waves.
+/// The contents of a scene. Only poses and waves change between frames.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Meshes.
     pub objects: Vec<Object>,
     /// The sea, if there is one.
     pub ocean: Option<Ocean>,
-    /// Where what takes long to find in the maps of the meshes is kept for the next time; `None`: nowhere.
+    /// Cache for map data that is slow to compute; `None` disables it.
     pub cache: Option<MapCache>,
-    /// How the slopes of the meshes are kept.
+    /// Storage format of the mesh slopes.
     pub map_precision: MomentFormat,
 }
 
@@ -350,14 +352,14 @@ impl From<Ocean> for Scene {
     }
 }
 
-/// Where an object is in one frame.
+/// The pose of an object in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pose {
-    /// Rigid: world from rest.
+    /// Rigid: rest to world.
     Rigid(Affine3A),
-    /// Linear blend skinning: world from rest, one matrix per joint.
+    /// Linear blend skinning: rest to world, one matrix per joint.
     Skinned(Vec<Mat4>),
-    /// Every vertex in the world, with unit normals.
+    /// World positions and unit normals of all vertices.
     Vertices(PosedVertices),
 }
 
@@ -371,7 +373,7 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// The sun of a sky, attenuated by its air.
+    /// The sun of a sky, attenuated by the atmosphere.
     pub fn of(sky: &Sky) -> Self {
         let direction = sky.sun_direction.normalize_or(Vec3::Z);
         Self { direction, irradiance: Vec3::from_array(sky.sun_irradiance()) }
@@ -385,38 +387,38 @@ pub struct PointLight {
     pub position: Vec3,
     /// Radiant intensity, linear rgb: the irradiance at distance 1.
     pub intensity: Vec3,
-    /// Where it shines; `None` in all directions.
+    /// The cone of a spot light; `None` for all directions.
     pub cone: Option<Cone>,
-    /// Metres at which it has faded to nothing, as `KHR_lights_punctual` has it; `None` if it never does.
+    /// Distance in metres at which the light fades to zero, as in `KHR_lights_punctual`; `None` for no limit.
     pub range: Option<f32>,
-    /// Metres from its middle to its rim, which make the penumbrae of its shadows wide; 0 for a point. It shines as a point does.
+    /// Radius in metres, which sets the width of the penumbrae; 0 for a point. Shading treats the light as a point.
     pub radius: f32,
 }
 
-/// Where a spot shines.
+/// The cone of a spot light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Its middle, unit.
+    /// Unit axis.
     pub axis: Vec3,
-    /// Angle from the axis up to which it has its full intensity, radians, below the outer one.
+    /// Angle from the axis up to which the light has full intensity, radians; less than `outer_angle`.
     pub inner_angle: f32,
-    /// Angle from the axis at which it ends, radians, at most π/2.
+    /// Angle from the axis at which the light ends, radians, at most π/2.
     pub outer_angle: f32,
 }
 
 impl PointLight {
-    /// A point that shines in all directions, however far.
+    /// A point light in all directions, without a range.
     pub const fn new(position: Vec3, intensity: Vec3) -> Self {
         Self { position, intensity, cone: None, range: None, radius: 0.0 }
     }
 
-    /// The same with a radius, metres.
+    /// Sets the radius, in metres.
     #[must_use]
     pub const fn with_radius(self, radius: f32) -> Self {
         Self { radius, ..self }
     }
 
-    /// What its intensity is multiplied with toward a direction away from it: the square of `d · xyz + w`, kept in 0 to 1.
+    /// Coefficients of the cone's falloff. For a unit direction `d` away from the light the factor is `clamp(d · xyz + w, 0, 1)²`.
     pub(super) fn falloff(&self) -> [f32; 4] {
         let Some(Cone { axis, inner_angle, outer_angle }) = self.cone else { return [0.0, 0.0, 0.0, 1.0] };
         let (inner, outer) = (inner_angle.cos(), outer_angle.cos());
@@ -424,13 +426,13 @@ impl PointLight {
         (axis * scale).extend(-outer * scale).to_array()
     }
 
-    /// One over the square of its range; 0 without one.
+    /// One over the squared range; 0 without a range.
     pub(super) fn inverse_square_range(&self) -> f32 {
         self.range.map_or(0.0, |range| (range * range).max(1e-20).recip())
     }
 }
 
-/// Largest number of point lights in a frame.
+/// Maximum number of point lights in a frame.
 pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 
 /// The state of one frame.
@@ -438,15 +440,15 @@ pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 pub struct FrameState {
     /// Time of the waves, seconds.
     pub time: f64,
-    /// The viewer.
+    /// The camera.
     pub camera: Camera,
-    /// One pose per instance of each object of the scene, in their order. Instances without a pose are not drawn.
+    /// One pose for each instance of each object, in scene order. Instances without a pose are not drawn.
     pub poses: Vec<Pose>,
-    /// The place that moves along with what is looked at.
+    /// A world position that moves with the subject of the view.
     pub anchor: Vec3,
-    /// The sky, when it is the environment; the cube map follows it.
+    /// The sky, when it is the environment; cube map, sun and exposure follow it.
     pub sky: Option<Sky>,
-    /// Directional light, if any.
+    /// A directional light instead of the sky's sun.
     pub sun: Option<Sun>,
     /// Point lights, at most [`MAX_POINT_LIGHTS`].
     pub point_lights: Vec<PointLight>,
@@ -454,13 +456,12 @@ pub struct FrameState {
     pub height_scale: f32,
     /// Radiance of an emission of 1.
     pub emission_scale: f32,
-    /// Exposure factor for viewing the picture where no sky decides it.
+    /// Metered exposure factor, used when there is no sky.
     pub metered: f32,
 }
 
 impl FrameState {
-    /// The view of `camera` on objects in their `poses` at time 0, with unscaled heights, lit by the renderer's environment
-    /// alone.
+    /// The view of `camera` at time 0, with unscaled heights, lit by the renderer's environment alone.
     pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
         Self {
             time: 0.0,
@@ -476,23 +477,28 @@ impl FrameState {
         }
     }
 
-    /// The same frame under a sky and its sun.
+    /// Adds a sky and its sun.
     #[must_use]
     pub fn under(self, sky: &Sky) -> Self {
-        Self { sky: Some(*sky), sun: Some(Sun::of(sky)), ..self }
+        Self { sky: Some(*sky), sun: None, ..self }
     }
 
-    /// Exposure factor for viewing the picture: chosen by the sky's sun, and under any other light what was metered.
+    /// The directional light: one of its own, or else the sun of the sky.
+    pub fn sun(&self) -> Option<Sun> {
+        self.sun.or_else(|| self.sky.as_ref().map(Sun::of))
+    }
+
+    /// Exposure factor for viewing the image. It follows the sky's sun, or the metered value without a sky.
     pub fn exposure(&self) -> f32 {
         self.sky.as_ref().map_or(self.metered, exposure::exposure)
     }
 }
 
 impl Pose {
-    /// The pose in which the mesh was made.
+    /// The rest pose.
     pub const REST: Self = Self::Rigid(Affine3A::IDENTITY);
 
-    /// Poses a mesh. Joints beyond the pose's own are ignored.
+    /// Poses a mesh. Joints that the pose does not have are ignored.
     pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {
         match self {
             Self::Rigid(world) => {

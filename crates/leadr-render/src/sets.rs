@@ -1,10 +1,10 @@
-//! The descriptor sets of the renderer by lifetime: what a pass draws into and reads is pushed, set 0; a frame has one set of its light,
-//! and an object one of its maps.
+//! The renderer's descriptor sets, grouped by lifetime. Set 0 holds the inputs and outputs of a pass and is pushed. A frame has one
+//! set for its light; each object has one for its maps.
 
 use leadr_gpu::SetLayout;
 use leadr_gpu::shaders::ResourceKind::{Sampled, Storage, Uniform};
 
-/// The light of a scene, the same for all its surfaces: `layout(set = 1)` in `passes/shade`.
+/// The light of a scene, shared by all surfaces: `layout(set = 1)` in `passes/shade`.
 pub static SCENE: SetLayout = SetLayout {
     number: 1,
     name: "scene",
@@ -22,7 +22,8 @@ pub static SCENE: SetLayout = SetLayout {
     ],
 };
 
-/// The mesh and the maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Placeholders stand for what it lacks.
+/// The mesh and maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Missing maps are replaced by
+/// placeholders.
 pub static OBJECT: SetLayout = SetLayout {
     number: 2,
     name: "object",

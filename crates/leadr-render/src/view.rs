@@ -1,21 +1,21 @@
-//! One image of a scene, and how its samples relate to the pixels of the picture.
+//! One image of a scene, and how its samples map to pixels.
 
 use glam::{Mat4, Vec2, Vec3};
 
 use super::camera::Camera;
 use super::surfaces::tessellation::Lens;
 
-/// How the samples of an image relate to the pixels of the picture.
+/// How the samples of an image map to pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
-    /// One sample per pixel, which decides how the pixel's surface is shaded.
+    /// One sample per pixel. It selects the surface that the pixel shades.
     Pixels,
-    /// The same, and the geometry is multisampled: each surface that one of so many samples sees is shaded once.
+    /// Multisampled geometry: each surface that covers a sample of the pixel is shaded once.
     Multisampled {
-        /// Samples of the geometry in each pixel, a power of two.
+        /// Geometry samples per pixel, a power of two.
         count: u32,
     },
-    /// A grid of edge samples in every pixel, with this many along a side.
+    /// A grid of edge samples in every pixel.
     Edges {
         /// Edge samples along a side of a pixel.
         grid: u32,
@@ -25,13 +25,13 @@ pub enum Samples {
 /// One image of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// The viewer.
+    /// The camera.
     pub camera: Camera,
-    /// Pixels of the picture, across and down.
+    /// Width and height in pixels.
     pub picture: (u32, u32),
-    /// How the samples relate to these pixels.
+    /// How the samples map to these pixels.
     pub samples: Samples,
-    /// Position of each sample relative to the middle of its cell of the grid, in cells, `[-½, ½)²`.
+    /// Offset of each sample from the centre of its grid cell, in cells, `[-½, ½)²`.
     pub offset: Vec2,
 }
 
@@ -60,7 +60,7 @@ impl View {
         self.camera.rays(self.size(), self.offset)
     }
 
-    /// How lengths convert to pixels of the picture, however many samples each pixel has.
+    /// The scale from lengths to pixels, which does not depend on the number of samples per pixel.
     pub fn lens(&self) -> Lens {
         self.camera.lens(self.picture.1)
     }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_grid_refines_the_image_and_keeps_the_lens() {
+    fn grid_refines_image_and_keeps_lens() {
         let camera = Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0);
         let pixels = View { camera, picture: (20, 10), samples: Samples::Pixels, offset: Vec2::ZERO };
         let edges = View { samples: Samples::Edges { grid: 4 }, ..pixels };

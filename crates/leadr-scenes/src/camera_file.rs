@@ -1,6 +1,6 @@
-//! A camera written as JSON: `{"position": [x, y, z], "target": [x, y, z], "up": [0, 0, 1], "fov_degrees": 40}`.
+//! A camera in JSON: `{"position": [x, y, z], "target": [x, y, z], "up": [0, 0, 1], "fov_degrees": 40}`.
 //!
-//! Metres, z up; `up` and `fov_degrees` may be left out. The file is untrusted.
+//! Metres, z up; `up` and `fov_degrees` are optional. The file is untrusted.
 
 use std::path::Path;
 
@@ -10,19 +10,19 @@ use crate::view::CameraPose;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_start;
 
-/// A file longer than this is no camera.
+/// Largest camera file, bytes.
 const MAX_BYTES: u64 = 64 * 1024;
-/// What the errors show.
+/// Example shown in error messages.
 const EXAMPLE: &str = r#"{"position": [6, -8, 5], "target": [0, 0, 2]}"#;
 
 /// Reads and checks a camera file.
 ///
 /// # Errors
-/// If the file cannot be read, is too long, is not the JSON described above, or describes no camera.
+/// If the file cannot be read, is too long, is not the JSON described above, or holds no valid camera.
 pub fn read(path: &Path) -> Result<CameraPose, String> {
     let bytes = read_start(path, MAX_BYTES + 1).map_err(|fault| match fault {
         MapFault::Io { doing, source } => format!("it {doing} ({source})"),
-        MapFault::NotAFile => format!("it is no regular file; give a JSON file such as {EXAMPLE}"),
+        MapFault::NotAFile => format!("it is not a regular file; give a JSON file such as {EXAMPLE}"),
         _ => too_long(),
     });
     bytes
@@ -34,25 +34,25 @@ fn too_long() -> String {
     format!("a camera file has at most {} KiB", MAX_BYTES / 1024)
 }
 
-/// The camera that a file's content describes.
+/// Parses the content of a camera file.
 ///
 /// # Errors
-/// Why it describes none.
+/// If the content is not a valid camera; the message gives the reason.
 pub fn parse(bytes: &[u8]) -> Result<CameraPose, String> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(too_long());
     }
-    // Some editors begin a text with a byte order mark.
+    // Some editors write a byte order mark first.
     let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let value: Value = serde_json::from_slice(text).map_err(|e| {
-        let place = format!("line {}, column {}", e.line(), e.column());
-        let what = if e.is_eof() { "it ends too early, at" } else { "it is no JSON from" };
-        format!("{what} {place}; a camera is such as {EXAMPLE}")
+        let location = format!("line {}, column {}", e.line(), e.column());
+        let what = if e.is_eof() { "it ends too early, at" } else { "it is not valid JSON from" };
+        format!("{what} {location}; an example is {EXAMPLE}")
     })?;
-    let Some(camera) = value.as_object() else { return Err(format!("it is no JSON object such as {EXAMPLE}")) };
+    let Some(camera) = value.as_object() else { return Err(format!("it is not a JSON object such as {EXAMPLE}")) };
     const FIELDS: [&str; 4] = ["position", "target", "up", "fov_degrees"];
     if let Some(odd) = camera.keys().find(|key| !FIELDS.contains(&key.as_str())) {
-        return Err(format!("it has the field {odd:?}, and a camera has {}", FIELDS.join(", ")));
+        return Err(format!("{odd:?} is not a field; the fields are {}", FIELDS.join(", ")));
     }
     let point = |name: &str| {
         let Some(value) = camera.get(name) else { return Ok(None) };
@@ -61,7 +61,7 @@ pub fn parse(bytes: &[u8]) -> Result<CameraPose, String> {
         let point = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
         point.map(Some).ok_or_else(|| format!("{name} must be three numbers, such as [6, -8, 5]"))
     };
-    let required = |name: &str| point(name)?.ok_or_else(|| format!("it has no {name}; a camera is such as {EXAMPLE}"));
+    let required = |name: &str| point(name)?.ok_or_else(|| format!("it has no {name}; an example is {EXAMPLE}"));
     let (position, target) = (required("position")?, required("target")?);
     let up = point("up")?.unwrap_or_else(|| CameraPose::usual_up(position, target));
     let fov_degrees = match camera.get("fov_degrees") {
@@ -87,18 +87,18 @@ mod tests {
     }
 
     #[test]
-    fn a_byte_order_mark_is_no_fault() {
+    fn byte_order_mark_is_accepted() {
         let text = "\u{feff}{\"position\": [0, -10, 3], \"target\": [0, 0, 3]}";
         assert_eq!(parse(text.as_bytes()).unwrap().position, [0.0, -10.0, 3.0]);
     }
 
     #[test]
-    fn what_is_no_camera_is_refused_with_its_reason() {
+    fn invalid_cameras_are_refused() {
         let cases = [
             ("", "ends too early"),
             (r#"{"position": [0, 0"#, "ends too early, at line 1"),
-            ("camera", "no JSON from line 1"),
-            ("[]", "no JSON object"),
+            ("camera", "not valid JSON from line 1"),
+            ("[]", "not a JSON object"),
             (r#"{"position": [0, 0, 0]}"#, "no target"),
             (r#"{"position": [0, 0], "target": [0, 0, 3]}"#, "position must be three numbers"),
             (r#"{"position": "here", "target": [0, 0, 3]}"#, "position must be three numbers"),
@@ -123,11 +123,11 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_pipe_is_refused_and_not_waited_for() {
+    fn pipes_are_refused_without_waiting() {
         let folder = tempfile::tempdir().unwrap();
         let pipe = folder.path().join("pipe.json");
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let fault = read(&pipe).unwrap_err().to_string();
-        assert!(fault.contains("pipe.json") && fault.contains("no regular file"), "{fault}");
+        assert!(fault.contains("pipe.json") && fault.contains("not a regular file"), "{fault}");
     }
 }

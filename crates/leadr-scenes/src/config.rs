@@ -1,4 +1,4 @@
-//! What is drawn and how: a scene, its light, the view, and the settings of the picture.
+//! The configuration of a picture: scene, light, view and render settings.
 
 use std::path::{Path, PathBuf};
 
@@ -26,37 +26,37 @@ use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique}
 use leadr_render::surfaces::moments::MomentFormat;
 use leadr_render::surfaces::tessellation::TessellationSettings;
 
-/// The files that a material of the plane or sphere is read from.
+/// Input files for the material of the plane or sphere.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MaterialFiles {
-    /// A folder as it is downloaded; the other files come in place of what it has.
+    /// A folder as downloaded. The other files override its files.
     #[serde(rename = "material")]
     pub folder: Option<PathBuf>,
-    /// Base colour.
+    /// Base colour map.
     pub color_map: Option<PathBuf>,
-    /// Fine slopes.
+    /// Normal map.
     pub normal_map: Option<PathBuf>,
-    /// Perceptual roughness.
+    /// Perceptual roughness map.
     pub roughness_map: Option<PathBuf>,
-    /// The share of the surroundings that is seen.
+    /// Ambient occlusion map.
     pub occlusion_map: Option<PathBuf>,
-    /// The cone in which they are seen.
+    /// Map of ambient occlusion cones.
     pub cone_map: Option<PathBuf>,
-    /// Which way the green of the normal map goes, instead of what its name or its slopes tell.
+    /// Direction of the normal map's green channel; `None` detects it from the file name or the slopes.
     pub normal_y: Option<NormalY>,
-    /// What it is made of instead of its colours and its metalness.
+    /// Metal that replaces the material's colours and metalness.
     pub metal: Option<&'static str>,
-    /// How much rougher it is along one direction, 0 to 1.
+    /// Anisotropy strength, 0 to 1.
     pub anisotropy: Option<f32>,
-    /// From which that direction is turned counter-clockwise, degrees.
+    /// Counter-clockwise rotation of the anisotropy direction, degrees.
     pub anisotropy_rotation: f32,
-    /// What lies over it and repeats more often.
+    /// Detail material that repeats more often.
     #[serde(flatten)]
     pub detail: DetailFiles,
 }
 
 named_enum! {
-    /// Which way the green channel of a normal map goes.
+    /// Direction of a normal map's green channel.
     pub enum NormalY {
         /// Up, as in OpenGL and glTF.
         Up = "up", "Up, as in OpenGL and glTF";
@@ -74,18 +74,18 @@ impl From<NormalY> for GreenAxis {
     }
 }
 
-/// A detail over a material of the plane or sphere.
+/// Files of a detail over the material of the plane or sphere.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DetailFiles {
-    /// A folder of a material, or a picture of heights or normals.
+    /// A material folder, a height map or a normal map.
     pub detail: Option<PathBuf>,
-    /// Times that it repeats within one repeat of the material.
+    /// Repeats of the detail per repeat of the material.
     pub detail_repeat: f32,
-    /// By which it is turned counter-clockwise, degrees.
+    /// Counter-clockwise rotation of the detail, degrees.
     pub detail_rotation: f32,
-    /// Factor on its slopes.
+    /// Factor on the detail's slopes.
     pub detail_height_scale: f32,
-    /// Where it covers the material.
+    /// Mask that limits the detail.
     pub detail_mask: Option<PathBuf>,
 }
 
@@ -135,7 +135,7 @@ impl DetailFiles {
 }
 
 impl MaterialFiles {
-    /// Reads them, with `heights` in place of the folder's own; `None` where no file is named, whatever the heights.
+    /// Loads the material, with `heights` in place of the folder's own. `None` if no material file is set, even with `heights`.
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong kind.
@@ -147,11 +147,11 @@ impl MaterialFiles {
         if let Some(file) = heights {
             material.set_heights(file)?;
         }
-        say_whether_slopes_agree(&material);
+        log_slope_agreement(&material);
         Ok(Some(material))
     }
 
-    /// Reads them in place of what `material` has. A folder brings everything but heights that it has none of.
+    /// Loads the files over `material`. A folder replaces everything, but keeps the existing heights unless there are none.
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong kind.
@@ -178,8 +178,8 @@ impl MaterialFiles {
             (Some(map), Some(way)) => map.green = way.into(),
             (None, Some(_)) => {
                 let fault = MapFault::Unsupported {
-                    what: "it has no normal map whose green --normal-y could turn".into(),
-                    remedy: "leave that flag out".into(),
+                    what: "it has no normal map for --normal-y to apply to".into(),
+                    remedy: "remove --normal-y".into(),
                 };
                 return Err(fault.in_file(self.folder.as_deref().unwrap_or(Path::new("material"))));
             }
@@ -197,7 +197,7 @@ impl MaterialFiles {
         if let Some(metal) = self.metal.and_then(Metal::named) {
             material.base_color = Input::constant(metal.f0().as_vec3().to_array());
             material.metalness = Input::constant(1.0);
-            material.conductor_dip = metal.dip().as_vec3().to_array();
+            material.edge_tint = metal.edge_tint().as_vec3().to_array();
         }
         if let Some(strength) = self.anisotropy {
             let rotation = self.anisotropy_rotation.to_radians();
@@ -207,18 +207,18 @@ impl MaterialFiles {
         Ok(material)
     }
 
-    /// Its folder, where it names one that can be read.
+    /// Opens the folder; `None` without a readable one.
     fn opened(&self) -> Option<MaterialFolder> {
         let folder = self.folder.as_ref().filter(|path| !path.is_file())?;
         MaterialFolder::open(folder).ok()
     }
 
-    /// Whether it has a relief: `heights`, or the folder's own.
+    /// Whether the material has a relief: `heights`, or the folder's own.
     pub fn is_displaced(&self, heights: Option<&Path>) -> bool {
         heights.is_some() || self.opened().is_some_and(|folder| folder.picture(Role::Height).is_some())
     }
 
-    /// Whether it is a normal map on smooth geometry: normals, and neither `heights` nor a relief of its own or of a detail.
+    /// Whether the material only has a normal map, without `heights` or a relief from its folder or its detail.
     pub fn is_normal_map_alone(&self, heights: Option<&Path>) -> bool {
         let folder = self.opened();
         let has = |role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some());
@@ -230,49 +230,47 @@ impl MaterialFiles {
     }
 }
 
-/// Correlation of the slopes of heights and normals below which they hardly are of the same surface.
+/// Correlation of height and normal slopes below which the maps probably belong to different surfaces.
 const SAME_SURFACE: f64 = 0.5;
 
-/// Says how heights and normals of one material fit together.
-fn say_whether_slopes_agree(material: &Material) {
+/// Logs how well the heights and normals of a material agree.
+fn log_slope_agreement(material: &Material) {
     let (Some(relief), Some(normals)) = (&material.relief, &material.normal_map) else { return };
     match agreement(&relief.map, normals, Wrap::Repeat) {
         Some(found) if found.correlation >= SAME_SURFACE => tracing::info!("heights and normals agree: {found}"),
-        Some(found) => tracing::warn!(
-            "heights and normals disagree: {found}; heights displace and normals shade, so try --normal-y, or leave one of them out"
-        ),
-        None => tracing::warn!("heights or normals are flat: nothing tells how high the relief is"),
+        Some(found) => tracing::warn!("heights and normals disagree: {found}; try --normal-y, or use only one of them"),
+        None => tracing::warn!("heights or normals are flat: the height of the relief cannot be derived"),
     }
 }
 
-/// Samples of the geometry in each pixel of pictures of one sample, unless something else makes outlines smooth.
+/// Default MSAA samples for single-sample pictures without other edge antialiasing.
 pub const DEFAULT_MSAA: u32 = 4;
 
-/// How a scene is drawn, as far as that can change without making the scene again.
+/// Settings that can change without building the scene again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture {
-    /// How surfaces are filtered and shaded.
+    /// Filtering and shading technique.
     pub technique: Technique,
-    /// Its options. Those that the technique lacks are kept for another that has them.
+    /// Shading options. Options that the technique lacks are kept for other techniques.
     pub options: ShadingOptions,
-    /// Whether heights move the surface.
+    /// Whether heights displace the surface.
     pub displacement: bool,
     /// Factor on the displacement, 0 or more.
     pub height_scale: f32,
-    /// Factor by which everything is wider along x and lower along z, above 0.
+    /// Factor that widens everything along x and flattens it along z; above 0.
     pub stretch: f32,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
     /// Samples per pixel.
     pub samples: u32,
-    /// Exposure of a PNG or a window, stops above what suits the height of the sun.
+    /// Exposure of a PNG or a window, in stops above the value for the sun's elevation.
     pub exposure: f32,
-    /// How its light becomes that of a screen.
+    /// Tone mapping curve.
     pub tonemap: Tonemap,
 }
 
 impl Default for Picture {
-    /// As the command draws without flags.
+    /// The command's defaults.
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
@@ -289,12 +287,12 @@ impl Default for Picture {
 }
 
 impl Picture {
-    /// The technique with those of the options that it has.
+    /// The technique with the options that it supports.
     pub fn shading(&self) -> Shading {
         self.technique.with(self.options)
     }
 
-    /// How `settings` draw.
+    /// The picture settings of `settings`.
     pub fn of(settings: &RenderSettings) -> Self {
         Self {
             technique: settings.shading.technique(),
@@ -306,7 +304,7 @@ impl Picture {
         }
     }
 
-    /// `base` drawn so.
+    /// `base` with these picture settings.
     pub fn settings(&self, base: &RenderSettings) -> RenderSettings {
         let tessellation = TessellationSettings { pixels_per_triangle: self.triangle_pixels, ..base.tessellation };
         let (samples, displacement) = (self.samples, self.displacement);
@@ -315,83 +313,83 @@ impl Picture {
 }
 
 impl Serialize for Picture {
-    /// Under the names of the flags.
+    /// Uses the flag names as keys.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let json = |option: &SceneOption| Some((option.spec.json_key(), option.json(self)?));
         serializer.collect_map(SceneOption::all().iter().filter_map(json))
     }
 }
 
-/// A picture of a scene. Written as JSON, its fields have the names of the command's flags.
+/// The configuration of one picture. Its JSON fields have the names of the command's flags.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneConfig {
-    /// Which scene.
+    /// The scene.
     pub scene: &'static NamedScene,
-    /// The glTF file, where the scene is one.
+    /// The glTF file, for model scenes.
     pub model: Option<PathBuf>,
-    /// The animation that it plays, instead of its first.
+    /// Name of the animation to play; `None` plays the first.
     pub animation: Option<String>,
-    /// Name or number of its camera, where it is seen by one and not by the first.
+    /// Name or number of the file's camera; `None` uses the first.
     pub model_camera: Option<String>,
-    /// Whether missing and damaged images of it are replaced.
+    /// Whether missing and damaged images of the model are replaced.
     pub lenient: bool,
-    /// Height maps of its materials.
+    /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
-    /// Which of its materials are measured ones.
+    /// Measured materials that replace the model's.
     pub measured: Vec<MeasuredMaterial>,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
-    /// Files of its material.
+    /// Files of the plane's or sphere's material.
     #[serde(flatten)]
     pub material: MaterialFiles,
-    /// How its maps cover the plane.
+    /// How the maps are tiled over the plane.
     #[serde(rename = "no_repeats", serialize_with = "without_repeats")]
     pub tiling: Tiling,
-    /// Whether the plane or sphere stands alone, without anything around it.
+    /// Whether the plane or sphere is drawn without surroundings.
     pub bare: bool,
     /// The waves of the ocean.
     pub waves: Waves,
-    /// Metres from the 0 of the plane's or sphere's heights to their 1, 0 or more; `None` for what files tell, or what is usual.
+    /// Metres from height 0 to height 1 of the plane or sphere, 0 or more; `None` uses the files' scale or the default.
     pub height: Option<f32>,
-    /// Metres after which its maps repeat, above 0; `None` for the scene's own.
+    /// Width of one repeat of the maps, metres, above 0; `None` uses the scene's default.
     pub repeat: Option<f32>,
-    /// Light from all around.
+    /// Environment light.
     pub environment: EnvironmentChoice,
-    /// By which a picture of it is turned counter-clockwise seen from above, degrees.
+    /// Counter-clockwise rotation of an environment image, seen from above, degrees.
     pub environment_rotation: f32,
-    /// What of a picture of the environment becomes lights.
+    /// How lights are extracted from an environment image.
     #[serde(flatten)]
     pub environment_lights: LightExtraction,
-    /// Direction to the sun at the beginning.
+    /// Direction to the sun at the start.
     pub sun: SunDirection,
-    /// Hour of the day at the beginning, instead of `sun`.
+    /// Hour of the day at the start; overrides `sun`.
     pub time_of_day: Option<f32>,
-    /// Seconds in which the sun goes once round the sky; `None` if it stands still.
+    /// Seconds per orbit of the sun; `None` if it stands still.
     pub day_length: Option<f32>,
-    /// How it is drawn.
+    /// Settings that can change without building the scene again.
     #[serde(flatten)]
     pub picture: Picture,
-    /// Where it is seen from.
+    /// The camera view.
     pub view: ViewChoice,
-    /// A file with the pose that it is seen from; not yet read.
+    /// A camera file, not yet read.
     #[serde(skip)]
     pub camera_file: Option<PathBuf>,
-    /// Distance to the camera's target, metres, instead of the view's own.
+    /// Distance to the camera's target, metres; `None` keeps the view's distance.
     pub distance: Option<f32>,
-    /// Size of the picture.
+    /// Size of the picture, pixels.
     pub size: Size,
-    /// Samples of the geometry in each pixel: 1, 2, 4 or 8.
+    /// MSAA samples per pixel: 1, 2, 4 or 8.
     pub msaa: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Whether a picture of the environment is exposed for what it shines on level ground, instead of at 1.
+    /// Whether exposure follows the environment image's irradiance on level ground, instead of being 1.
     pub auto_exposure: bool,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
-    /// How slopes of maps are kept on the device.
+    /// Storage format of map slopes on the device.
     #[serde(serialize_with = "name_of_format")]
     pub map_precision: MomentFormat,
-    /// Beckmann roughness of the displaced surfaces instead of the scene's own.
+    /// Beckmann roughness of the displaced surfaces; `None` uses the scene's own.
     pub roughness: Option<f32>,
 }
 
@@ -404,7 +402,7 @@ fn name_of_format<S: Serializer>(format: &MomentFormat, serializer: S) -> Result
 }
 
 impl Default for SceneConfig {
-    /// The first scene as the command draws it without flags.
+    /// The first scene with the command's defaults.
     fn default() -> Self {
         Self {
             scene: &SCENES[0],
@@ -443,7 +441,7 @@ impl Default for SceneConfig {
 }
 
 impl SceneConfig {
-    /// The part that the renderer takes.
+    /// The renderer's part of the configuration.
     pub fn render_settings(&self) -> RenderSettings {
         let base = RenderSettings {
             size: (self.size.width, self.size.height),

@@ -1,14 +1,14 @@
-//! A material over a mesh: its textures, looked up place by place, become what the renderer filters.
+//! Applies a material to a mesh: evaluates its textures per texel into the maps that the renderer filters.
 //!
-//! Colours and roughness keep the finest texture's resolution. A normal map's slopes go with the heights; where there are no heights,
-//! they lie on a flat relief. The scale of heights whose unit nobody tells is the one that agrees best with the normals.
+//! Colours and roughness keep the finest texture's resolution. A normal map's slopes accompany the heights, or lie on a flat relief
+//! without heights. Heights without a unit get the scale that agrees best with the normals.
 
 use std::sync::Arc;
 
 use glam::{Affine2, Vec2};
 use rayon::prelude::*;
 
-use super::holes::filled;
+use super::cutout::filled;
 use super::sphere::color_code;
 use leadr_maps::HeightMap;
 use leadr_maps::material::{
@@ -18,16 +18,16 @@ use leadr_maps::moments::Wrap;
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use leadr_reflectance::facets::mixed_roughness::two_classes;
 use leadr_reflectance::materials::fitted_table::FittedTable;
-use leadr_render::scene::{Holes, MaterialMap, PropertyMap};
+use leadr_render::scene::{Cutout, MaterialMap, PropertyMap};
 
-/// Height of a relief without a scale and without normals, as a part of its repeat, at most.
+/// Largest height of a relief without a scale and without normals, as a fraction of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
 
-/// Root of the mean square of its slopes, at most: maps of fine grain are less high. At 6 % scanned leather would be steeper than 80° on
-/// average, and black, since hardly any facet would mirror anything but others.
+/// Largest RMS slope of such a relief; it limits the height of fine-grained maps. At 6 % height, scanned leather would be steeper than
+/// 80° on average, and black from masking.
 pub const USUAL_SLOPE: f32 = 0.5;
 
-/// Texels to be looked up between their centres.
+/// Texels for bilinear lookups.
 struct Plate<const N: usize> {
     width: u32,
     height: u32,
@@ -36,7 +36,7 @@ struct Plate<const N: usize> {
     wrap: [TextureWrap; 2],
 }
 
-/// From `a` at 0 to `b` at 1.
+/// Linear interpolation from `a` at 0 to `b` at 1.
 fn lerp<const N: usize>(a: [f32; N], b: [f32; N], t: f32) -> [f32; N] {
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }
@@ -64,13 +64,13 @@ impl<const N: usize> Plate<N> {
     }
 }
 
-/// A place in texels, or the centre of a texel that it misses by no more than rounding does.
-fn on_centre(place: f32) -> f32 {
-    let centre = place.round();
-    if (place - centre).abs() < 1e-3 { centre } else { place }
+/// A texel position, snapped to the texel centre within rounding error.
+fn on_centre(position: f32) -> f32 {
+    let centre = position.round();
+    if (position - centre).abs() < 1e-3 { centre } else { position }
 }
 
-/// A property at every place.
+/// A material property as a function of the texture coordinate.
 struct Property<const N: usize> {
     factor: [f32; N],
     plate: Option<Plate<N>>,
@@ -91,7 +91,7 @@ fn number(input: &Input<f32>) -> Property<1> {
 
 fn color(input: &Input<[f32; 3]>) -> Property<3> {
     let plate = |texture: &Texture| {
-        // A table, since powers of a million texels take a while.
+        // A table, because a million powers are slow.
         let table = linear_of_srgb8();
         let raster = &texture.raster;
         let of_codes = matches!(raster.samples(), leadr_maps::material::Samples::U8(_));
@@ -106,22 +106,22 @@ fn color(input: &Input<[f32; 3]>) -> Property<3> {
     Property { factor: input.factor, plate: input.texture.as_ref().map(plate) }
 }
 
-/// Texels across and down with which a texture fills the unit square of its chart.
+/// Resolution, in texels, of a texture over its chart's unit square.
 fn texels_of(texture: &Texture) -> (u32, u32) {
     let size = Vec2::new(texture.raster.width() as f32, texture.raster.height() as f32);
     let texels = |axis: Vec2| ((axis * size).length().round() as u32).clamp(1, MOST_TEXELS);
     (texels(texture.transform.matrix2.x_axis), texels(texture.transform.matrix2.y_axis))
 }
 
-/// Most texels along a side of an image that is drawn anew; smaller ones stay as they are.
+/// Largest side of a resampled image, texels; smaller images keep their size.
 const MOST_TEXELS: u32 = 8192;
 
-/// Slopes `dh/ds, dh/dt` (`t` down) at every place, rise over run.
+/// Slopes `dh/ds, dh/dt` (`t` down) of a normal map, rise over run.
 fn slopes(map: &NormalMap) -> Plate<2> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
 }
 
-/// Cones: directions with y up from -1 to 1, and the share that is seen.
+/// Occlusion cones: directions with y up from -1 to 1, and the visible fraction.
 fn cones(texture: &Texture) -> Plate<4> {
     let raster = &texture.raster;
     Plate::new(texture, |x, y| {
@@ -131,7 +131,7 @@ fn cones(texture: &Texture) -> Plate<4> {
     })
 }
 
-/// Root of the mean square of a map's slopes: heights per repeat. Positive.
+/// RMS slope of a height map, heights per repeat. Positive.
 fn steepness(map: &HeightMap) -> f32 {
     let [w, h] = [map.width, map.height].map(|n| n as usize);
     let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
@@ -143,12 +143,12 @@ fn steepness(map: &HeightMap) -> f32 {
     ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
 }
 
-/// Repeats of the textures that a unit of height is high where nobody tells.
+/// Default scale: texture repeats per unit of height.
 fn usual_scale(map: &HeightMap) -> f32 {
     USUAL_HEIGHT.min(USUAL_SLOPE / steepness(map))
 }
 
-/// Repeats of the textures that a unit of height is high where normals agree with the heights at all.
+/// Scale that agrees with the normals, in texture repeats per unit of height; `None` if they do not correlate.
 fn agreed_scale(material: &Material) -> Option<f32> {
     let relief = material.relief.as_ref()?;
     if relief.in_widths {
@@ -159,30 +159,30 @@ fn agreed_scale(material: &Material) -> Option<f32> {
     Some((found.scale_texels / f64::from(relief.map.width)) as f32)
 }
 
-/// How a base is rougher along one direction, at every place.
-struct Brushed {
+/// Anisotropy as a function of the texture coordinate.
+struct SampledAnisotropy {
     strength: Property<1>,
-    /// Radians from the tangent, counter-clockwise.
+    /// Rotation from the tangent, radians counter-clockwise.
     rotation: f32,
     direction: Option<Plate<2>>,
 }
 
-/// The base's further roughness along one direction.
+/// Anisotropy at one point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stroke {
-    /// Unit direction from the tangent towards the bitangent, which goes up in pictures.
+pub struct AnisotropySample {
+    /// Unit direction from the tangent towards the bitangent, which points up in images.
     pub along: Vec2,
-    /// Variance of the slopes along it beyond that of the base's `α`: `(α_t² − α²)/2`.
+    /// Slope variance along it beyond that of the base's `α`: `(α_t² − α²)/2`.
     pub variance: f32,
 }
 
-/// A material at every place of its first texture coordinates.
-pub struct Cover {
+/// A material, evaluated by its first texture coordinates.
+pub struct SampledMaterial {
     base_color: Property<3>,
     metalness: Property<1>,
     roughness: Property<1>,
     meaning: RoughnessMeaning,
-    /// The facets of a measured material.
+    /// Facet distribution of a measured material.
     fit: Option<Arc<FittedTable>>,
     f0: Property<3>,
     specular: Property<1>,
@@ -192,20 +192,20 @@ pub struct Cover {
     cones: Option<Plate<4>>,
     opacity: Option<(Property<1>, Option<f32>)>,
     slopes: Option<Plate<2>>,
-    brushed: Option<Brushed>,
+    anisotropy: Option<SampledAnisotropy>,
     heights: Option<Plate<1>>,
     /// Height of the map that lies on the mesh.
     pub middle: f32,
     scale: Option<f32>,
-    /// Repeats of the textures that a unit of height is high where the file does not say: as the normals have it, or as is usual.
+    /// Texture repeats per unit of height if the file gives no scale: fitted to the normals, or the default.
     agreed: f32,
-    /// Texels of the finest texture, across and down.
+    /// Resolution of the finest texture, texels across and down.
     pub size: (u32, u32),
-    /// Those of the emission, of the accessibility or its cones, and of the opacity.
+    /// Resolutions of the emission, of the accessibility or its cones, and of the opacity.
     sizes: [(u32, u32); 3],
 }
 
-/// A material at one place.
+/// A material at one texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
     /// Linear albedo.
@@ -214,38 +214,38 @@ pub struct Texel {
     pub alpha: f32,
     /// Reflectance at normal incidence.
     pub f0: [f32; 3],
-    /// Mean of its channels where there is no metal.
-    pub body_f0: f32,
+    /// Mean reflectance of the dielectric part.
+    pub diffuse_f0: f32,
 }
 
 impl Texel {
-    /// The weighted mean with another; weights need not sum to one.
+    /// Adds `weight` times another texel; weights need not sum to one.
     #[must_use]
     pub fn plus(self, weight: f32, other: Self) -> Self {
         let sum = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i] + weight * b[i]);
-        // Roughness as a variance.
+        // Roughness adds as a variance.
         let square = self.alpha * self.alpha + weight * other.alpha * other.alpha;
         Self {
             albedo: sum(self.albedo, other.albedo),
             alpha: square.sqrt(),
             f0: sum(self.f0, other.f0),
-            body_f0: self.body_f0 + weight * other.body_f0,
+            diffuse_f0: self.diffuse_f0 + weight * other.diffuse_f0,
         }
     }
 }
 
-/// The middle of a texel in the unit square of its image, `t` down.
+/// Texel centre in the image's unit square, `t` down.
 fn texel_centre(index: usize, (width, height): (u32, u32)) -> Vec2 {
     let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
     Vec2::new(x / width as f32, y / height as f32)
 }
 
-/// What is at the middle of each texel of an image, row by row.
+/// Evaluates `at` at each texel centre of an image, row by row.
 pub fn per_texel<T: Send>(size: (u32, u32), at: impl Fn(Vec2) -> T + Sync) -> Vec<T> {
     (0..size.0 as usize * size.1 as usize).into_par_iter().map(|index| at(texel_centre(index, size))).collect()
 }
 
-/// What reflects nothing at all.
+/// A material that reflects nothing.
 fn black(name: &str) -> Material {
     Material {
         base_color: Input::constant([0.0; 3]),
@@ -256,7 +256,7 @@ fn black(name: &str) -> Material {
     }
 }
 
-/// Texels across and down of a material's finest texture.
+/// Resolution of a material's finest texture, texels across and down.
 pub fn finest(material: &Material) -> (u32, u32) {
     let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
     let numbers = [&material.metalness, &material.roughness, &material.specular];
@@ -268,7 +268,7 @@ pub fn finest(material: &Material) -> (u32, u32) {
     sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))
 }
 
-impl Cover {
+impl SampledMaterial {
     /// Reads the textures of a material.
     pub fn new(material: &Material) -> Self {
         let heights = |relief: &Relief| Plate {
@@ -313,13 +313,15 @@ impl Cover {
             f0: color(&material.f0),
             specular: number(&material.specular),
             slopes: material.normal_map.as_ref().map(slopes),
-            brushed: material.anisotropy.as_ref().filter(|a| a.strength.factor > 0.0).map(|anisotropy| Brushed {
-                strength: number(&anisotropy.strength),
-                rotation: anisotropy.rotation,
-                direction: anisotropy.direction.as_ref().map(|texture| {
-                    let signed = |x, y, channel| 2.0 * texture.raster.value(x, y, channel) - 1.0;
-                    Plate::new(texture, |x, y| [signed(x, y, 0), signed(x, y, 1)])
-                }),
+            anisotropy: material.anisotropy.as_ref().filter(|a| a.strength.factor > 0.0).map(|anisotropy| {
+                SampledAnisotropy {
+                    strength: number(&anisotropy.strength),
+                    rotation: anisotropy.rotation,
+                    direction: anisotropy.direction.as_ref().map(|texture| {
+                        let signed = |x, y, channel| 2.0 * texture.raster.value(x, y, channel) - 1.0;
+                        Plate::new(texture, |x, y| [signed(x, y, 0), signed(x, y, 1)])
+                    }),
+                }
             }),
             heights: material.relief.as_ref().map(heights),
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
@@ -331,23 +333,23 @@ impl Cover {
         }
     }
 
-    /// Whether it emits light.
+    /// Whether the material emits light.
     pub fn emits(&self) -> bool {
         self.emission.factor != [0.0; 3]
     }
 
-    /// Emitted radiance at a place, `t` down.
+    /// Emitted radiance at a texture coordinate, `t` down.
     pub fn emission(&self, texcoord: Vec2) -> [f32; 3] {
         self.emission.at(texcoord)
     }
 
-    /// Whether it tells what of the surroundings is seen.
+    /// Whether the material has ambient occlusion.
     pub fn is_occluded(&self) -> bool {
         self.cones.is_some()
             || self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
     }
 
-    /// Share of the surroundings that is seen from a place.
+    /// Accessibility (1 − occlusion) at a texture coordinate.
     pub fn accessibility(&self, texcoord: Vec2) -> f32 {
         if let Some(cones) = &self.cones {
             return cones.at(texcoord)[3].clamp(0.0, 1.0);
@@ -356,37 +358,37 @@ impl Cover {
         1.0 + self.occlusion_strength * (seen.clamp(0.0, 1.0) - 1.0)
     }
 
-    /// Whether it has holes.
-    pub fn has_holes(&self) -> bool {
+    /// Whether the material has a cutout or transparency.
+    pub fn has_cutouts(&self) -> bool {
         self.opacity.is_some()
     }
 
-    /// Opacity at a place; of a mask such that its edge is at one half.
+    /// Opacity at a texture coordinate. An alpha mask is remapped to put its cutoff at one half.
     pub fn opacity(&self, texcoord: Vec2) -> f32 {
         let Some((property, cutoff)) = &self.opacity else { return 1.0 };
         let [value] = property.at(texcoord).map(|v| v.clamp(0.0, 1.0));
         match cutoff {
             None => value,
-            // Where everything passes, and where nothing does.
+            // A cutoff of 0 passes everything, one above 1 nothing.
             Some(cutoff) if *cutoff <= 0.0 => 1.0,
-            // One slope on both sides: what is interpolated between two such values has its edge where the mask itself does.
+            // One slope on both sides keeps the interpolated edge at the mask's own edge.
             Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / cutoff.max(1.0 - cutoff),
         }
     }
 
-    /// Those holes, from values of [`opacity`](Self::opacity).
-    pub fn holes(&self, map: PropertyMap<f32>) -> Option<Holes> {
+    /// The cutout, from values of [`opacity`](Self::opacity).
+    pub fn cutout(&self, map: PropertyMap<f32>) -> Option<Cutout> {
         let (_, cutoff) = self.opacity.as_ref()?;
-        Some(if cutoff.is_some() { Holes::Mask(map) } else { Holes::Share(map) })
+        Some(if cutoff.is_some() { Cutout::Mask(map) } else { Cutout::Share(map) })
     }
 
-    /// A material map with what it emits, what it sees of its surroundings, and its holes, each of which lies in a chart with a wrap of
-    /// its own. `place`: of the material where that chart has a place.
+    /// Adds emission, ambient occlusion and cutouts to a material map, each in its own chart and wrap. `to_texcoord` maps a chart's
+    /// coordinates to the material's.
     pub fn with_light(
         &self,
         map: MaterialMap,
         wraps: [[TextureWrap; 2]; 3],
-        place: impl Fn(Vec2) -> Vec2 + Sync,
+        to_texcoord: impl Fn(Vec2) -> Vec2 + Sync,
     ) -> MaterialMap {
         fn property<T: Send>(
             (width, height): (u32, u32),
@@ -396,81 +398,83 @@ impl Cover {
             PropertyMap { width, height, texels: per_texel((width, height), at), wrap }
         }
         let [emission, occlusion, opacity] = self.sizes;
-        let holes = || property(opacity, wraps[2], |at| self.opacity(place(at)));
+        let cutout = || property(opacity, wraps[2], |at| self.opacity(to_texcoord(at)));
         MaterialMap {
-            emission: self.emits().then(|| property(emission, wraps[0], |at| self.emission(place(at)))),
+            emission: self.emits().then(|| property(emission, wraps[0], |at| self.emission(to_texcoord(at)))),
             occlusion: (self.is_occluded() && self.cones.is_none())
-                .then(|| property(occlusion, wraps[1], |at| self.accessibility(place(at)))),
-            cones: self.cones.as_ref().map(|cones| property(occlusion, wraps[1], |at| cones.at(place(at)))),
-            opacity: self.has_holes().then(holes).and_then(|map| self.holes(map)),
+                .then(|| property(occlusion, wraps[1], |at| self.accessibility(to_texcoord(at)))),
+            cones: self.cones.as_ref().map(|cones| property(occlusion, wraps[1], |at| cones.at(to_texcoord(at)))),
+            opacity: self.has_cutouts().then(cutout).and_then(|map| self.cutout(map)),
             ..map
         }
     }
 
-    /// Whether it has heights.
+    /// Whether the material has heights.
     pub fn has_heights(&self) -> bool {
         self.heights.is_some()
     }
 
-    /// Whether it has slopes of its own.
+    /// Whether the material has slopes of its own.
     pub fn has_slopes(&self) -> bool {
         self.slopes.is_some()
     }
 
-    /// Colour, roughness and reflectance at a place, `t` down.
+    /// Colour, roughness and reflectance at a texture coordinate, `t` down.
     pub fn texel(&self, texcoord: Vec2) -> Texel {
         let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
         let (base, metal, [specular]) =
             (self.base_color.at(texcoord), metal.clamp(0.0, 1.0), self.specular.at(texcoord));
-        // What is below that of real dielectrics fades at all angles.
+        // An F0 below that of real dielectrics fades at all angles.
         let f0 = self.f0.at(texcoord).map(|c| c.min(1.0) * specular);
         Texel {
             albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
             alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),
             f0: lerp(f0, base, metal).map(|c| c.clamp(0.0, 1.0)),
-            body_f0: (f0.iter().sum::<f32>() / 3.0).clamp(0.0, 1.0),
+            diffuse_f0: (f0.iter().sum::<f32>() / 3.0).clamp(0.0, 1.0),
         }
     }
 
-    /// [`texel`](Self::texel) for each texel of an image of its [`size`](Self::size), at the place of the material that lies there. `fills`: in
-    /// holes, the mean of what is nearest.
-    pub fn texels(&self, fills: bool, place: impl Fn(Vec2) -> Vec2 + Sync) -> Vec<Texel> {
-        let texels = per_texel(self.size, |at| self.texel(place(at)));
-        if !fills || !self.has_holes() {
+    /// [`texel`](Self::texel) for each texel of an image of the material's [`size`](Self::size). `to_texcoord` maps image to texture
+    /// coordinates. `fills` replaces texels in cutouts by the mean of the nearest opaque ones.
+    pub fn texels(&self, fills: bool, to_texcoord: impl Fn(Vec2) -> Vec2 + Sync) -> Vec<Texel> {
+        let texels = per_texel(self.size, |at| self.texel(to_texcoord(at)));
+        if !fills || !self.has_cutouts() {
             return texels;
         }
-        // The least opacity of a place whose colour counts.
+        // Smallest opacity at which the colour counts.
         let least = if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 };
-        filled(&texels, self.size.into(), |index| self.opacity(place(texel_centre(index, self.size))) >= least)
+        filled(&texels, self.size.into(), |index| self.opacity(to_texcoord(texel_centre(index, self.size))) >= least)
     }
 
-    /// Height at a place, in the map's unit; its middle without a map.
+    /// Height at a texture coordinate, in the map's unit; the middle height without a map.
     pub fn height(&self, texcoord: Vec2) -> f32 {
         self.heights.as_ref().map_or(self.middle, |plate| plate.at(texcoord)[0])
     }
 
-    /// Slope of the normal map at a place, rise over run, by `s` and `t` (down); 0 without one.
+    /// Normal map slope at a texture coordinate, rise over run, by `s` and `t` (down); 0 without a normal map.
     pub fn slope(&self, texcoord: Vec2) -> Vec2 {
         self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
     }
 
-    /// Whether its base is rougher along one direction.
-    pub fn is_brushed(&self) -> bool {
-        self.brushed.is_some()
+    /// Whether the base is anisotropic.
+    pub fn is_anisotropic(&self) -> bool {
+        self.anisotropy.is_some()
     }
 
-    /// How its base is rougher along one direction at a place: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
-    pub fn stroke(&self, texcoord: Vec2) -> Stroke {
-        let Some(Brushed { strength, rotation, direction }) = &self.brushed else { return Stroke::default() };
-        let told = direction.as_ref().map_or(Vec2::X, |plate| Vec2::from(plate.at(texcoord)));
-        let along = Vec2::from_angle(*rotation).rotate(told.normalize_or(Vec2::X));
+    /// Anisotropy at a texture coordinate: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
+    pub fn anisotropy_at(&self, texcoord: Vec2) -> AnisotropySample {
+        let Some(SampledAnisotropy { strength, rotation, direction }) = &self.anisotropy else {
+            return AnisotropySample::default();
+        };
+        let stored = direction.as_ref().map_or(Vec2::X, |plate| Vec2::from(plate.at(texcoord)));
+        let along = Vec2::from_angle(*rotation).rotate(stored.normalize_or(Vec2::X));
         let alpha = self.texel(texcoord).alpha;
         let [strength] = strength.at(texcoord);
         let more = alpha + (1.0 - alpha) * strength.clamp(0.0, 1.0).powi(2);
-        Stroke { along, variance: 0.5 * (more * more - alpha * alpha) }
+        AnisotropySample { along, variance: 0.5 * (more * more - alpha * alpha) }
     }
 
-    /// Slope of its relief at a place: that of the normal map, or of the heights `scale` high over a repeat of 1, by central differences.
+    /// Relief slope at a texture coordinate: the normal map's, or central differences of heights `scale` high over a repeat of 1.
     pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
         let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
             return self.slope(texcoord);
@@ -480,13 +484,13 @@ impl Cover {
         Vec2::new(across(step * Vec2::X), across(step * Vec2::Y))
     }
 
-    /// Repeats of the textures, of so many metres, that a unit of height is high: what the file says, what fits the normals best, or
-    /// a usual relief: [`USUAL_HEIGHT`], or what makes its slopes [`USUAL_SLOPE`].
+    /// Texture repeats per unit of height, for repeats of `repeat` metres. From the file's scale, the fit to the normals, or the default
+    /// ([`USUAL_HEIGHT`], limited by [`USUAL_SLOPE`]).
     pub fn unit(&self, repeat: f32) -> f32 {
         self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
 
-    /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
+    /// A map of albedo, roughness and reflectance from the texels of [`texel`](Self::texel).
     pub fn map(&self, (width, height): (u32, u32), texels: &[Texel]) -> MaterialMap {
         let opaque = |c: [f32; 3]| {
             let [r, g, b] = c.map(srgb8_from_linear);
@@ -499,10 +503,10 @@ impl Cover {
             counts[usize::from(texel[3])] += 1.0;
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        // A measured material has facets of its own.
+        // A measured material has its own facet distribution.
         let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32).filter(|_| self.fit.is_none());
-        // The grey of what is no metal is the object's own.
-        let own = opaque([texels[0].body_f0; 3]);
+        // The dielectric reflectance comes from the object.
+        let own = opaque([texels[0].diffuse_f0; 3]);
         let f0 = f0.iter().any(|texel| *texel != own).then_some(f0);
         MaterialMap { f0, two_lobes, fit: self.fit.clone(), ..MaterialMap::new(width, height, colors) }
     }
@@ -530,14 +534,14 @@ mod tests {
             material.relief = Some(Relief { map, scale: None, in_widths: false, middle: 0.5 });
             material
         };
-        // Few waves are as high as usual; of more the slopes are.
-        assert_eq!(Cover::new(&waves(1.0)).unit(2.0), USUAL_HEIGHT);
-        let many = Cover::new(&waves(20.0));
+        // The default height limits few waves, the slope many.
+        assert_eq!(SampledMaterial::new(&waves(1.0)).unit(2.0), USUAL_HEIGHT);
+        let many = SampledMaterial::new(&waves(20.0));
         let slope = many.unit(2.0) * 20.0 * std::f32::consts::PI * 0.5f32.sqrt();
         assert!((slope / USUAL_SLOPE - 1.0).abs() < 0.03, "{slope}");
-        // What a file says is taken at its word.
-        let mut told = waves(20.0);
-        told.relief.as_mut().unwrap().scale = Some(0.3);
-        assert_eq!(Cover::new(&told).unit(2.0), 0.15);
+        // A scale in the file is used unchanged.
+        let mut stored = waves(20.0);
+        stored.relief.as_mut().unwrap().scale = Some(0.3);
+        assert_eq!(SampledMaterial::new(&stored).unit(2.0), 0.15);
     }
 }

@@ -1,14 +1,14 @@
-//! The course of the sun: a day in late spring at 40° north, world +y north and +x east.
+//! The sun's orbit on a day in late spring at 40° north; world +y is north and +x east.
 
 use glam::{Quat, Vec3};
 
-use leadr_render::scene::{FrameState, Sun};
+use leadr_render::scene::FrameState;
 
-/// Latitude and the sun's declination, radians: it rises at about half past five and is 60° high at noon.
+/// Latitude and the sun's declination, radians: sunrise is at about half past five, the noon elevation 60°.
 const LATITUDE: f32 = 0.698;
 const DECLINATION: f32 = 0.175;
 
-/// Toward the sun at a solar time, hours (12 is noon); unit.
+/// Unit vector toward the sun at a solar time in hours (12 is noon).
 pub fn at_hour(hour: f64) -> Vec3 {
     let (sd, cd) = DECLINATION.sin_cos();
     let (sl, cl) = LATITUDE.sin_cos();
@@ -16,18 +16,18 @@ pub fn at_hour(hour: f64) -> Vec3 {
     after(noon, hour - 12.0)
 }
 
-/// Direction of the sun so many hours after it was in `direction`: a turn about the pole of the sky.
+/// Direction of the sun `hours` after it was in `direction`: a rotation about the celestial pole.
 pub fn after(direction: Vec3, hours: f64) -> Vec3 {
     let (sl, cl) = LATITUDE.sin_cos();
-    let turn = -std::f64::consts::TAU * (hours / 24.0).rem_euclid(1.0);
-    Quat::from_axis_angle(Vec3::new(0.0, cl, sl), turn as f32) * direction
+    let angle = -std::f64::consts::TAU * (hours / 24.0).rem_euclid(1.0);
+    Quat::from_axis_angle(Vec3::new(0.0, cl, sl), angle as f32) * direction
 }
 
-/// Advances the sky of a frame by so many hours, and nothing else. A frame lit by a picture is left unchanged.
+/// Advances only the sky of a frame by `hours`. A frame lit by an image is left unchanged.
 pub fn pass(state: &mut FrameState, hours: f64) {
-    let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) else { return };
-    sky.sun_direction = after(sky.sun_direction, hours);
-    state.sun = Some(Sun::of(sky));
+    if let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) {
+        sky.sun_direction = after(sky.sun_direction, hours);
+    }
 }
 
 #[cfg(test)]

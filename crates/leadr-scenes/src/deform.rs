@@ -1,5 +1,5 @@
-//! Surfaces that deform while their LEADR maps stay as they were baked (LEADR section 4.3, eq. 12 and Figure 5): a quad,
-//! a sphere and a cylinder under stretching, shearing or flattening.
+//! Surfaces that deform without rebaking their LEADR maps (LEADR section 4.3, eq. 12 and Figure 5): a quad, a sphere and a cylinder under
+//! stretching, shearing or flattening.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -16,32 +16,32 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
-/// How the surfaces deform.
+/// A kind of deformation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deformation {
-    /// Wider sideways and flatter upwards by the same factor, up to [`STRETCH`]: slopes flatten along one direction and
-    /// steepen along the other.
+    /// Stretch sideways and flatten upwards by the same factor, up to [`STRETCH`]: slopes flatten along one direction and steepen along the
+    /// other.
     Stretch,
-    /// Leaning over by up to [`SHEAR`] of their height.
+    /// Shear by up to [`SHEAR`] of the height.
     Shear,
     /// Bumps flatten until the surface is smooth.
     HeightScale,
 }
 
-/// Seconds from the surface as it was made to the fully deformed one and back.
+/// Seconds from the undeformed surface to the fully deformed one and back.
 pub const PERIOD: f64 = 6.0;
 /// Largest factor of [`Deformation::Stretch`].
 pub const STRETCH: f32 = 1.8;
 /// Largest factor of [`Deformation::Shear`].
 pub const SHEAR: f32 = 0.9;
 
-/// How far the deformation has gone at `time` seconds, 0 to 1 and back.
+/// Progress of the deformation at `time` seconds, 0 to 1 and back.
 pub fn progress(time: f64) -> f32 {
     (0.5 - 0.5 * (TAU * time / PERIOD).cos()) as f32
 }
 
 impl Deformation {
-    /// The linear map of the surfaces at `progress` from 0 to 1, in axes with x sideways and z up.
+    /// The linear map at `progress` from 0 to 1, in axes with x sideways and z up.
     #[must_use]
     pub fn map(self, progress: f32) -> Mat3 {
         match self {
@@ -66,16 +66,15 @@ impl Deformation {
     }
 }
 
-/// Factors by which a user may stretch.
+/// Allowed stretch factors.
 pub const FACTORS: RangeInclusive<f32> = 0.2..=5.0;
 
-/// Wider sideways by `factor`, and flatter upwards.
+/// Stretches sideways by `factor` and flattens upwards.
 fn stretching(factor: f32) -> Mat3 {
     Mat3::from_diagonal(Vec3::new(factor, 1.0, 1.0 / factor))
 }
 
-/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and flattens them along z by as much; the anchor
-/// stays.
+/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and flattens them along z by as much. The anchor is fixed.
 pub fn stretch(state: &mut FrameState, factor: f32) {
     if factor == 1.0 {
         return;
@@ -117,7 +116,7 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
     const EXPONENT: f32 = 9.0;
     let mut mesh = cube_sphere(n, color);
     for (p, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
-        // The edges of the cube go to the rims: |r / R|ᵉ + |z / H|ᵉ = 1.
+        // Moves the cube's edges to the rims: |r / R|ᵉ + |z / H|ᵉ = 1.
         let side = Vec3::new(p.x, p.y, 0.0);
         let (r, z) = (side.length(), p.z * HALF / RADIUS);
         let (a, b) = (r / RADIUS, z.abs() / HALF);
@@ -129,7 +128,7 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
     mesh
 }
 
-/// The stage: quad, sphere, cylinder from left to right.
+/// The stage: quad, sphere and cylinder from left to right.
 pub fn stage(deformation: Deformation) -> Stage {
     let (color, specular_f0) = deformation.material();
     let map = bumps();
@@ -146,13 +145,13 @@ pub fn stage(deformation: Deformation) -> Stage {
 
     let motion = move |time: f64| {
         let map = deformation.map(progress(time));
-        // Objects keep standing on the floor, and stretched ones stay apart from their neighbours.
+        // Objects stay on the floor and clear of their neighbours when stretched.
         let room = 1.25 * (map * Vec3::X).length().max(1.0) * HALF + 0.1 + 0.5 * (map * Vec3::Z).x.abs();
         let upright = Mat3::from_rotation_x(80f32.to_radians());
-        let place = |x: f32, linear: Mat3| {
+        let pose_at = |x: f32, linear: Mat3| {
             Pose::Rigid(Affine3A::from_mat3_translation(map * linear, Vec3::new(x * room * 2.0, 0.0, 0.0)))
         };
-        vec![place(-1.0, upright), place(0.0, Mat3::IDENTITY), place(1.0, Mat3::IDENTITY)]
+        vec![pose_at(-1.0, upright), pose_at(0.0, Mat3::IDENTITY), pose_at(1.0, Mat3::IDENTITY)]
     };
     let from = |distance: f32| {
         Camera::looking_at(Vec3::new(0.05, -1.0, 0.24).normalize() * distance, Vec3::new(0.0, 0.0, -0.05), 26.0)
@@ -168,14 +167,14 @@ mod tests {
     use leadr_render::surfaces::patch_mesh::PosedVertices;
     use leadr_render::surfaces::topology::Topology;
 
-    /// However an object is posed, its vertices and normals go to the same places, and twice by a root is once.
+    /// For every pose, vertices and normals move alike. Stretching twice by the root of a factor equals stretching once by the factor.
     #[test]
     fn frames_stretch_about_their_anchor() {
         let mesh = cube_sphere(2, [1.0; 4]);
-        let turned = Affine3A::from_rotation_y(0.4) * Affine3A::from_translation(Vec3::new(2.0, 0.0, 1.0));
-        let posed = Pose::Rigid(turned).apply(&mesh);
+        let rotated = Affine3A::from_rotation_y(0.4) * Affine3A::from_translation(Vec3::new(2.0, 0.0, 1.0));
+        let posed = Pose::Rigid(rotated).apply(&mesh);
         let camera = Camera::looking_at(Vec3::X, Vec3::ZERO, 30.0);
-        let mut state = FrameState::new(camera, vec![Pose::Rigid(turned), Pose::Vertices(posed.clone())]);
+        let mut state = FrameState::new(camera, vec![Pose::Rigid(rotated), Pose::Vertices(posed.clone())]);
         state.anchor = Vec3::new(5.0, 1.0, 0.5);
         state.point_lights = vec![PointLight::new(Vec3::new(6.0, 2.0, 2.5), Vec3::ONE)];
         let mut twice = state.clone();

@@ -1,4 +1,4 @@
-//! Why a scene cannot be made.
+//! Errors of making a scene.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use leadr_gpu::{GpuError, binary};
 use leadr_maps::MapError;
 use leadr_models::ModelError;
 
-/// A scene that cannot be made or put on the device. Each message is one sentence.
+/// A failure to make a scene or to upload it. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// Tiles of the T-rex must be powers of two from 8 to 128 texels.
@@ -15,25 +15,25 @@ pub enum SceneError {
     /// An input file is missing, damaged, too large or of another kind.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// A model that cannot be read.
+    /// The model cannot be read.
     #[error(transparent)]
     ModelFile(#[from] ModelError),
-    /// A model that cannot be shown: why, and what to do.
+    /// The model cannot be shown; the message gives the reason and a remedy.
     #[error("{0}")]
     Model(String),
-    /// The machine has too little memory left to make it.
+    /// The machine has too little free memory.
     #[error(
-        "making {what} takes some {} of this machine's memory, and {} are left: take {remedy}",
+        "making {what} needs about {} of this machine's memory, but {} are free: use {remedy}",
         binary(*needs), binary(*left)
     )]
     Memory {
-        /// What is made.
+        /// What is being made.
         what: String,
-        /// Bytes that it takes.
+        /// Memory needed, bytes.
         needs: u64,
-        /// Bytes that are left.
+        /// Memory free, bytes.
         left: u64,
-        /// What would take less.
+        /// Remedy that needs less memory.
         remedy: &'static str,
     },
     /// The device failed.
@@ -42,7 +42,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// The same told of the model's file.
+    /// Adds the model's file name to the message.
     #[must_use]
     pub fn of_file(self, file: &Path) -> Self {
         match self {

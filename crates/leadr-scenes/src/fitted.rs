@@ -1,5 +1,5 @@
-//! A measured material, as `leadr fit` keeps it, for the renderer: its facets as
-//! tables and lobes, and what techniques that know neither see of it, a roughness and Schlick's form of its Fresnel term.
+//! The renderer's form of a material measured by `leadr fit`: tables and lobes of its facets. Techniques without them use a roughness and
+//! Schlick's Fresnel term.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -14,24 +14,24 @@ use leadr_reflectance::facets::gaussian_mixture::Lobe;
 use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::fitted_table::{FittedTable, lobe_alpha};
 
-/// Angles over which the Fresnel term is fitted; beyond them instruments see little.
+/// Largest angle of the Fresnel fit, as a fraction of 90°; instruments measure little beyond.
 const FRESNEL_END: f64 = 75.0 / 90.0;
 
-/// The material of a fit.
+/// The material of a fit file.
 pub fn material_of(fit: &FitFile, name: &str) -> Material {
     let mut material = Material { roughness: Input::constant(1.0), ..Material::new(name) };
-    wear(fit, &mut material);
+    apply_fit(fit, &mut material);
     material
 }
 
-/// Gives a material the facets and the body of a fit. Its texture of roughness, if it has one, scales the measured slopes about its own mean.
-pub fn wear(fit: &FitFile, material: &mut Material) {
+/// Replaces a material's facets and diffuse term by those of a fit. A roughness texture scales the measured slopes about its own mean.
+pub fn apply_fit(fit: &FitFile, material: &mut Material) {
     let masking = fit.brdf.facets.masking;
     if masking != Masking::SmithCorrelated {
         let name = &material.name;
         let form = masking_name(masking);
         tracing::warn!(
-            "material {name}: only --technique reference draws its masking, {form}; others draw smith's, which leadr fit --masking smith fits"
+            "material {name}: its masking, {form}, needs --technique reference; others use smith, so fit it with leadr fit --masking smith"
         );
     }
     let alpha = joint_alpha(&fit.lobes);
@@ -40,10 +40,10 @@ pub fn wear(fit: &FitFile, material: &mut Material) {
     material.metalness = Input::constant(0.0);
     material.f0 = rgb(schlick_f0(&fit.brdf.facets.fresnel));
     material.specular = Input::constant(1.0);
-    material.conductor_dip = [0.0; 3];
-    // As the roughness arrives in the renderer, so that the measured slopes are not scaled.
+    material.edge_tint = [0.0; 3];
+    // The roughness as quantised for the renderer, so that the measured slopes are not scaled.
     material.fit = Some(Arc::new(FittedTable::new(&fit.brdf, &fit.lobes, alpha_of(alpha_code(alpha as f32)))));
-    material.anisotropy = brushed(&fit.lobes, alpha);
+    material.anisotropy = anisotropy_of(&fit.lobes, alpha);
     let mean = mean_alpha(material);
     match material.roughness_meaning {
         RoughnessMeaning::Alpha => material.roughness.factor = alpha as f32 / mean,
@@ -57,7 +57,7 @@ pub fn wear(fit: &FitFile, material: &mut Material) {
     }
 }
 
-/// Root of the mean `α²` of a texture of roughness whose factor is 1; 1 without a texture.
+/// RMS `α` of a roughness texture with factor 1; 1 without a texture.
 fn mean_alpha(material: &Material) -> f32 {
     let Some(texture) = &material.roughness.texture else { return 1.0 };
     let (raster, channel) = (&texture.raster, material.roughness.channel);
@@ -65,27 +65,27 @@ fn mean_alpha(material: &Material) -> f32 {
         let value = f64::from(raster.value(x, y, channel));
         if material.roughness_meaning == RoughnessMeaning::Alpha { value } else { value * value }
     };
-    let places = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
-    let sum: f64 = places.map(|(x, y)| alpha(x, y).powi(2)).sum();
+    let texels = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
+    let sum: f64 = texels.map(|(x, y)| alpha(x, y).powi(2)).sum();
     (sum / f64::from(raster.width()) / f64::from(raster.height())).sqrt().max(1e-4) as f32
 }
 
-/// One roughness for all lobes (LEADR section 4.1): that of the mean variance, each across what brushed it.
+/// One roughness for all lobes (LEADR section 4.1): from their mean variance across the anisotropy.
 fn joint_alpha(lobes: &[Lobe]) -> f64 {
     let all: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let squares: f64 = lobes.iter().map(|lobe| lobe.share * lobe_alpha(lobe).powi(2)).sum();
     (squares / all.max(1e-9)).sqrt()
 }
 
-/// Half-axes of a lobe: the larger, the lesser, and the angle of the larger.
+/// Half-axes of a lobe: the larger, the smaller, and the angle of the larger.
 fn axes(lobe: &Lobe) -> (f64, f64, f64) {
     let ellipse = ellipse_from_roughness(2.0 * lobe.covariance);
     let angle = if ellipse.radii.x >= ellipse.radii.y { ellipse.angle } else { ellipse.angle + FRAC_PI_2 };
     (ellipse.radii.max_element(), ellipse.radii.min_element(), angle)
 }
 
-/// What the lobes have along one direction beyond their lesser half-axis, in the form of `KHR_materials_anisotropy`.
-fn brushed(lobes: &[Lobe], alpha: f64) -> Option<Anisotropy> {
+/// Anisotropy of the lobes beyond their smaller half-axis, in the form of `KHR_materials_anisotropy`.
+fn anisotropy_of(lobes: &[Lobe], alpha: f64) -> Option<Anisotropy> {
     let all: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let beyond = |lobe: &Lobe| {
         let (large, small, _) = axes(lobe);
@@ -104,7 +104,7 @@ fn brushed(lobes: &[Lobe], alpha: f64) -> Option<Anisotropy> {
     })
 }
 
-/// The reflectance at normal incidence whose Schlick form is nearest to a Fresnel term, by least squares over the cosine-weighted hemisphere.
+/// F0 whose Schlick form best fits a Fresnel term, by least squares over the cosine-weighted hemisphere.
 fn schlick_f0(fresnel: &Fresnel) -> DVec3 {
     const STEPS: u32 = 64;
     let (mut up, mut down) = (DVec3::ZERO, 0.0);
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn schlicks_form_is_found_again() {
+    fn schlick_form_is_recovered() {
         for f0 in [DVec3::new(0.04, 0.2, 0.9), DVec3::splat(0.5)] {
             let found = schlick_f0(&Fresnel::Schlick(f0));
             assert!((found - f0).length() < 1e-9, "{found}");
@@ -140,22 +140,22 @@ mod tests {
         let alpha = joint_alpha(&[round(0.3, 0.05), round(0.3, 0.06), round(0.4, 0.5)]);
         let mean = 0.3 * (0.05f64.powi(2) + 0.06f64.powi(2)) + 0.4 * 0.25;
         assert!((alpha - mean.sqrt()).abs() < 1e-9, "{alpha}");
-        assert!(brushed(&[round(1.0, 0.2)], 0.2).is_none());
+        assert!(anisotropy_of(&[round(1.0, 0.2)], 0.2).is_none());
     }
 
     #[test]
-    fn a_stretched_lobe_is_brushed_along_its_length() {
+    fn a_stretched_lobe_is_anisotropic_along_its_length() {
         // 0.4 along the diagonal, 0.1 across.
         let (a, b) = (0.08, 0.005);
         let lobe = Lobe { share: 1.0, covariance: DVec3::new(0.5 * (a + b), 0.5 * (a + b), 0.5 * (a - b)) };
         let alpha = joint_alpha(&[lobe]);
         assert!((alpha - 0.1).abs() < 1e-6, "{alpha}");
-        let brush = brushed(&[lobe], alpha).unwrap();
-        let along = alpha + f64::from(brush.strength.factor).powi(2) * (1.0 - alpha);
+        let anisotropy = anisotropy_of(&[lobe], alpha).unwrap();
+        let along = alpha + f64::from(anisotropy.strength.factor).powi(2) * (1.0 - alpha);
         assert!(
-            (along - 0.4).abs() < 1e-4 && (f64::from(brush.rotation) - FRAC_PI_2 / 2.0).abs() < 1e-5,
+            (along - 0.4).abs() < 1e-4 && (f64::from(anisotropy.rotation) - FRAC_PI_2 / 2.0).abs() < 1e-5,
             "{along} {}",
-            brush.rotation
+            anisotropy.rotation
         );
     }
 }

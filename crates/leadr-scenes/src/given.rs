@@ -1,4 +1,4 @@
-//! A command line, and the configuration that its options ask for, checked against each other.
+//! A command line, and the checked configuration of its options.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -9,10 +9,10 @@ use super::options::{SceneOption, Sets, Under};
 use super::view::ViewChoice;
 use leadr_reflectance::masking::shadowing::Shadowing;
 
-/// Options that exclude each other.
+/// Mutually exclusive options.
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
 
-/// Options that mean something only with another.
+/// Options that require another one.
 const NEEDS: [(&str, &str); 5] = [
     ("anisotropy-rotation", "anisotropy"),
     ("detail-repeat", "detail"),
@@ -21,53 +21,53 @@ const NEEDS: [(&str, &str); 5] = [
     ("detail-mask", "detail"),
 ];
 
-/// Flags and their values, in order, to be changed and written down again.
+/// Flags and their values, in order, for editing and printing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommandLine {
     flags: Vec<(String, Option<OsString>)>,
 }
 
 impl CommandLine {
-    /// Says a flag once more, with a value if it takes one.
+    /// Appends a flag, with a value if it takes one.
     pub fn add(&mut self, flag: &str, value: Option<OsString>) {
         self.flags.push((flag.to_owned(), value));
     }
 
-    /// Says a flag anew, or no longer.
+    /// Replaces a flag, or removes it for `None`.
     pub fn set(&mut self, flag: &str, value: Option<impl Into<OsString>>) {
         self.remove(flag);
         self.flags.extend(value.map(|value| (flag.to_owned(), Some(value.into()))));
     }
 
-    /// Says a flag no longer.
+    /// Removes a flag.
     pub fn remove(&mut self, flag: &str) {
         self.flags.retain(|(known, _)| known != flag);
     }
 
-    /// The value of a flag, if it is said; empty if it has none.
+    /// The value of a flag if it is set; empty for a flag without a value.
     pub fn value(&self, flag: &str) -> Option<&OsStr> {
         let found = self.flags.iter().rev().find(|(known, _)| known == flag);
         found.map(|(_, value)| value.as_deref().unwrap_or_default())
     }
 
-    /// Whether the flag of an option is said.
+    /// Whether an option's flag is set.
     pub fn has(&self, option: &str) -> bool {
         self.value(&format!("--{option}")).is_some()
     }
 
-    /// Says another scene.
+    /// Changes the scene.
     pub fn enter(&mut self, scene: impl Into<OsString>) {
         SceneOption::all().iter().filter(|option| option.is_of_one_scene()).for_each(|o| self.remove(&o.spec.flag()));
         self.flags.insert(0, ("--scene".to_owned(), Some(scene.into())));
     }
 
-    /// Without what its scene, its light and its technique would refuse: choices of the window outlive them.
+    /// Drops options that the scene, light or technique would refuse: the window keeps choices across changes of these.
     pub fn honoured(&self) -> Self {
         let mut line = self.clone();
         let mut config = SceneConfig::default();
         for name in ["scene", "environment", "technique"] {
             if let (Some(option), Some(value)) = (SceneOption::find(name), self.value(&format!("--{name}"))) {
-                // What is wrong is found when the line is resolved.
+                // `resolve` reports errors.
                 _ = option.set(&mut config, value);
             }
         }
@@ -85,10 +85,10 @@ impl CommandLine {
         line
     }
 
-    /// The configuration that they ask for. A camera's file is not yet read.
+    /// The configuration of these options. A camera file is not yet read.
     ///
     /// # Errors
-    /// A sentence about an option that makes no sense, or that the scene or the technique does not honour.
+    /// If an option is invalid, or not supported by the scene or the technique.
     pub fn resolve(&self) -> Result<SceneConfig, String> {
         let mut config = SceneConfig::default();
         for option in SceneOption::all() {
@@ -100,13 +100,13 @@ impl CommandLine {
         }
         self.check(&config)?;
         let options = &mut config.picture.options;
-        // Rays find it.
+        // Relief shadows trace the sky occlusion.
         options.sky_occlusion &= self.has("sky-occlusion") || !options.relief_shadows;
         let (heights, traced) = (config.height_map.as_deref(), options.relief_shadows);
         if !self.has("shadowing") && !traced && config.material.is_normal_map_alone(heights) {
             options.shadowing = Shadowing::NormalMap;
         }
-        // Something else makes outlines smooth otherwise.
+        // More samples antialias edges without MSAA.
         let once = config.picture.samples == 1 && options.edge_samples == 1;
         if !self.has("msaa") && once && !config.picture.technique.is_reference() {
             config.msaa = DEFAULT_MSAA;
@@ -114,7 +114,7 @@ impl CommandLine {
         Ok(config)
     }
 
-    /// Refuses what the scene, the light or the technique does not honour, and combinations that make no sense.
+    /// Refuses options that the scene, light or technique does not support, and invalid combinations.
     fn check(&self, config: &SceneConfig) -> Result<(), String> {
         let technique = config.picture.technique;
         for option in SceneOption::all() {
@@ -160,25 +160,25 @@ impl CommandLine {
         } else if config.view == ViewChoice::Model && self.has("distance") {
             "--distance is for views of a scene; --camera model has a position"
         } else if self.has("normal-y") && !self.has("normal-map") && !self.has("material") {
-            "--normal-y is for a normal map: give --normal-map or --material"
+            "--normal-y is for a normal map: add --normal-map or --material"
         } else if config.msaa > 1 && options.edge_samples > 1 {
-            "--msaa and --edge-samples do the same: use one of them"
+            "--msaa and --edge-samples both antialias edges: use one of them"
         } else if config.msaa > 1 && config.picture.technique.is_reference() {
             "--msaa is for techniques that filter; the reference takes --samples"
         } else if !options.relief_shadows {
             return Ok(());
         } else if options.multiscattering {
-            "--relief-shadows does not support --multiscattering: leave one of them out"
+            "--relief-shadows does not support --multiscattering: remove one of them"
         } else if is("sky-occlusion", "on") {
-            "--relief-shadows traces large shapes itself: leave --sky-occlusion out"
+            "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
         } else if self.has("detail") {
-            "--relief-shadows sees only displaced geometry, and --detail only shades: leave one of them out"
-        // On the sphere the maps give the facets.
+            "--relief-shadows needs displaced geometry, and --detail is shading only: remove one of them"
+        // On the sphere the facets come from the maps.
         } else if config.scene.name == "plane"
             && config.material.anisotropy.is_some()
             && config.material.is_displaced(config.height_map.as_deref())
         {
-            "--relief-shadows sees the heights of the plane, and --anisotropy is finer than they are: leave one of them out"
+            "--relief-shadows uses only the heights of the plane, and --anisotropy is finer: remove one of them"
         } else {
             return Ok(());
         };
@@ -187,12 +187,12 @@ impl CommandLine {
 }
 
 impl fmt::Display for CommandLine {
-    /// As a shell takes it, with a space before each flag.
+    /// Shell syntax, with a space before each flag.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, value) in &self.flags {
             write!(f, " {name}")?;
             let Some(value) = value.as_ref().map(|value| value.to_string_lossy()) else { continue };
-            // A value that begins with a minus sign could be taken for a flag.
+            // A value with a leading minus sign could be parsed as a flag.
             let joint = if value.starts_with('-') { "=" } else { " " };
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/+=@%".contains(c);
             if !value.is_empty() && value.chars().all(plain) {

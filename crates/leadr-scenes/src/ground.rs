@@ -1,8 +1,8 @@
-//! Dry ground out to the horizon: displaced soil by example of a map, which never repeats, under drifts of dust and trodden paths.
+//! Dry ground out to the horizon: displaced soil tiled by example without repeats, under drifts of dust and trodden paths.
 
 use super::plane::{plane, toward_horizon};
 use super::sphere::color_code;
-use leadr_maps::cache::remembered;
+use leadr_maps::cache::cached;
 use leadr_maps::noise::transpose;
 use leadr_maps::{HeightMap, procedural};
 use leadr_render::scene::{MaterialMap, Object, Tiling};
@@ -14,25 +14,25 @@ const REPEAT: f32 = 5.0;
 pub const RELIEF: f32 = 0.10;
 /// Beckmann roughness of the soil.
 const SOIL_ROUGHNESS: f32 = 0.78;
-/// Half the side of the ground, metres: from a standing viewer its rim is a fiftieth of a degree below the horizon.
+/// Half the side of the ground, metres: its rim is a fiftieth of a degree below a standing viewer's horizon.
 const HALF: f32 = 6000.0;
 /// Texels of the soil map along one repeat.
 const TEXELS: u32 = 1024;
 
-/// Metres by which the ground follows who walks on it. What is on it stays in the world ([`Tiling::Ground`]).
+/// Metres of each step by which the ground follows the viewer. Its features stay in the world ([`Tiling::Ground`]).
 pub const STEP: f32 = 40.0;
 
-/// The heights of the soil without broad swells.
+/// Soil heights without broad swells.
 fn soil() -> Vec<f32> {
     let programs = [include_str!("ground.rs"), procedural::SOURCE, leadr_maps::noise::SOURCE];
-    remembered("soil", &programs, (TEXELS * TEXELS) as usize, || {
+    cached("soil", &programs, (TEXELS * TEXELS) as usize, || {
         let mut soil = procedural::soil(TEXELS, TEXELS, 1).texels;
         flatten(&mut soil, TEXELS as usize, 80);
         soil
     })
 }
 
-/// The ground at z = 0, its heights centred on zero.
+/// The ground at z = 0, with heights centred on zero.
 pub fn ground() -> Object {
     let soil = soil();
     let mean = soil.iter().sum::<f32>() / soil.len() as f32;
@@ -42,7 +42,7 @@ pub fn ground() -> Object {
     let colors = soil
         .iter()
         .map(|h| {
-            // Dust on the high places, damp dark earth in the cracks.
+            // Dust on high points, damp dark earth in the cracks.
             let t = ((h - low) / range).clamp(0.0, 1.0);
             let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
             color_code([mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)], SOIL_ROUGHNESS)
@@ -56,7 +56,7 @@ pub fn ground() -> Object {
         .without_shadow()
 }
 
-/// Removes features wider than about `radius` texels from a repeating map: pieces of broad swells would not fit together.
+/// Removes features wider than about `radius` texels from a repeating map: blended pieces with broad swells would not fit together.
 fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     let mut swell = texels.to_vec();
     for _ in 0..2 {
@@ -68,7 +68,7 @@ fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     }
 }
 
-/// Running means over `2 · radius + 1` texels along repeating rows.
+/// Running means over `2 · radius + 1` texels of repeating rows.
 fn blur_rows(texels: &[f32], width: usize, radius: usize) -> Vec<f32> {
     let count = (2 * radius + 1) as f64;
     texels
@@ -91,12 +91,12 @@ mod tests {
 
     #[test]
     fn the_ground_follows_by_whole_repeats() {
-        // Shifts of the lattice are then whole numbers, which hold all digits however far somebody walks.
+        // Lattice shifts are then integers, exact at any distance.
         assert_eq!(STEP % REPEAT, 0.0);
     }
 
     #[test]
-    fn flattening_takes_swells_and_leaves_pebbles() {
+    fn flattening_removes_swells_and_keeps_pebbles() {
         let wave = |x: usize, periods: f32| (x as f32 / 256.0 * periods * std::f32::consts::TAU).sin();
         let mut swells: Vec<f32> = (0..256 * 64).map(|i| wave(i % 256, 1.0)).collect();
         flatten(&mut swells, 256, 20);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_soil_is_as_high_as_it_says() {
+    fn soil_height_matches_its_constant() {
         let object = ground();
         let heights = object.heights.unwrap().map.texels;
         let (low, high) = heights.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));

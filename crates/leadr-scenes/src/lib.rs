@@ -3,6 +3,7 @@
 pub mod camera_file;
 pub mod config;
 pub mod cover;
+mod cutout;
 pub mod daylight;
 pub mod deform;
 pub mod detail;
@@ -11,7 +12,6 @@ pub mod error;
 pub mod fitted;
 pub mod given;
 pub mod ground;
-mod holes;
 pub mod light;
 pub mod model;
 pub mod ocean;

@@ -1,4 +1,4 @@
-//! The light that a scene is seen in.
+//! The lighting of a scene.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -10,30 +10,30 @@ use super::studio::studio;
 use leadr_maps::RgbImage;
 use leadr_render::settings::numbers::finite;
 
-/// Where light comes from besides the sun.
+/// Environment light besides the sun.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EnvironmentChoice {
     /// The analytic sky with its sun.
     Sky,
-    /// A generated photographer's studio, without a sun.
+    /// A generated photo studio without a sun.
     Studio,
-    /// An equirectangular picture, `.hdr` or `.exr`.
+    /// An equirectangular image, `.hdr` or `.exr`.
     File(PathBuf),
 }
 
 impl EnvironmentChoice {
-    /// Its equirectangular radiance, turned by so many degrees counter-clockwise seen from above; `None` for the analytic sky.
+    /// Equirectangular radiance, rotated by `degrees` counter-clockwise seen from above; `None` for the analytic sky.
     ///
     /// # Errors
-    /// A file that is missing, damaged, too large or of the wrong kind.
+    /// If the file is missing, damaged, too large or of the wrong kind.
     pub fn load(&self, degrees: f32) -> Result<Option<RgbImage>, leadr_maps::MapError> {
         let picture = match self {
             Self::Sky => return Ok(None),
             Self::Studio => studio(),
             Self::File(path) => leadr_maps::load_environment(path)?,
         };
-        Ok(Some(turned(picture, degrees)))
+        Ok(Some(rotated(picture, degrees)))
     }
 }
 
@@ -50,14 +50,14 @@ impl FromStr for EnvironmentChoice {
         let path = PathBuf::from(text);
         match path.extension().and_then(|extension| extension.to_str()) {
             Some(kind) if kind.eq_ignore_ascii_case("hdr") || kind.eq_ignore_ascii_case("exr") => Ok(Self::File(path)),
-            _ => Err("an environment is 'sky', 'studio' or a .hdr or .exr file".to_owned()),
+            _ => Err("use 'sky', 'studio' or a .hdr or .exr file".to_owned()),
         }
     }
 }
 
-/// A panorama turned counter-clockwise seen from above. Whole texels move; what is left of a turn is interpolated, which keeps the
+/// Rotates a panorama counter-clockwise seen from above. Whole texels are moved, and the rest of the angle interpolated, which keeps the
 /// power of every row.
-fn turned(picture: RgbImage, degrees: f32) -> RgbImage {
+fn rotated(picture: RgbImage, degrees: f32) -> RgbImage {
     let width = picture.width as usize;
     // Columns run clockwise.
     let columns = (f64::from(degrees) / 360.0).rem_euclid(1.0) * width as f64;
@@ -88,7 +88,7 @@ pub struct SunDirection {
 }
 
 impl SunDirection {
-    /// The direction of a vector toward the sun.
+    /// Angles of a vector toward the sun.
     pub fn of(vector: Vec3) -> Self {
         let elevation = vector.z.atan2(vector.truncate().length()).to_degrees();
         Self { azimuth: vector.y.atan2(vector.x).to_degrees(), elevation }
@@ -123,11 +123,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn panoramas_turn_counter_clockwise_and_keep_their_power() {
-        // Columns run clockwise from -x: the middle of the first of four lies at 135 degrees.
+    fn panoramas_rotate_counter_clockwise_and_keep_their_power() {
+        // Columns run clockwise from -x: the centre of the first of four is at 135 degrees.
         let texels = [1.0, 2.0, 4.0, 8.0, 3.0, 3.0, 3.0, 5.0].map(|v| [v, 0.0, 2.0 * v]).to_vec();
         let picture = RgbImage::new(4, 2, texels).unwrap();
-        let red = |degrees| turned(picture.clone(), degrees).texels.iter().map(|t| t[0]).collect::<Vec<_>>();
+        let red = |degrees| rotated(picture.clone(), degrees).texels.iter().map(|t| t[0]).collect::<Vec<_>>();
         assert_eq!(red(90.0), [2.0, 4.0, 8.0, 1.0, 3.0, 3.0, 5.0, 3.0]);
         assert_eq!(red(-90.0), red(270.0));
         assert_eq!((red(360.0), red(-0.0)), (red(0.0), red(0.0)));
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn azimuths_turn_from_x_to_y() {
+    fn azimuths_run_from_x_to_y() {
         let west = SunDirection { azimuth: 180.0, elevation: 30.0 }.vector();
         assert!((west - Vec3::new(-0.75f32.sqrt(), 0.0, 0.5)).length() < 1e-6, "{west}");
         let sun = SunDirection { azimuth: -50.0, elevation: 38.0 };

@@ -4,13 +4,13 @@ use glam::Vec3;
 use leadr_render::scene::Object;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// A smooth floor for things to stand on; it casts no shadow.
+/// A smooth floor that casts no shadow.
 pub fn floor(mesh: PatchMesh) -> Object {
     Object::new("floor", mesh).without_shadow()
 }
 
-/// A square plane of half width `half`, with `n × n` patches spaced by `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`, so
-/// that a large ground can have small patches in the middle. One repeat of the map covers `repeat` metres.
+/// A square plane of half width `half` with `n × n` patches, spaced by `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`: a large ground can have small
+/// patches in the middle. One repeat of the map covers `repeat` metres.
 pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f32) -> f32) -> PatchMesh {
     let mut mesh = PatchMesh { flat_repeat: Some(repeat), ..PatchMesh::default() };
     let at = |i: u32| half * spacing(2.0 * i as f32 / n as f32 - 1.0);
@@ -28,7 +28,7 @@ pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f
     mesh
 }
 
-/// Patches between rows of vertices, so many to a row and so many rows of them.
+/// Patches of a vertex grid with `columns` patches per row and `rows` rows.
 pub fn grid(columns: u32, rows: u32) -> Vec<[u32; 4]> {
     let width = columns + 1;
     let first = |j: u32| (0..columns).map(move |i| j * width + i);
@@ -40,7 +40,7 @@ pub fn even(t: f32) -> f32 {
     t
 }
 
-/// Spacing for a wide ground: patches near the middle are a thousand times smaller than at the rim.
+/// Spacing for a wide ground: patches at the centre are a thousand times smaller than at the rim.
 pub fn toward_horizon(t: f32) -> f32 {
     let steepness = 7.6f32;
     (steepness * t).sinh() / steepness.sinh()
@@ -58,7 +58,7 @@ mod tests {
             let p = patch.map(|v| mesh.positions[v as usize]);
             assert!((p[1] - p[0]).cross(p[3] - p[0]).z > 0.0);
         }
-        // 8 × 9 edges each way; the 32 on the rim have one patch.
+        // 8 × 9 edges in each direction; the 32 on the rim have one patch.
         let topology = Topology::new(&mesh.patches);
         assert_eq!(topology.edges.len(), 144);
         assert_eq!(topology.irregular_edges(), 32);

@@ -1,6 +1,6 @@
-//! The scenes, each declared once: its name, a line of help, what its user can choose, and how it is made.
+//! The scenes, one declaration each: name, help line, choices and constructor.
 //!
-//! The command line, its help, the reports and the bench read this table. A new scene is a file of its own and a row here.
+//! The command line, its help, the reports and the bench use this table. A new scene needs its own file and a row here.
 
 use std::fmt;
 
@@ -24,25 +24,24 @@ use leadr_maps::material::Material;
 use leadr_render::scene::{Object, Tiling};
 use leadr_render::surfaces::budget::Room;
 
-/// A property of a scene that its user can choose.
+/// A property of a scene that the user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// A height map or a material instead of the generated one.
     HeightMap,
-    /// The roughness of its displaced surfaces.
+    /// The roughness of the displaced surfaces.
     Roughness,
-    /// The size of the tiles of its displacement atlas.
+    /// The tile size of the displacement atlas.
     AtlasTile,
-    /// How high the relief is that displaces its surfaces, and whether it does.
+    /// Whether relief displaces the surfaces, and its height.
     Relief,
-    /// How its objects are divided into triangles, kept in maps and shaded, as waves are not: curvature under a pixel, what relief and
-    /// large shapes hide.
+    /// Triangulation, maps and shading of objects. Waves do not support these: curvature under a pixel, relief shadows and occlusion.
     Objects,
-    /// How far its objects are stretched.
+    /// The stretch of the objects.
     Stretch,
-    /// Whether its maps repeat.
+    /// Whether maps repeat.
     Tiling,
-    /// Whether anything stands around it.
+    /// Whether surroundings are drawn.
     Bare,
     /// The waves of its sea.
     Waves,
@@ -51,56 +50,56 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Why a scene that does not offer it has none, as the end of a sentence about that scene.
+    /// Reason why a scene does not offer this choice; completes a sentence about the scene.
     fn lacking(self) -> &'static str {
         match self {
-            Self::HeightMap => "has surfaces of its own",
-            Self::Roughness => "has a roughness of its own",
+            Self::HeightMap => "has its own surfaces",
+            Self::Roughness => "has its own roughness",
             Self::AtlasTile => "has no displacement atlas",
-            Self::Relief => "has no relief of heights",
+            Self::Relief => "has no height relief",
             Self::Objects => "has no objects, only waves",
-            Self::Stretch => "shows a sea, which keeps its shape",
-            Self::Tiling => "has maps of its own",
-            Self::Bare => "is one with what surrounds it",
-            Self::Waves => "shows no sea",
-            Self::Model => "is not one",
+            Self::Stretch => "is a sea and cannot be stretched",
+            Self::Tiling => "has its own maps",
+            Self::Bare => "cannot be drawn without its surroundings",
+            Self::Waves => "has no sea",
+            Self::Model => "is not a model",
         }
     }
 }
 
-/// What a scene is made from.
+/// Inputs of a scene.
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
     /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` for generated ones.
     pub height_map: Option<HeightMap>,
-    /// What a baked file tells besides those heights.
+    /// Additional data of a baked file.
     pub baked: Option<BakedRelief>,
-    /// Instead, a material with everything it has.
+    /// A complete material that replaces the heights.
     pub material: Option<Material>,
-    /// The model, for the scene that is one.
+    /// The model, for the model scene.
     pub model: Option<ModelChoice>,
-    /// Metres from the 0 of those heights to their 1; `None` for what the file tells, or what is usual. A material has its own.
+    /// Metres from height 0 to height 1; `None` uses the file's scale or the default. Materials have their own.
     pub height: Option<f32>,
-    /// Metres after which heights and materials repeat; `None` for the scene's own.
+    /// Width of one repeat of heights and materials, metres; `None` uses the scene's default.
     pub repeat: Option<f32>,
-    /// How maps cover the surface of scenes with [`Choice::Tiling`].
+    /// How maps are tiled, for scenes with [`Choice::Tiling`].
     pub tiling: Tiling,
-    /// Whether scenes with [`Choice::Bare`] show nothing but their surface.
+    /// Whether scenes with [`Choice::Bare`] show only their surface.
     pub bare: bool,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
-    /// The sea of scenes with [`Choice::Waves`]; `None` for their own.
+    /// The sea of scenes with [`Choice::Waves`]; `None` uses their own.
     pub waves: Option<Waves>,
-    /// Memory that the maps must fit into, asked before they are baked where that takes long.
+    /// Memory limit of the maps, checked before slow bakes.
     pub room: Option<Room>,
 }
 
-/// Bytes of memory for each texel of the T-rex's atlas while it is baked: 4.5 GB with tiles of 128.
+/// Memory per texel while the T-rex's atlas is baked, bytes: 4.5 GB in total with tiles of 128.
 const TREX_BAKING: u64 = 46;
 
 impl SceneOptions {
-    /// Refuses an object whose maps the device cannot hold, or whose making takes more memory than the machine has: so many bytes for
-    /// each texel of its heights. Only its sizes matter.
+    /// Refuses an object whose maps exceed the device memory, or whose making exceeds the machine's. `making`: bytes per height texel. Only
+    /// the object's map sizes are used.
     fn room_for(&self, object: Object, making: u64, remedy: &'static str) -> Result<(), SceneError> {
         let Some(room) = self.room else { return Ok(()) };
         let texels =
@@ -114,14 +113,14 @@ impl SceneOptions {
         }
     }
 
-    /// Refuses a T-rex that is too large.
+    /// Refuses a T-rex that needs too much memory.
     fn room_for_trex(&self) -> Result<(), SceneError> {
         self.room_for(unbaked_body(self.atlas_tile), TREX_BAKING, "a smaller --atlas-tile")
     }
 }
 
 impl Default for SceneOptions {
-    /// Generated heights, fine tiles, the usual sea.
+    /// Generated heights, fine tiles, the default sea.
     fn default() -> Self {
         Self {
             height_map: None,
@@ -139,20 +138,20 @@ impl Default for SceneOptions {
     }
 }
 
-/// Receives the finished share of a scene, 0 to 1, from any thread.
+/// Callback for the completed fraction of a scene, 0 to 1, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
 
 /// A scene: one row of [`SCENES`].
 pub struct NamedScene {
     /// Its name on the command line and in reports.
     pub name: &'static str,
-    /// What it shows, for the command's help.
+    /// Description for the command's help.
     pub help: &'static str,
-    /// What its user can choose.
+    /// Properties that the user can choose.
     pub choices: &'static [Choice],
-    /// The sea that it shows unless its user chooses another.
+    /// The default sea; `None` for scenes without one.
     pub sea: Option<fn() -> Waves>,
-    /// What takes long in making it, shown beside the progress.
+    /// The slow step of making the scene, shown with its progress.
     pub making: Option<&'static str>,
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
 }
@@ -183,8 +182,8 @@ pub static SCENES: [NamedScene; 11] = [
             let (bare, tiling) = (options.bare, options.tiling);
             let mut stage = match &options.material {
                 Some(material) => {
-                    // Before it is spread over its finest texels.
-                    options.room_for(dressed::undressed_plane(material), dressed::DRESSING, "smaller maps")?;
+                    // Checked before it is resampled to its finest texels.
+                    options.room_for(dressed::placeholder_plane(material), dressed::DRESSING, "smaller maps")?;
                     dressed::plane_stage(material, options.repeat)
                 }
                 None => plane_stage(relief(options)),
@@ -240,18 +239,18 @@ pub static SCENES: [NamedScene; 11] = [
     },
 ];
 
-/// What can be chosen about surfaces with relief, and about those of them whose relief lies in tiles.
+/// Choices of scenes with displaced objects; the second list adds atlas tiles.
 const SHAPES: [Choice; 4] = [Relief, Objects, Stretch, Roughness];
 const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
 
-/// The scene that a glTF file makes; it is named by the file instead of here.
+/// The scene of a glTF file, named by the file.
 pub static MODEL: NamedScene = scene(
     "model",
     "A glTF model on open ground",
     &[Choice::Model, Relief, Objects, Stretch],
     |options, _| match options.model {
         Some(choice) => model::stage(choice),
-        None => Err(SceneError::Model("no model is named; give --scene FILE.glb".into())),
+        None => Err(SceneError::Model("no model file is given; use --scene FILE.glb".into())),
     },
 );
 
@@ -265,20 +264,20 @@ fn relief(options: SceneOptions) -> ReliefOptions {
 }
 
 impl NamedScene {
-    /// The scene of this name.
+    /// Finds a scene by name.
     pub fn find(name: &str) -> Option<&'static Self> {
         SCENES.iter().find(|scene| scene.name == name)
     }
 
-    /// Whether it offers this choice.
+    /// Whether the scene offers a choice.
     pub fn offers(&self, choice: Choice) -> bool {
         self.choices.contains(&choice)
     }
 
-    /// Refuses a `flag` that makes a choice which this scene does not offer.
+    /// Refuses a `flag` whose choice this scene does not offer.
     ///
     /// # Errors
-    /// A sentence that names the scenes which do.
+    /// A sentence that names the scenes that offer it.
     pub fn check_offers(&self, flag: &str, choice: Choice) -> Result<(), String> {
         if self.offers(choice) {
             return Ok(());
@@ -291,22 +290,22 @@ impl NamedScene {
         Err(format!("{flag} is for the scenes {names}{models}; {} {}", self.name, choice.lacking()))
     }
 
-    /// The sea that it shows unless its user chooses another; the open sea for scenes without one.
+    /// The default sea; the open sea for scenes without one.
     pub fn waves(&self) -> Waves {
         self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
-    /// The atlas tile of a first picture, which stands long before one with tiles of `tile` texels. What it is too coarse for is roughness in it, so
-    /// from where bumps are small it looks the same. None for scenes without an atlas, and while the finer one would have to be made.
+    /// Tile size of a quick first picture, before tiles of `tile` texels are ready. Finer relief becomes roughness, so it looks the same
+    /// where bumps are small. `None` for scenes without an atlas, or if the finer atlas is not cached.
     pub fn first_tile(&self, tile: u32) -> Option<u32> {
         let at_hand = self.making.is_none() || Trex::is_kept(tile);
         (self.offers(AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
     }
 
-    /// Makes its stage.
+    /// Builds the stage.
     ///
     /// # Errors
-    /// If it cannot be made from these options.
+    /// If the options do not allow it.
     pub fn stage(&self, options: SceneOptions, progress: Progress<'_>) -> Result<Stage, SceneError> {
         (self.make)(options, progress)
     }
@@ -345,9 +344,9 @@ mod tests {
     fn first_pictures_have_coarser_atlases() {
         let first = |name: &str, tile: u32| NamedScene::find(name).unwrap().first_tile(tile);
         assert_eq!(first("sphere", 64), Some(FIRST_TILE));
-        // It has no atlas; nothing is coarser.
+        // Without an atlas, or with no coarser one.
         assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
-        // One that is not kept is made before anything is shown: nobody has kept tiles of this size.
+        // An atlas that is not cached is baked before the first picture; no cache has tiles of this size.
         assert_eq!(first("trex", 1024), None);
     }
 
@@ -361,8 +360,8 @@ mod tests {
     }
 
     #[test]
-    fn scenes_offer_what_their_surfaces_can_do() {
-        // The animal's scenes are left out: baking it takes minutes.
+    fn scenes_offer_options_of_their_surfaces() {
+        // The T-rex scenes are skipped; baking takes minutes.
         for scene in SCENES.iter().filter(|scene| scene.making.is_none()) {
             let waves = scene.sea.map(|waves| Waves { fft: 64, ..waves() });
             let options = SceneOptions { atlas_tile: 8, waves, ..Default::default() };

@@ -1,4 +1,4 @@
-//! Puts the scene of a configuration on a device: its objects, its light and its view.
+//! Uploads the scene of a configuration: objects, light and view.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,12 +28,12 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_render::surfaces::budget::Room;
 
-/// The files a scene is made from, loaded and checked.
+/// A scene's input files, loaded and checked.
 #[derive(Debug)]
 pub struct Inputs {
     /// Heights of the plane or sphere.
     pub height_map: Option<HeightMap>,
-    /// What a baked file tells besides those heights.
+    /// Additional data of a baked height file.
     pub baked: Option<BakedRelief>,
     /// Material of the plane or sphere, its heights included.
     pub material: Option<Material>,
@@ -44,7 +44,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Loads what `config` names.
+    /// Loads the files of `config`.
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong kind.
@@ -71,7 +71,7 @@ impl Inputs {
             }
         }
         if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
-            // What is rougher along one direction is so beyond this.
+            // Anisotropy adds to this roughness.
             material.roughness = Input::constant(alpha);
             material.roughness_meaning = RoughnessMeaning::Alpha;
         }
@@ -100,19 +100,19 @@ impl Inputs {
     }
 }
 
-/// What setting up a scene is busy with.
+/// Progress of setting up a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SetUp {
-    /// A part of it begins.
+    /// A step starts.
     Begins(&'static str),
-    /// This share of that part is done, 0 to 1.
+    /// Completed fraction of the step, 0 to 1.
     Share(f32),
 }
 
-/// Is told, from any thread, how far setting up a scene has come.
+/// Callback for the progress of setting up a scene, from any thread.
 pub type Watch<'a> = &'a (dyn Fn(SetUp) + Sync);
 
-/// Says that the heights of `material` are so many metres high, and refuses that where there are none or their file tells.
+/// Sets the height of a material's relief in metres. Refuses it without heights, or if the file gives their scale.
 fn set_height(
     metres: f32,
     config: &SceneConfig,
@@ -133,7 +133,7 @@ fn set_height(
     }
     if relief.as_ref().map_or(baked.is_some_and(|baked| baked.in_widths), |relief| relief.in_widths) {
         let remedy = "say how wide it is by --repeat METRES, or multiply its heights by --height-scale X";
-        return refuse("its heights are in widths of the map, so --height has nothing to say", remedy);
+        return refuse("its heights are in widths of the map, so --height does not apply", remedy);
     }
     if let Some(relief) = relief {
         relief.scale = Some(metres);
@@ -141,50 +141,50 @@ fn set_height(
     Ok(())
 }
 
-/// The scene at a time in seconds.
+/// The scene as a function of time in seconds.
 pub type Animation = Box<dyn Fn(f64) -> FrameState>;
 
 /// A scene on the device.
 pub struct Set {
-    /// Holds the objects.
+    /// Holds the uploaded objects.
     pub renderer: Renderer,
-    /// The scene at any time, seen by `camera`, which follows what moves.
+    /// The scene at any time, seen by `camera`, which follows moving objects.
     pub animation: Animation,
-    /// Where the scene is seen from, relative to what it follows.
+    /// The initial camera, relative to the followed object.
     pub camera: Camera,
-    /// The scene's own views, relative to the same.
+    /// The scene's own views, relative to the followed object.
     pub views: Views,
-    /// Texels of its largest map of heights, across and down, if it has any.
+    /// Resolution of the largest height map, texels across and down, if any.
     pub map_size: Option<(u32, u32)>,
-    /// Makes other environments for it.
+    /// Builds other environments for the scene.
     pub surroundings: SkyOrPicture,
 }
 
-/// Makes environments: the sky over a scene, or a picture whose brightest places become lights.
+/// Builds environments: the sky over a scene, or an image whose brightest spots become lights.
 #[derive(Clone, Debug)]
 pub struct SkyOrPicture {
     /// The sky.
     pub sky: Sky,
-    /// What becomes a light.
+    /// Light extraction settings.
     pub lights: LightExtraction,
-    /// By which pictures are turned counter-clockwise seen from above, degrees.
+    /// Counter-clockwise rotation of images, seen from above, degrees.
     pub rotation: f32,
-    /// Whether pictures are exposed for what they shine on level ground.
+    /// Whether images are exposed for their irradiance on level ground.
     pub auto_exposure: bool,
 }
 
 impl SkyOrPicture {
-    /// Under the sky, and pictures as they are.
+    /// Uses this sky, and images without exposure or rotation.
     pub fn under(sky: Sky) -> Self {
         Self { sky, lights: LightExtraction::default(), rotation: 0.0, auto_exposure: false }
     }
 
-    /// Exposure factor for what `picture` lights.
+    /// Exposure factor for lighting by `picture`.
     pub fn metered(&self, picture: Option<&RgbImage>) -> f32 {
         picture.filter(|_| self.auto_exposure).map_or(1.0, exposure::metered)
     }
 
-    /// The environment of an equirectangular `picture`, or without one of the sky.
+    /// The environment of an equirectangular `picture`; `None` uses the sky.
     pub fn make(&self, gpu: &Arc<Gpu>, picture: Option<&RgbImage>) -> Result<Environment, GpuError> {
         match picture {
             Some(picture) => Environment::from_panorama(gpu, Environment::FACE_SIZE, picture, self.lights),
@@ -193,8 +193,8 @@ impl SkyOrPicture {
     }
 }
 
-/// Uploads the scene that `config` names, and tells `watch` how far it has come. `first`: settings of the first frames, whose pipelines
-/// are made meanwhile.
+/// Uploads the scene of `config` and reports progress to `watch`. `first`: settings of the first frames; their pipelines are compiled
+/// meanwhile.
 ///
 /// # Errors
 /// If the scene cannot be made or the device fails.
@@ -236,9 +236,9 @@ pub fn set(
         auto_exposure: config.auto_exposure,
     };
     let metered = surroundings.metered(inputs.environment.as_ref());
-    watch(SetUp::Begins("filtering the light from all around"));
+    watch(SetUp::Begins("filtering the environment light"));
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
-    // A picture of an environment brings its own suns.
+    // An environment image has its own suns.
     let sky = inputs.environment.is_none().then_some(sky);
     let views = stage.views;
     let own = stage.own_camera.take();
@@ -274,10 +274,10 @@ pub fn set(
 }
 
 impl Set {
-    /// The scene at `time` seconds, seen from another of its views in a picture of this size.
+    /// The scene at `time` seconds, seen from another view in a picture of this size.
     pub fn state_from(&self, time: f64, view: ViewChoice, size: Size) -> FrameState {
         let state = (self.animation)(time);
-        // The camera of the animation has moved with what it follows.
+        // The animation's camera moves with the object that it follows.
         let moved = state.camera.position - self.camera.position;
         let camera = camera_of(view, self.views, size);
         let camera = Camera { position: camera.position + moved, target: camera.target + moved, ..camera };
@@ -285,8 +285,7 @@ impl Set {
     }
 }
 
-/// Middle views are composed for pictures with an aspect of 4:3 and wider; for narrower ones the camera steps back until the same
-/// width fits.
+/// Middle views are composed for an aspect of 4:3 and wider. For narrower pictures the camera moves back to fit the same width.
 fn fitted(camera: Camera, size: Size) -> Camera {
     let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
     camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
@@ -312,7 +311,7 @@ mod tests {
     use leadr_maps::save::save_png_grey16;
 
     #[test]
-    fn a_height_in_metres_is_for_heights_whose_unit_nobody_tells() {
+    fn metres_apply_only_to_heights_without_a_unit() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         let bumps = HeightMap::new(4, 4, (0..16).map(|i| i as f32 / 15.0).collect()).unwrap();
@@ -327,7 +326,7 @@ mod tests {
             ..SceneConfig::default()
         };
         assert_eq!(scale(&of_folder), Ok(Some(0.03)));
-        // Heights alone are no material; their scene is told.
+        // Heights without a material are passed to the scene.
         let alone = SceneConfig {
             height_map: Some(file("x_Displacement.png")),
             material: MaterialFiles::default(),

@@ -1,5 +1,4 @@
-//! A sphere of patches, displaced by any height map without poles or seams: the map is projected along the three
-//! axes and blended into one tile per patch.
+//! A patch sphere, displaced by any height map without poles or seams: triplanar projections are blended into one tile per patch.
 
 use glam::{Vec2, Vec3};
 use leadr_maps::HeightMap;
@@ -12,8 +11,8 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use leadr_render::surfaces::triplanar;
 use rayon::prelude::*;
 
-/// A unit sphere of `6 · n²` patches: a cube whose edges are divided into equal angles. Texture coordinates run
-/// over `[0, 1]²` on every face, so the twelve cube edges are seams where the charts disagree.
+/// A unit sphere of `6 · n²` patches: a cube with edges divided into equal angles. Texture coordinates cover `[0, 1]²` on each face, so the
+/// twelve cube edges are texture seams.
 pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
     let mut mesh = PatchMesh::default();
     let mut index = std::collections::HashMap::new();
@@ -55,15 +54,15 @@ fn face_axes<T: Copy + std::ops::Neg<Output = T>>(face: usize, one: T, a: T, b: 
     }
 }
 
-/// Gives every patch of `mesh` a tile of so many texels along a side.
-pub fn lay_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
+/// Gives every patch of `mesh` a tile with `tile` texels per side.
+pub fn layout_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     mesh.texcoords = (0..mesh.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
     layout
 }
 
-/// Gives every patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface; returns
-/// the layout and the atlas, row by row. Gutters continue the surface beyond the patch.
+/// Gives every patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface. Returns the layout and the atlas,
+/// row by row. Gutters continue the surface beyond the patch.
 pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -72,21 +71,20 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     bake_patches(mesh, tile, |_, _, point| value(point.position, point.normal))
 }
 
-/// As [`bake_tiles`], with `value(patch, uv, point)`: the index of the patch and the place on it, `[0, 1]²` and somewhat
-/// beyond in the gutters.
+/// Like [`bake_tiles`], with `value(patch, uv, point)`: the patch index and the point on it, in `[0, 1]²` plus gutters.
 pub fn bake_patches<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
     value: impl Fn(usize, Vec2, PatchPoint) -> T + Sync,
 ) -> (TileLayout, Vec<T>) {
-    let layout = lay_tiles(mesh, tile);
+    let layout = layout_tiles(mesh, tile);
     let mesh = &*mesh;
     let atlas = fill_tiles(&layout, mesh.patches.len(), |index| {
         let patch = mesh.patches[index];
         let surface = Patch::new(patch.map(|v| mesh.positions[v as usize]), patch.map(|v| mesh.normals[v as usize]));
         let texel = |i: u32| {
-            let place = Vec2::new((i % tile) as f32, (i / tile) as f32);
-            let uv = (place + 0.5 - layout.gutter as f32) / layout.inner() as f32;
+            let corner = Vec2::new((i % tile) as f32, (i / tile) as f32);
+            let uv = (corner + 0.5 - layout.gutter as f32) / layout.inner() as f32;
             value(index, uv, surface.at(uv))
         };
         (0..tile * tile).map(texel).collect()
@@ -94,7 +92,7 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
     (layout, atlas)
 }
 
-/// An atlas, row by row, of `count` tiles, whose texels `tile(index)` has row by row.
+/// An atlas of `count` tiles, row by row; `tile(index)` returns a tile's texels, row by row.
 pub fn fill_tiles<T: Copy + Default + Send + Sync>(
     layout: &TileLayout,
     count: usize,
@@ -132,14 +130,14 @@ pub fn tiled_object(
     Object::new(name, mesh).with_heights(tiled(layout, heights), 1.0).with_material(material)
 }
 
-/// The texel of a material map with this linear albedo and this roughness `α`.
+/// A material map texel with this linear albedo and roughness `α`.
 pub fn color_code(albedo: [f32; 3], alpha: f32) -> [u8; 4] {
     let [r, g, b] = albedo.map(srgb8_from_linear);
     [r, g, b, alpha_code(alpha)]
 }
 
-/// A unit sphere displaced by a repeating map: one repeat of it covers `repeat` metres of surface. Heights are in units of
-/// the map's own values and centred on its mean.
+/// A unit sphere displaced by a repeating map; one repeat covers `repeat` metres of surface. Heights are in the map's units, centred on its
+/// mean.
 pub fn displaced_sphere(
     field: &HeightField,
     repeat: f32,
@@ -177,7 +175,7 @@ mod tests {
         let bumps = HeightField::repeating(HeightMap { width: 16, height: 16, texels });
         let (mesh, field) = displaced_sphere(&bumps, 1.5, 4, 32, [0.5; 4]);
         let topology = Topology::new(&mesh.patches);
-        // The texel beyond an edge continues the neighbour: compare the reconstructed height on both sides.
+        // The texel beyond an edge continues the neighbour: compares the reconstructed heights on both sides.
         let Border::Tiles(layout) = field.border else { panic!() };
         let read = |patch: usize, side: usize, t: f32| {
             let c = layout.texcoords(patch as u32);

@@ -1,10 +1,10 @@
-//! A scene ready to be rendered: objects made once, and where everything is at any time.
+//! A scene ready to render: objects, and their poses at any time.
 
 use glam::Vec3;
 
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
-use leadr_maps::cache::{MapCache, remembered};
+use leadr_maps::cache::{MapCache, cached};
 use leadr_maps::{HeightMap, LeadrMap, procedural};
 use leadr_render::camera::Camera;
 use leadr_render::light::exposure::exposure;
@@ -18,7 +18,7 @@ use leadr_render::surfaces::tessellation::MAX_FACTOR;
 /// Standard views of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Views {
-    /// Close enough to see single bumps.
+    /// Close enough to show single bumps.
     pub near: Camera,
     /// The scene fills the picture.
     pub mid: Camera,
@@ -26,7 +26,7 @@ pub struct Views {
     pub far: Camera,
 }
 
-/// Distances of a camera that moves away evenly: each step multiplies its distance by the same factor.
+/// Distances of a camera that recedes evenly: each step multiplies the distance by the same factor.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Sweep {
     /// Metres at the first step, above 0.
@@ -36,7 +36,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Metres at `step` of `steps`; the first if there is only one.
+    /// Metres at `step` of `steps`; the first distance if there is only one.
     pub fn distance(&self, step: u32, steps: u32) -> f32 {
         let share = f64::from(step) / f64::from(steps.max(2) - 1);
         (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
@@ -48,15 +48,13 @@ impl Sweep {
     }
 }
 
-/// Degrees that a camera has gone round its target at `step` of `steps` that make one turn: the step after the last would be
-/// the first again.
+/// Degrees of a camera orbit at `step` of `steps` per turn; the step after the last equals the first.
 pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
     (360.0 * f64::from(step) / f64::from(steps.max(1))) as f32
 }
 
 impl Views {
-    /// From the near to the far view's distance from its target; along the line of sight of `mid`, for cameras made by
-    /// [`Camera::at_distance`] from it.
+    /// From the near to the far view's target distance, along the line of sight of `mid`; for cameras of [`Camera::at_distance`].
     pub fn sweep(&self) -> Sweep {
         let distance = |camera: &Camera| camera.position.distance(camera.target);
         Sweep { near: distance(&self.near), far: distance(&self.far) }
@@ -72,12 +70,12 @@ pub struct Lights {
     pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
-    /// Exposure factor where there is no sky to decide it: what was metered of an image, or 1.
+    /// Exposure factor without a sky: metered from an image, or 1.
     pub metered: f32,
 }
 
 impl Default for Lights {
-    /// None, seen without exposure.
+    /// No lights, unit exposure.
     fn default() -> Self {
         Self { sky: None, sun: None, points: Vec::new(), metered: 1.0 }
     }
@@ -95,27 +93,27 @@ type Timed<T> = Box<dyn Fn(f64) -> T + Send>;
 
 /// Objects and their motion.
 pub struct Stage {
-    /// What is drawn, to be handed to the renderer (which keeps it).
+    /// Objects for the renderer, which keeps them.
     pub objects: Vec<Object>,
-    /// Where to look from, relative to the anchor.
+    /// Views relative to the anchor.
     pub views: Views,
-    /// Lights that belong to the scene, beside those of the sky.
+    /// The scene's own lights, in addition to the sky.
     pub points: Vec<PointLight>,
-    /// The sea, to be handed to the renderer as the objects are.
+    /// The sea, for the renderer.
     pub ocean: Option<Ocean>,
-    /// Linear albedo of what lies below the horizon of a sky around it.
+    /// Linear albedo below the horizon of its sky.
     pub below_horizon: [f32; 3],
     motion: Timed<Vec<Pose>>,
     anchor: Timed<Vec3>,
     relief: Timed<f32>,
     lamps: Timed<Vec<PointLight>>,
-    /// A camera that belongs to the scene; it follows nothing but itself.
+    /// The scene's own camera, which does not follow the anchor.
     pub own_camera: Option<Timed<Camera>>,
 }
 
 impl Stage {
-    /// A stage whose objects move by `motion` (one pose per object) around a point of interest `anchor`, both
-    /// functions of the time in seconds.
+    /// A stage whose objects move by `motion` (one pose per object) around the point of interest `anchor`, both functions of the time in
+    /// seconds.
     pub fn moving(
         objects: Vec<Object>,
         views: Views,
@@ -142,43 +140,43 @@ impl Stage {
         Self::moving(objects, views, move |_| vec![Pose::REST; count], |_| Vec3::ZERO)
     }
 
-    /// The same stage whose displacement is scaled by `relief` of the time in seconds.
+    /// Scales the displacement by `relief`, a function of the time in seconds.
     pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
         Self { relief: Box::new(relief), ..self }
     }
 
-    /// The same stage in or beside a sea.
+    /// Adds a sea.
     #[must_use]
     pub fn with_ocean(self, ocean: Ocean) -> Self {
         Self { ocean: Some(ocean), ..self }
     }
 
-    /// The same stage with point lights of its own, at most four together with those of its [`Lights`].
+    /// Adds point lights, at most four in total with those of its [`Lights`].
     #[must_use]
     pub fn with_points(self, points: Vec<PointLight>) -> Self {
         Self { points, ..self }
     }
 
-    /// The same stage with lamps, whose unit is that of its emission: what faces an irradiance of π with an albedo of 1 is as bright
-    /// as what emits 1. They move with the time in seconds.
+    /// Adds lamps in the units of emission: a surface of albedo 1 under an irradiance of π is as bright as an emission of 1. They are a
+    /// function of the time in seconds.
     #[must_use]
     pub fn with_lamps(self, lamps: impl Fn(f64) -> Vec<PointLight> + Send + 'static) -> Self {
         Self { lamps: Box::new(lamps), ..self }
     }
 
-    /// The same stage with a camera of its own.
+    /// Adds the scene's own camera.
     #[must_use]
     pub fn with_own_camera(self, camera: impl Fn(f64) -> Camera + Send + 'static) -> Self {
         Self { own_camera: Some(Box::new(camera)), ..self }
     }
 
-    /// Gives every displaced object the Beckmann roughness `alpha`, in `(0, 1]`, instead of its own. Smooth objects (eyes,
-    /// teeth, the floor under the spheres) keep theirs.
+    /// Sets the Beckmann roughness of every displaced object to `alpha`, in `(0, 1]`. Smooth objects (eyes, teeth, the floor under the
+    /// spheres) keep theirs.
     pub fn set_roughness(&mut self, alpha: f32) {
         for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
             let meshes = std::iter::once(&mut object.mesh).chain(&mut object.coarse_mesh);
             meshes.flat_map(|mesh| &mut mesh.colors).for_each(|color| color[3] = alpha);
-            // The map multiplies the colours of the vertices.
+            // The map multiplies the vertex colours.
             if let Some(map) = &mut object.material {
                 map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);
                 map.two_lobes = None;
@@ -186,17 +184,17 @@ impl Stage {
         }
     }
 
-    /// Takes what a renderer keeps: the objects and the sea, with the user's cache.
+    /// Moves out what the renderer keeps: objects and sea, with the user's cache.
     pub fn take_scene(&mut self) -> Scene {
         let objects = std::mem::take(&mut self.objects);
         Scene { objects, ocean: self.ocean.take(), cache: MapCache::of_user(), ..Scene::default() }
     }
 
-    /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
+    /// The state at `time`, seen by `camera`, which is relative to the anchor and follows it.
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
-        // Emission and lamps are told in parts of what a picture shows as white, whose radiance the exposure decides. It is that of the
-        // beginning: in the evening, lamps begin to shine.
+        // Emission and lamps are relative to the picture's white, whose radiance depends on the initial exposure: lamps start to show in
+        // the evening.
         let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
         let lamps = (self.lamps)(time).into_iter();
         let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
@@ -207,7 +205,7 @@ impl Stage {
             poses: (self.motion)(time),
             anchor,
             sky: lights.sky,
-            sun: lights.sun.or(lights.sky.as_ref().map(Sun::of)),
+            sun: lights.sun,
             point_lights: points.take(MAX_POINT_LIGHTS).collect(),
             height_scale: (self.relief)(time),
             emission_scale: white,
@@ -216,30 +214,30 @@ impl Stage {
     }
 }
 
-/// Metres from a map's 0 to its 1 where nothing tells.
+/// Default metres from a map's 0 to its 1.
 pub const USUAL_RELIEF: f32 = 0.12;
 /// Factor on that for generated rock, which is steeper than most scans.
 pub const GENERATED_HEIGHT: f32 = 0.6;
 
-/// What a baked file tells of a relief besides its heights.
+/// Relief data of a baked file besides its heights.
 #[derive(Clone, Debug)]
 pub struct BakedRelief {
-    /// Moments of its slopes on all levels.
+    /// Slope moments of all mip levels.
     pub moments: LeadrMap,
-    /// Whether its heights are in widths of the map, not in a unit that nothing tells.
+    /// Whether heights are in widths of the map instead of an unknown unit.
     pub in_widths: bool,
 }
 
 /// Material and relief of the plane and sphere scenes.
 #[derive(Clone, Debug)]
 pub struct ReliefOptions {
-    /// One repeat of the heights; `None` for a generated rock.
+    /// One repeat of the heights; `None` uses a generated rock.
     pub map: Option<HeightMap>,
-    /// What a baked file tells besides its heights.
+    /// Additional data of a baked file.
     pub baked: Option<BakedRelief>,
-    /// Metres from the map's 0 to its 1, before the frame's own factor; `None` for what is usual, or what the baked file tells.
+    /// Metres from the map's 0 to its 1, before the frame's own factor; `None` uses the baked file's scale or the default.
     pub height: Option<f32>,
-    /// Metres after which the map repeats; `None` for the scene's own.
+    /// Width of one repeat of the map, metres; `None` uses the scene's default.
     pub repeat: Option<f32>,
     /// Beckmann roughness `α` of the base material.
     pub roughness: f32,
@@ -253,16 +251,16 @@ impl Default for ReliefOptions {
     }
 }
 
-/// The relief of surfaces without a map.
+/// The default relief.
 fn rock() -> HeightMap {
     let programs = [procedural::SOURCE, leadr_maps::noise::SOURCE];
     let [width, height] = [1024; 2];
     let make = || procedural::rock(width, height, 1).texels;
-    HeightMap { width, height, texels: remembered("rock", &programs, (width * height) as usize, make) }
+    HeightMap { width, height, texels: cached("rock", &programs, (width * height) as usize, make) }
 }
 
 impl ReliefOptions {
-    /// Metres for each unit of the map, one of whose repeats has so many.
+    /// Metres per unit of the map, for a repeat of `repeat` metres.
     fn metres_per_unit(&self, repeat: f32) -> f32 {
         let usual = match &self.baked {
             Some(baked) if baked.in_widths => repeat,
@@ -281,12 +279,12 @@ impl ReliefOptions {
     }
 }
 
-/// Metres after which maps repeat on the plane, and on the sphere, where nobody says otherwise.
+/// Default repeat of maps on the plane and the sphere, metres.
 pub const PLANE_REPEAT: f32 = 2.0;
 /// See [`PLANE_REPEAT`].
 pub const SPHERE_REPEAT: f32 = 1.2;
 
-/// A unit sphere with the relief; the map repeats every 1.2 m unless it says otherwise. Its moments are those of the sphere's own tiles.
+/// A unit sphere with the relief, repeating every 1.2 m by default. Its moments are computed from the sphere's own tiles.
 pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -301,11 +299,11 @@ pub fn sphere_views() -> Views {
     Views { near: from(2.2), mid: from(4.8), far: from(36.0) }
 }
 
-/// Largest map of which the plane of the reference has a vertex for every texel.
+/// Largest map for which the reference plane has a vertex per texel.
 pub const LARGEST_PLANE_MAP: u32 = 4096;
 
-/// A plane of 8 m with the relief; the map repeats every 2 m unless it says otherwise, row 0 at `y = 0` and rows along `+y`. Its
-/// patches are as small as the map needs for a vertex at every texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
+/// An 8 m plane with the relief, repeating every 2 m by default, with row 0 at `y = 0` and rows along `+y`. Its patches allow a vertex per
+/// texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
 pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -322,8 +320,8 @@ const PLANE_HALF: f32 = 4.0;
 /// Patches along the plane, as few as pictures need.
 const PLANE_PATCHES: u32 = 32;
 
-/// A plane for a map of so many texels, a side or 0, that repeats after so many metres: patches that can have a vertex at every
-/// texel, and if those are more than pictures need, fewer.
+/// Plane meshes for a map of `texels` per side (or 0) that repeats every `repeat` metres: patches that allow a vertex per texel, and
+/// coarser ones if pictures need fewer.
 pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
     let mesh = |patches| plane(PLANE_HALF, patches, repeat, color, even);
     let most = 2.0 * PLANE_HALF / PLANE_REPEAT * LARGEST_PLANE_MAP.div_ceil(MAX_FACTOR as u32) as f32;
@@ -332,7 +330,7 @@ pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Op
     (mesh(patches), (patches > PLANE_PATCHES).then(|| mesh(PLANE_PATCHES)))
 }
 
-/// Views of a plane of 8 m.
+/// Views of the 8 m plane.
 pub fn plane_views() -> Views {
     let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
     Views { near: from(2.0), mid: from(7.0), far: from(60.0) }
@@ -343,7 +341,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_reference_of_the_plane_has_a_vertex_for_every_texel() {
+    fn plane_reference_has_one_vertex_per_texel() {
         for (size, patches) in [(64, 32), (504, 32), (512, 36), (1024, 68), (4096, 264)] {
             let map = HeightMap::new(size, 1, (0..size).map(|i| (i % 7) as f32).collect()).unwrap();
             let stage = plane_stage(ReliefOptions { map: Some(map), ..ReliefOptions::default() });
@@ -363,11 +361,11 @@ mod tests {
         };
         let metres = stage(ReliefOptions { height: Some(0.05), repeat: Some(0.5), ..ReliefOptions::default() });
         assert_eq!((metres.height_scale, stage(ReliefOptions::default()).height_scale), (0.05, USUAL_RELIEF));
-        // 16 repeats of 5 patches each, at half a metre a repeat.
+        // 16 repeats of 5 patches each, at half a metre per repeat.
         assert_eq!(metres.mesh.patches.len(), 80 * 80);
         let [first, second, ..] = metres.mesh.texcoords[0];
         assert!(((second - first).length() - 0.1 / 0.5).abs() < 1e-5);
-        // However small a repeat is, the plane has no more patches than for the largest map.
+        // Even for tiny repeats, the plane has no more patches than for the largest map.
         let most = stage(ReliefOptions { repeat: Some(0.01), ..ReliefOptions::default() }).mesh.patches.len();
         assert_eq!(most, 264 * 264);
         assert_eq!(ReliefOptions::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);
@@ -385,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turntable_goes_once_round_and_does_not_repeat_its_start() {
+    fn turntable_covers_one_revolution_without_repeat() {
         let degrees: Vec<f32> = (0..5).map(|step| turntable_degrees(step, 5)).collect();
         assert_eq!(degrees, [0.0, 72.0, 144.0, 216.0, 288.0]);
         assert_eq!(turntable_degrees(0, 1), 0.0);
@@ -402,6 +400,6 @@ mod tests {
         let state = stage.state(3.0, &views.mid, &Lights::under(&Sky::default()));
         assert_eq!(state.camera.position, Vec3::new(2.0, 3.0, 0.0));
         assert_eq!(state.camera.target, Vec3::Y * 3.0);
-        assert!(state.sun.unwrap().irradiance.min_element() > 0.0);
+        assert!(state.sun().unwrap().irradiance.min_element() > 0.0);
     }
 }

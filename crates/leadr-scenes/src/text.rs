@@ -1,4 +1,4 @@
-//! How cameras are written on a command line.
+//! Command-line syntax of cameras.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use super::config::SceneConfig;
 use super::view::{CameraPose, ViewChoice};
 use leadr_render::settings::numbers::finite;
 
-/// `X,Y,Z:X,Y,Z`, with `:DEGREES` if the field of view is another than usual; `None` if `text` does not look like it.
+/// Parses `X,Y,Z:X,Y,Z` with an optional `:DEGREES`; `None` if `text` has another form.
 fn pose(text: &str) -> Option<Result<CameraPose, String>> {
     let parts: Vec<&str> = text.split(':').collect();
     let numbers: Option<Vec<Vec<f32>>> =
@@ -23,7 +23,7 @@ fn pose(text: &str) -> Option<Result<CameraPose, String>> {
     Some(pose.check().map(|()| pose))
 }
 
-/// Sees the scene of `config` as `text` says; a file is left to be read.
+/// Sets the view of `config` from `text`; a file is not read yet.
 ///
 /// # Errors
 /// A sentence with all forms of a camera.
@@ -47,7 +47,7 @@ pub fn see(config: &mut SceneConfig, text: &str) -> Result<(), String> {
             } else {
                 let forms =
                     "'near', 'mid', 'far', 'model', 'model:NAME', a .json file, or position, target and field of view";
-                return Err(format!("a camera is {forms} in numbers: X,Y,Z:X,Y,Z[:DEGREES]"));
+                return Err(format!("use {forms} in numbers: X,Y,Z:X,Y,Z[:DEGREES]"));
             }
         }
     };
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_known_by_their_extension() {
+    fn file_extension_selects_the_format() {
         assert_eq!("a.HDR".parse(), Ok(EnvironmentChoice::File("a.HDR".into())));
         assert_eq!("sky".parse(), Ok(EnvironmentChoice::Sky));
         refused::<EnvironmentChoice>(&["a.png", "Sky", ""]);

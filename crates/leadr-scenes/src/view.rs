@@ -1,4 +1,4 @@
-//! Where a scene is seen from, and how large the picture is.
+//! The view of a scene and the size of its picture.
 
 use std::fmt;
 use std::str::FromStr;
@@ -20,11 +20,11 @@ pub struct Size {
 impl Size {
     /// Longest side in pixels; every Vulkan 1.3 GPU (and lavapipe) can render to one.
     pub const MAX_SIDE: u32 = 16_384;
-    /// Most pixels: the linear colours of a picture take 16 bytes each.
+    /// Largest number of pixels; the linear colours take 16 bytes per pixel.
     pub const MAX_PIXELS: u64 = 1 << 26;
 }
 
-/// What stands between the sides of a size.
+/// Separators between width and height.
 pub const TIMES: [char; 3] = ['x', 'X', '×'];
 
 impl FromStr for Size {
@@ -43,14 +43,14 @@ impl FromStr for Size {
         let size = Self { width: side(width)?, height: side(height)? };
         if u64::from(size.width) * u64::from(size.height) > Self::MAX_PIXELS {
             let side = Self::MAX_PIXELS.isqrt();
-            return Err(format!("a picture has at most as many pixels as one of {side}x{side}"));
+            return Err(format!("a picture has at most as many pixels as {side}x{side}"));
         }
         Ok(size)
     }
 }
 
 impl Serialize for Size {
-    /// As all sizes are written: `[width, height]`.
+    /// All sizes are written as `[width, height]`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         [self.width, self.height].serialize(serializer)
     }
@@ -62,7 +62,7 @@ impl fmt::Display for Size {
     }
 }
 
-/// Where the scene is seen from.
+/// The camera view of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViewChoice {
@@ -72,44 +72,44 @@ pub enum ViewChoice {
     Mid,
     /// The scene is small.
     Far,
-    /// From a camera of the model's file.
+    /// A camera of the model's file.
     Model,
-    /// Given by the user.
+    /// A pose given by the user.
     Pose(CameraPose),
 }
 
 /// A perspective camera that looks at a point; metres, z up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraPose {
-    /// The eye, metres.
+    /// The eye point, metres.
     pub position: [f32; 3],
-    /// The point in the middle of the picture, metres; apart from `position`.
+    /// The point at the centre of the picture, metres; not equal to `position`.
     pub target: [f32; 3],
-    /// A direction that points up in the picture; not along the view.
+    /// The up direction in the picture; not along the view.
     pub up: [f32; 3],
     /// Vertical field of view, degrees, 1 to 170.
     pub fov_degrees: f32,
 }
 
 impl CameraPose {
-    /// Beyond this, 32-bit coordinates lose millimetres.
+    /// Largest coordinate; beyond it, 32-bit coordinates lose millimetres.
     pub const MAX_METRES: f32 = 100_000.0;
-    /// Vertical field of view where none is said, degrees.
+    /// Default vertical field of view, degrees.
     pub const FOV_DEGREES: f32 = 35.0;
 
-    /// What is up where nothing is said: +z, or in a view along that +y, as on a map.
+    /// Default up direction: +z, or +y for views along z, as on a map.
     pub fn usual_up(position: [f32; 3], target: [f32; 3]) -> [f32; 3] {
         let view = (Vec3::from_array(target) - Vec3::from_array(position)).normalize_or_zero();
         if view.cross(Vec3::Z).length() < Self::ALONG { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }
     }
 
-    /// Sine of the angle below which two directions are along each other.
+    /// Sine of the angle below which two directions count as parallel.
     const ALONG: f32 = 1e-3;
 
-    /// Whether it describes a camera.
+    /// Checks that the pose is a valid camera.
     ///
     /// # Errors
-    /// A sentence about what is wrong.
+    /// A sentence that gives the reason.
     pub fn check(&self) -> Result<(), String> {
         let most = Self::MAX_METRES;
         let (position, target, up) =

@@ -1,3 +1,3 @@
-//! Links what Debian's libshaderc leaves out: its archive lacks glslang and SPIRV-Tools, and its shared object misses symbols of
-//! them. A program that links the `shaderc` crate links with this one as well; it has no code of its own. Elsewhere, or where
-//! `SHADERC_LIB_DIR` or `VULKAN_SDK` names another shaderc, it links nothing.
+//! Links the parts missing from Debian's libshaderc: its archive lacks glslang and SPIRV-Tools, and its shared object lacks
+//! some of their symbols. A program that links the `shaderc` crate must also link this one, which has no code of its own. On
+//! other systems, or if `SHADERC_LIB_DIR` or `VULKAN_SDK` selects another shaderc, it links nothing.

@@ -1,4 +1,4 @@
-//! Numbers that other programs computed (`crates/leadr-testing/data`), and the comparison with them.
+//! Reference numbers of other programs (`crates/leadr-testing/data`), and comparison with them.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -9,15 +9,15 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::Value;
 
-/// Collects comparisons; the worst one per name is printed, the ones beyond tolerance fail.
+/// Collects comparisons. The worst one per name is printed; those outside their tolerance fail.
 #[derive(Default)]
 pub struct Comparison {
     worst: BTreeMap<String, Worst>,
-    /// A line for each value that differs by more than it may.
+    /// A line for each value outside its tolerance.
     pub failures: String,
 }
 
-/// The largest error under one name.
+/// The largest error of a name.
 struct Worst {
     error: f64,
     id: String,
@@ -46,7 +46,7 @@ impl Comparison {
         old.count = count;
     }
 
-    /// This and another comparison together.
+    /// Merges two comparisons.
     #[must_use]
     pub fn merge(mut self, other: Self) -> Self {
         for (name, worst) in other.worst {
@@ -56,7 +56,7 @@ impl Comparison {
         self
     }
 
-    /// Fails if a comparison was beyond its tolerance, or if fewer than `at_least` were made.
+    /// Fails if a comparison was outside its tolerance, or if fewer than `at_least` were made.
     pub fn finish(self, at_least: usize) {
         for (name, Worst { error, id, count }) in &self.worst {
             println!("{name:<32} {count:>4} values, worst error {error:.1e} ({id})");
@@ -67,7 +67,7 @@ impl Comparison {
     }
 }
 
-/// The content of `crates/leadr-testing/data/<file>`; `crates/leadr-testing/data/README.md` says what it holds.
+/// The content of `crates/leadr-testing/data/<file>`; `crates/leadr-testing/data/README.md` describes it.
 pub fn oracle(file: &str) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));

@@ -1,4 +1,4 @@
-//! Cube maps read back: directions and solid angles of texels in 64 bits, derived independently of the shaders.
+//! Readback of cube maps: directions and solid angles of texels in 64 bits, derived independently of the shaders.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -38,7 +38,7 @@ pub fn read_level(environment: &Environment, mip: u32) -> Vec<(DVec3, f64, DVec3
     read_image_level(environment.image(), mip)
 }
 
-/// The same of another cube.
+/// All texels of a level of any cube image.
 pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
     let size = (image.desc().width >> mip) as usize;
     let mut all = Vec::new();
@@ -52,7 +52,7 @@ pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
         for (i, t) in texels.iter().enumerate() {
             let (x, y) = (i % size, i / size);
             let radiance = DVec3::new(t[0].into(), t[1].into(), t[2].into());
-            // Lookups weigh 1 with weights whose sum is 1 but for rounding.
+            // The filter weights sum to 1 up to rounding.
             assert!(radiance.is_finite() && (t[3] - 1.0).abs() < 1e-6, "face {face} {x},{y}: {t:?}");
             all.push((texel_direction(face, x, y, size), solid_angle(x, y, size), radiance));
         }
@@ -74,7 +74,7 @@ fn panorama_directions(width: u32) -> Vec<DVec3> {
     directions
 }
 
-/// The panorama of a function of direction, taken at the texel centres.
+/// A panorama of a function of direction, sampled at texel centres.
 pub fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
     let texels = panorama_directions(width).into_iter().map(|d| f(d).to_array().map(|v| v as f32)).collect();
     RgbImage::new(width, width / 2, texels).unwrap()

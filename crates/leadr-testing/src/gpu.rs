@@ -1,4 +1,4 @@
-//! A device under validation for tests, and the runner of probes.
+//! A device with validation for tests, and the probe runner.
 //!
 //! # A test with a device
 //!
@@ -12,7 +12,7 @@
 //! }
 //! ```
 //!
-//! Without a Vulkan driver the tests fail, unless `LEADR_SKIP_GPU=1` says to skip them.
+//! Without a Vulkan driver the tests fail, unless `LEADR_SKIP_GPU=1` is set.
 //!
 //! # Probes
 //!
@@ -33,9 +33,9 @@
 //! }
 //! ```
 //!
-//! `run_probe(&gpu, "probes/<name>.comp", &inputs, OUT)` takes one `[f32; IN]` per invocation and gives `OUT` floats
-//! for each, in order. Both buffers and the push constant must be used, all three exactly as above. Loops of one
-//! invocation must stay below 65,535 iterations in all (lavapipe cuts them short, silently).
+//! `run_probe(&gpu, "probes/<name>.comp", &inputs, OUT)` takes one `[f32; IN]` per invocation and returns `OUT` floats for each,
+//! in order. Both buffers and the push constant must be declared as above and used. Loops of an invocation must stay below 65,535
+//! iterations in total, because lavapipe silently truncates them.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -47,12 +47,12 @@ use leadr_gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, Sh
 leadr_gpu::shared_struct! {
     /// Push constants of every probe.
     pub struct Count for "P" {
-        /// Invocations that have an item.
+        /// Number of invocations with an item.
         pub count: u32,
     }
 }
 
-/// A device under validation; dropping it asserts that there were no messages.
+/// A device with validation; dropping it asserts that there were no messages.
 pub struct TestGpu(Arc<Gpu>);
 
 impl Deref for TestGpu {
@@ -64,7 +64,7 @@ impl Deref for TestGpu {
 }
 
 impl TestGpu {
-    /// Fails if there were validation messages so far.
+    /// Fails if there were validation messages.
     pub fn assert_silent(&self) {
         let messages = self.0.validation_messages();
         assert!(messages.is_empty(), "validation on {}:\n{}", self.0.device_name(), messages.join("\n"));
@@ -79,11 +79,11 @@ impl Drop for TestGpu {
     }
 }
 
-/// The device that tests run on: `LEADR_DEVICE` (a name or an index) or the best one. `None`, with a printed reason, if
-/// there is none and `LEADR_SKIP_GPU=1`.
+/// The test device: `LEADR_DEVICE` (a name or an index) or the best one. `None`, with a printed reason, if there is none and
+/// `LEADR_SKIP_GPU=1`.
 ///
 /// # Panics
-/// When there is no device and no permission to skip, with the reason.
+/// If there is no device and `LEADR_SKIP_GPU=1` is not set, with the reason.
 pub fn test_gpu() -> Option<TestGpu> {
     let options = GpuOptions {
         device: std::env::var("LEADR_DEVICE").ok(),
@@ -101,7 +101,7 @@ pub fn test_gpu() -> Option<TestGpu> {
     }
 }
 
-/// Evaluates a probe on every input; gives `outputs_per_item` floats for each, in order.
+/// Evaluates a probe on every input; returns `outputs_per_item` floats for each, in order.
 ///
 /// # Panics
 /// When the probe cannot run, with the reason.
@@ -114,7 +114,7 @@ pub fn run_probe<const N: usize>(
     run_probe_with(gpu, shader, inputs, outputs_per_item, &[], &[], &[])
 }
 
-/// [`run_probe`] with specialization constants, further resources and the layouts of the structs they are made of.
+/// [`run_probe`] with specialization constants, further resources and their struct layouts.
 ///
 /// # Panics
 /// When the probe cannot run, with the reason.
@@ -127,7 +127,7 @@ pub fn run_probe_with<const N: usize>(
     further: &[(&str, Descriptor<'_>)],
     structs: &[StructLayout],
 ) -> Vec<f32> {
-    // Below every device's 65,535 work groups of 64, and below the 128 MiB of any storage buffer.
+    // Below every device's limits of 65,535 work groups (of 64) and 128 MiB per storage buffer.
     const ITEMS: usize = 1 << 18;
     let fail = |error| -> ! { panic!("probe {shader} on {}: {error}", gpu.device_name()) };
     let pipeline =
@@ -142,7 +142,7 @@ pub fn run_probe_with<const N: usize>(
             let mut descriptors = vec![("In", Descriptor::Storage(&input)), ("Out", Descriptor::Storage(&output))];
             descriptors.extend_from_slice(further);
             gpu.submit(shader, |cmd| {
-                // Values that the probe does not write must show, as NaN.
+                // NaN reveals values that the probe does not write.
                 cmd.fill_buffer(&output, f32::NAN.to_bits());
                 cmd.full_barrier();
                 cmd.bind(&pipeline, &descriptors);

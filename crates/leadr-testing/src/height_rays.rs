@@ -1,10 +1,11 @@
-//! Rays over height fields, marched: what a texel sees, without horizons or slices. For tests and for `examples/21_derived_maps.rs`.
+//! Marched rays over height fields: the visibility of a texel without horizons or slices. For tests and for
+//! `examples/21_derived_maps.rs`.
 
 #![allow(dead_code, reason = "each user has its own part")]
 
 use leadr_maps::{HeightMap, Wrap};
 
-/// Heights in texels, linear along the edges between neighbours.
+/// Heights in texels, linear along edges between neighbours.
 pub struct HeightRays {
     width: i64,
     height: i64,
@@ -14,7 +15,7 @@ pub struct HeightRays {
 }
 
 impl HeightRays {
-    /// `scale`: turns heights into widths of the texture.
+    /// `scale`: factor from heights to texture widths.
     pub fn new(map: &HeightMap, scale: f32, wrap: Wrap) -> Self {
         let texels: Vec<f32> = map.texels.iter().map(|h| h * scale * map.width as f32).collect();
         let highest = texels.iter().fold(f32::MIN, |a, &b| a.max(b)).into();
@@ -29,7 +30,7 @@ impl HeightRays {
         self.texels[(y * self.width + x) as usize].into()
     }
 
-    /// Whether a ray from the centre of a texel is free.
+    /// Whether a ray from the centre of a texel is unoccluded.
     pub fn is_free(&self, x: u32, y: u32, direction: [f64; 3]) -> bool {
         let [dx, dy, dz] = direction;
         if dz <= 0.0 {
@@ -38,7 +39,7 @@ impl HeightRays {
         let (x, y) = (i64::from(x), i64::from(y));
         let own = self.texel(x, y);
         let end = (self.highest - own) / dz;
-        // Where the ray crosses columns, then where it crosses rows.
+        // Crossings with columns, then with rows.
         let crossings = |along: f64, across: f64, height: &dyn Fn(i64, f64) -> f64| {
             if along == 0.0 {
                 return true;
@@ -66,18 +67,18 @@ impl HeightRays {
         })
     }
 
-    /// The share of `n`² directions, distributed as the cosine about a normal of any length, that are free.
+    /// The unoccluded share of `n`² cosine-distributed directions about a normal of any length.
     pub fn visibility(&self, x: u32, y: u32, normal: [f64; 3], n: u32) -> f64 {
         let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [a, b, c] = normal.map(|v| v / length);
-        // A frame about it (Duff et al. 2017); c > 0.
+        // A frame about the normal (Duff et al. 2017); c > 0.
         let (p, q) = (-1.0 / (1.0 + c), -a * b / (1.0 + c));
         let (u, v) = ([1.0 + p * a * a, q, -a], [q, 1.0 + p * b * b, -b]);
         let mut free = 0;
-        let mut turn = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b);
+        let mut state = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b);
         let mut random = || {
-            turn = turn.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(turn >> 8) / f64::from(1 << 24)
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24)
         };
         for i in 0..n * n {
             let square = (f64::from(i % n) + random()) / f64::from(n);

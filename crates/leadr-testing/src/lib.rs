@@ -1,4 +1,4 @@
-//! Parts that several test binaries share.
+//! Code shared by several test binaries.
 
 pub mod comparison;
 #[cfg(feature = "gpu")]

@@ -1,13 +1,13 @@
-//! Counting what is allocated: a test that measures runs alone, even where all tests share one process.
+//! Allocation counting. A test that measures runs alone, even if all tests share one process.
 //!
-//! A binary that measures declares `#[global_allocator] static ALLOCATOR: Counting = Counting;`.
+//! A measuring binary declares `#[global_allocator] static ALLOCATOR: Counting = Counting;`.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
-/// Counts live bytes and their peak. Zeroed requests count in full although the system may not back them yet.
+/// Counts live bytes and their peak. Zeroed requests count in full, although the system may not back them yet.
 pub struct Counting;
 
 static LIVE: AtomicUsize = AtomicUsize::new(0);
@@ -22,40 +22,40 @@ fn grow(size: usize) {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         grow(layout.size());
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        // SAFETY: the caller upholds the contract of the same method of the system allocator.
         unsafe { System.alloc(layout) }
     }
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         grow(layout.size());
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        // SAFETY: the caller upholds the contract of the same method of the system allocator.
         unsafe { System.alloc_zeroed(layout) }
     }
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        // SAFETY: the caller upholds the contract of the same method of the system allocator.
         unsafe { System.dealloc(pointer, layout) }
     }
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         grow(size);
         LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        // SAFETY: the caller upholds the contract of the same method of the system allocator.
         unsafe { System.realloc(pointer, layout, size) }
     }
 }
 
 static MEASURING: RwLock<()> = RwLock::new(());
 
-/// For tests that measure: no other test runs meanwhile.
+/// Lock for measuring tests: no other test runs at the same time.
 pub fn alone() -> RwLockWriteGuard<'static, ()> {
     MEASURING.write().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// For all other tests of this binary.
+/// Lock for all other tests of the binary.
 pub fn unmeasured() -> RwLockReadGuard<'static, ()> {
     MEASURING.read().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Runs `work` and returns its result with the peak of bytes allocated meanwhile and the time taken.
+/// Runs `work` and returns its result, the peak of bytes allocated during it, and its duration.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, usize, Duration) {
     let before = LIVE.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);

@@ -15,18 +15,18 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_scenes::stage::Stage;
 
-/// A scene under the default sky, whose cube has faces of `face` texels.
+/// A scene under the default sky, with a cube of `face`² texels per face.
 pub fn under_sky(gpu: &Arc<Gpu>, scene: impl Into<Scene>, face: u32) -> Renderer {
     Renderer::new(gpu, scene, Environment::from_sky(gpu, face, &Sky::default()).unwrap()).unwrap()
 }
 
-/// Objects surrounded by one radiance.
+/// Objects in an environment of constant radiance.
 pub fn in_room(gpu: &Arc<Gpu>, objects: Vec<Object>, radiance: [f32; 3]) -> Renderer {
     let image = RgbImage::new(8, 4, vec![radiance; 32]).unwrap();
     Renderer::new(gpu, objects, Environment::from_equirect(gpu, 16, &image).unwrap()).unwrap()
 }
 
-/// A stage's objects, which are taken out of it, and its sea under the default sky.
+/// A stage's sea and objects, which are moved out of it, under the default sky.
 pub fn stage_under_sky(gpu: &Arc<Gpu>, stage: &mut Stage, face: u32) -> Renderer {
     under_sky(gpu, stage.take_scene(), face)
 }
@@ -36,7 +36,7 @@ pub fn seascape(gpu: &Arc<Gpu>, sea: Ocean) -> Renderer {
     under_sky(gpu, sea, 16)
 }
 
-/// Repeating Gaussian bumps of slope deviation 1 and a width of `bump` texels, on `size`² texels.
+/// Repeating Gaussian bumps with slope deviation 1 and a width of `bump` texels, on `size`² texels.
 pub fn bumps(size: u32, bump: f32, seed: u32) -> HeightField {
     HeightField::repeating(procedural::gaussian(size, size, seed, 1.0, bump / size as f32))
 }

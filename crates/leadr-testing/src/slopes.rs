@@ -1,4 +1,4 @@
-//! Slope distributions to test BRDFs with, and integrals over all half vectors.
+//! Slope distributions for BRDF tests, and integrals over all half vectors.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -10,12 +10,12 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 use leadr_reflectance::quadrature::composite_gauss;
 use leadr_reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 
-/// Either distribution, and a square root of its covariance or roughness matrix.
+/// A distribution and a square root of its covariance or roughness matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
-    /// Its facets.
+    /// The distribution.
     pub kind: Kind,
-    /// A root of its covariance.
+    /// Square root of its matrix.
     pub root: DMat2,
 }
 
@@ -28,7 +28,7 @@ pub enum Kind {
     Ggx(Ggx),
 }
 
-/// Slopes of a mean, two standard deviations and a correlation.
+/// Constructor from mean, two standard deviations and correlation.
 pub type New = fn(DVec2, f64, f64, f64) -> Slopes;
 
 impl Slopes {
@@ -38,13 +38,13 @@ impl Slopes {
         Self { kind: Kind::Beckmann(Beckmann::new(mean, covariance)), root: root(covariance) }
     }
 
-    /// GGX slopes of the roughness `√2 (x, y)` and correlation `r`.
+    /// GGX slopes with roughness `√2 (x, y)` and correlation `r`.
     pub fn ggx(mean: DVec2, x: f64, y: f64, r: f64) -> Self {
         let roughness = 2.0 * DVec3::new(x * x, y * y, r * x * y);
         Self { kind: Kind::Ggx(Ggx::new(mean, roughness)), root: root(roughness) }
     }
 
-    /// The constructors of both.
+    /// Both constructors.
     pub fn all() -> [New; 2] {
         [Self::beckmann, Self::ggx]
     }
@@ -100,13 +100,13 @@ pub fn direction(degrees: f64, azimuth: f64) -> DVec3 {
     DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos)
 }
 
-/// `∫ f(wi) dwi` over the sphere, for an `f` that has the lobe of the distribution. Integrates over the whitened slopes of the
-/// half vectors that the viewer sees, in polar coordinates `m + C k tan ψ (cos φ, sin φ)` that end where facets turn away.
+/// `∫ f(wi) dwi` over the sphere, for an `f` with the lobe of the distribution. Integrates over whitened slopes of visible half
+/// vectors, in polar coordinates `m + C k tan ψ (cos φ, sin φ)` that end where facets face away.
 pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let m = slopes.mean_slope();
     let towards = slopes.root.transpose() * wo.xy();
     let (a, b) = (slopes.meso_area(wo), towards.length());
-    let turn = towards.y.atan2(towards.x);
+    let azimuth = towards.y.atan2(towards.x);
     let determinant = slopes.root.determinant().abs();
     let mut sum = DVec3::ZERO;
     for (from, to) in [(-FRAC_PI_2, FRAC_PI_2), (FRAC_PI_2, 3.0 * FRAC_PI_2)] {
@@ -120,7 +120,7 @@ pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl F
                 (false, true) => (0.0, f64::INFINITY),
                 (false, false) => (edge, f64::INFINITY),
             };
-            let (sin, cos) = (phi + turn).sin_cos();
+            let (sin, cos) = (phi + azimuth).sin_cos();
             for (psi, ws) in composite_gauss(low.atan(), high.atan(), panels, 8) {
                 let r = psi.tan();
                 let h = normal_of_slope(m + slopes.root * (r * DVec2::new(cos, sin)));

@@ -1,4 +1,4 @@
-//! Pictures of displaced spheres that another ray caster made (`crates/leadr-testing/data/sphere_*.json`).
+//! Pictures of displaced spheres from another ray caster (`crates/leadr-testing/data/sphere_*.json`).
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -10,7 +10,7 @@ use super::comparison::{number, oracle, rows};
 
 /// Pixels per row and rows of the pictures.
 pub const SIZE: u32 = 128;
-/// Radius of the sphere, of half the picture.
+/// Radius of the sphere as a fraction of half the picture.
 pub const RADIUS: f64 = 0.97;
 
 /// A sphere under several lights.
@@ -22,9 +22,9 @@ pub struct SphereOracle {
 
 /// One picture: every other pixel of every other row.
 pub struct Picture {
-    /// Radiances by `y · SIZE + x`; NaN outside the sphere and for pixels that the file leaves out.
+    /// Radiances at `y · SIZE + x`; NaN outside the sphere and for omitted pixels.
     pub radiance: Vec<f64>,
-    /// Root mean square of the pixels' standard errors.
+    /// RMS of the pixels' standard errors.
     pub noise: f64,
 }
 
@@ -47,14 +47,14 @@ impl SphereOracle {
         Self { covariance: DVec3::new(x * x, y * y, number(&data["c_xy"])), pictures: pictures.collect() }
     }
 
-    /// `<light>_<mask|shadow>`.
+    /// The picture called `<light>_<mask|shadow>`.
     pub fn picture(&self, name: &str) -> &Picture {
         &self.pictures[name]
     }
 }
 
 impl Picture {
-    /// Mean of all pixels that the file has, and their number.
+    /// Mean of all stored pixels, and their number.
     pub fn mean(&self) -> (f64, usize) {
         let seen: Vec<f64> = self.radiance.iter().copied().filter(|r| r.is_finite()).collect();
         (seen.iter().sum::<f64>() / seen.len() as f64, seen.len())
@@ -71,7 +71,7 @@ pub fn gradient(d: DVec3) -> f64 {
     1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
-/// The environment that the mirrors of the pictures reflect.
+/// The environment of the specular pictures.
 pub fn lobes(d: DVec3) -> f64 {
     let lobe = |k: f64, towards: DVec3| (k * (d.dot(towards.normalize()) - 1.0)).exp();
     0.3 * gradient(d) + 2.0 * lobe(20.0, DVec3::new(0.5, 0.6, 0.6)) + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))

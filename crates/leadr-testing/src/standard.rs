@@ -1,6 +1,5 @@
-//! Slopes in the coordinates of the unit surface, turned to the viewer's azimuth, for integrals and histograms of visible
-//! normals. In these coordinates all distributions of a family look alike, however narrow or sheared. Independent of the
-//! library's own change of coordinates.
+//! Slopes in unit-surface coordinates, rotated to the viewer's azimuth, for integrals and histograms of visible normals. In these
+//! coordinates all distributions of a family have the same shape. This change of coordinates is independent of the library's.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -9,17 +8,17 @@ use leadr_reflectance::facets::beckmann::Beckmann;
 use leadr_reflectance::facets::ggx::Ggx;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 
-/// One distribution seen by one viewer.
+/// A slope distribution and a viewer.
 pub struct Seen<'a> {
-    /// Its slopes.
+    /// The slope distribution.
     pub distribution: &'a (dyn SlopeDistribution + Sync),
-    /// To the viewer.
+    /// Unit vector to the viewer.
     pub wo: DVec3,
     /// From unit coordinates to slopes, relative to the mean slope.
     factor: DMat2,
     /// Whether the unit surface is GGX.
     ggx: bool,
-    /// The visible slopes end here along the first coordinate.
+    /// Upper bound of the visible slopes along the first coordinate.
     pub nu: f64,
 }
 
@@ -57,10 +56,11 @@ impl<'a> Seen<'a> {
         self.factor.inverse() * (DVec2::new(-n.x, -n.y) / n.z - self.distribution.mean_slope())
     }
 
-    /// Maps the square `[0, 1]²` to the visible coordinates; with the Jacobian. Dense where the density is large, at every `ν`.
-    pub fn place_in_square(&self, q: DVec2) -> (DVec2, f64) {
+    /// Maps the square `[0, 1]²` to visible coordinates; returns the Jacobian too. Points are dense where the density is large,
+    /// for every `ν`.
+    pub fn from_square(&self, q: DVec2) -> (DVec2, f64) {
         if self.ggx {
-            // x = tan t, y = √(1 + x²) tan p: everything is a polynomial in sines and cosines.
+            // With x = tan t, y = √(1 + x²) tan p, everything is a polynomial in sines and cosines.
             let low = -std::f64::consts::FRAC_PI_2;
             let width = self.nu.atan() - low;
             let (t, p) = (low + width * q.x, low * (1.0 - 2.0 * q.y));
@@ -72,7 +72,7 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// The square's point of unit coordinates, clamped into it.
+    /// Inverse map to the square, clamped to it.
     pub fn square_of(&self, p: DVec2) -> DVec2 {
         let q = if self.ggx {
             let low = -std::f64::consts::FRAC_PI_2;
@@ -98,7 +98,7 @@ pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(st * cp, st * sp, ct)
 }
 
-/// From isotropic to a correlation of nearly one, with mean slopes up to several times the roughness.
+/// Surfaces from isotropic to a correlation of nearly one, with mean slopes up to several times the roughness.
 pub fn surfaces() -> Vec<(DVec2, DVec3)> {
     let mut all = Vec::new();
     for (x, y, r) in [

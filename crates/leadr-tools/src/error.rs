@@ -1,4 +1,4 @@
-//! Why a measurement failed.
+//! The error of a failed measurement.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -9,7 +9,7 @@ use leadr_gpu::GpuError;
 use leadr_maps::MapError;
 use leadr_scenes::error::SceneError;
 
-/// A failed measurement: one sentence that says what failed and why.
+/// A failed measurement: one sentence with the failure and its reason.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub struct LabError(pub String);
@@ -20,7 +20,7 @@ impl LabError {
         Self(format!("cannot {verb} '{}': {reason}", path.display()))
     }
 
-    /// A result that cannot be written as JSON.
+    /// A result that cannot be serialised as JSON.
     pub fn json(reason: &serde_json::Error) -> Self {
         Self(format!("cannot write JSON: {reason}"))
     }

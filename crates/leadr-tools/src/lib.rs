@@ -1,5 +1,5 @@
-//! What the `leadr` command and the laboratory share: metrics of pictures, the bench, fits as pictures, HTML pages, and
-//! the parts of a command (results, progress, errors, flags of the device).
+//! Shared code of the `leadr` command and `leadr-lab`: image metrics, the bench, pictures of fits, HTML pages, and
+//! parts of a command (results, progress, errors, device flags).
 
 pub mod bench;
 pub mod command;

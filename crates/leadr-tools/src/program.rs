@@ -1,4 +1,4 @@
-//! The build that measures and draws.
+//! Version, commit and memory of the running program.
 
 use std::sync::OnceLock;
 use std::time::UNIX_EPOCH;
@@ -7,13 +7,13 @@ use serde::Serialize;
 
 static COMMIT: OnceLock<&str> = OnceLock::new();
 
-/// Announces the commit that the program was built from. A program does so once, first of all.
-pub fn announce(commit: &'static str) {
-    // Announced twice, it is the same program.
+/// Sets the commit that the program was built from. Call it once, at the start.
+pub fn set_commit(commit: &'static str) {
+    // A second call comes from the same program, with the same commit.
     let _ = COMMIT.set(commit);
 }
 
-/// The commit that the program was built from, `unknown` if none was announced; `-dirty` and `-dev` mark builds that may
+/// The commit that the program was built from; `unknown` without [`set_commit`]. `-dirty` and `-dev` mark builds that may
 /// differ from it.
 pub fn commit() -> &'static str {
     COMMIT.get().copied().unwrap_or("unknown")
@@ -22,11 +22,11 @@ pub fn commit() -> &'static str {
 /// The version of this program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The meaning of the fields of all results as JSON (docs/guide/json.md). It grows when a field goes or means something else; new fields
-/// leave it.
+/// Schema version of JSON results (docs/guide/json.md). It increases when a field is removed or changes its meaning, but not for new
+/// fields.
 pub const SCHEMA: u32 = 1;
 
-/// A result as JSON, with what every one of them tells of the program.
+/// A JSON result with the schema, version and commit of the program.
 #[derive(Debug, Serialize)]
 pub struct Stamped<'a, R> {
     schema: u32,
@@ -37,13 +37,13 @@ pub struct Stamped<'a, R> {
 }
 
 impl<'a, R> Stamped<'a, R> {
-    /// The result of this program.
+    /// Adds the schema, version and commit to a result.
     pub fn new(result: &'a R) -> Self {
         Self { schema: SCHEMA, version: VERSION, commit: commit(), result }
     }
 }
 
-/// Version and commit. Where many builds have the same commit, size and time of the program tell them apart.
+/// Version and commit. Builds that may differ from their commit also have the size and time of the executable.
 pub fn build() -> String {
     let commit = commit();
     if commit != "unknown" && !commit.contains('-') {
@@ -57,8 +57,8 @@ pub fn build() -> String {
     format!("{VERSION} {commit}, {}", stamp().unwrap_or_default())
 }
 
-/// Memory of this process, bytes, in a line of `/proc/self/status`: `VmRSS:`, which is resident, or `VmHWM:`, the most that ever was. Only
-/// Linux reports it.
+/// Memory of this process in bytes, from a line of `/proc/self/status`: `VmRSS:` (resident) or `VmHWM:` (peak resident). `None` except on
+/// Linux.
 pub fn memory_of_process(line: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let value = status.lines().find_map(|text| text.strip_prefix(line))?;

@@ -9,16 +9,16 @@
 
 layout(set = 0, binding = 0) uniform View {
     vec4 eye;        // metres
-    vec4 corner;     // ray of the upper left pixel's centre
-    vec4 across;     // and its changes from pixel to pixel
+    vec4 corner;     // ray through the centre of the top left pixel
+    vec4 across;     // its change per pixel, right and down
     vec4 down;
-    vec4 sun;        // towards it
-    vec4 irradiance; // of a plane that faces it
+    vec4 sun;        // direction to it
+    vec4 irradiance; // on a plane that faces it
     vec4 sky[9];     // spherical harmonics of its radiance
-    vec4 scales;     // metres after which the material repeats; metres per unit of height
+    vec4 scales;     // repeat of the material, metres; metres per unit of height
 };
 layout(set = 0, binding = 1) uniform Baked {
-    vec4 scale[3];   // of the numbers in the file: first layer, second, colour
+    vec4 scale[3];   // factors on the file's values: first layer, second, colour
     vec4 color_layer;
 };
 layout(set = 0, binding = 2) uniform texture2DArray baked;
@@ -30,12 +30,13 @@ const int TAPS = 16;
 const int PROBES = 16;
 const vec3 F0 = vec3(0.04);
 
-// The sky through a kernel of this variance, radians squared: harmonics of order l fade like heat, those of order 2 a little less.
+// The sky blurred by a kernel of this variance, radians squared. Harmonics of order l decay as in heat diffusion, those of order
+// 2 slightly less.
 vec3 blurred_sky(vec3 c[9], vec3 direction, float variance) {
     return max(sh_radiance(c, normalize(direction) * exp(-variance)), 0.0);
 }
 
-// The means of the baked channels over a pixel: boxes along its longer side.
+// Means of the baked channels over a pixel: boxes along its longer side.
 struct Footprint {
     vec4 first;
     vec4 second;
@@ -57,12 +58,12 @@ Footprint footprint(vec2 texcoord, vec2 ds, vec2 dt, vec2 size) {
     return Footprint(sum.first * scale[0] * per, sum.second * scale[1] * per, sum.color * scale[2].rgb * per);
 }
 
-// What the surface shows of the sky: mirrors by probes, the rest by one lookup of irradiance.
+// Sky light on the surface: specular term by probes, diffuse term by one irradiance lookup.
 vec3 environment(LeadrSurface surface, vec3 wo, Frame frame, vec3 c[9]) {
     vec2 m = surface.mean_slope;
     vec3 relief = clamp_covariance(surface.slope_covariance);
-    vec3 mirrors = add_facet_roughness(relief, surface.roughness, wo, m);
-    VisibleProbes probes = visible_probes(LEADR_SHADOWING_CORRELATED, wo, m, mirrors, probe_kernel(PROBES));
+    vec3 specular_s = add_facet_roughness(relief, surface.roughness, wo, m);
+    VisibleProbes probes = visible_probes(LEADR_SHADOWING_CORRELATED, wo, m, specular_s, probe_kernel(PROBES));
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     float f0 = dot(surface.f0, vec3(1.0 / 3.0));
     vec3 reflected = vec3(0.0);
@@ -90,7 +91,7 @@ void main() {
         radiance = vec4(blurred_sky(c, ray, 0.0), 1.0);
         return;
     }
-    // Where the ray meets the plane, and how that changes from pixel to pixel. Rows of the map run along -y.
+    // Intersection of the ray with the plane, and its change per pixel. Rows of the map run along -y.
     vec2 per_metre = vec2(1.0, -1.0) / scales.x;
     float back = -eye.z / ray.z;
     vec2 texcoord = per_metre * (eye.xy + back * ray.xy);
@@ -104,7 +105,7 @@ void main() {
     LeadrSurface surface;
     surface.mean_slope = map_mean_slope(map, scales.y * seen.first.xy);
     surface.slope_covariance = map_covariance(map, scale_height(covariance, scales.y));
-    surface.roughness = sqrt(max(seen.second.z, 0.0)); // LEADR 4.1: what is averaged is alpha squared
+    surface.roughness = sqrt(max(seen.second.z, 0.0)); // LEADR 4.1: alpha squared is averaged
     surface.albedo = seen.color;
     surface.f0 = F0;
     vec3 wo = -normalize(ray);

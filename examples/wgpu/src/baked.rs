@@ -1,42 +1,42 @@
-//! A file of `leadr bake`, read by the `ktx2` crate and the keys that docs/guide/baking.md lists.
+//! Reader for `leadr bake` files with the `ktx2` crate and the keys in `crates/leadr-maps/README.md#baked-files`.
 
 use std::path::Path;
 
 /// A LEADR map with roughness and colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baked {
-    /// Texels across and down of level 0.
+    /// Width and height of level 0 in texels.
     pub size: [u32; 2],
-    /// Layers of four channels.
+    /// Number of four-channel layers.
     pub layers: u32,
-    /// The layer of red, green and blue.
+    /// Index of the colour layer.
     pub color_layer: u32,
     /// Whether numbers have 16 bits instead of 32.
     pub half: bool,
-    /// What to multiply the channels of the first two layers and of the colour by.
+    /// Factors on the channels of the first two layers and of the colour.
     pub scale: [[f32; 4]; 3],
-    /// Bytes of each level, the largest first, layer by layer.
+    /// Bytes of each level, largest first, layer by layer.
     pub levels: Vec<Vec<u8>>,
 }
 
-/// The channels that this program reads, in the slots that it expects them.
+/// The required channels, in their slots.
 const CHANNELS: [&str; 8] = ["x", "y", "xx", "yy", "xy", "height", "alpha2", "alpha4"];
 
 impl Baked {
-    /// Reads it.
+    /// Reads a file.
     ///
     /// # Errors
-    /// A sentence, with the file's name.
+    /// A message with the file's name.
     pub fn load(path: &Path) -> Result<Self, String> {
         let named = |error: String| format!("{}: {error}", path.display());
         let bytes = std::fs::read(path).map_err(|error| named(error.to_string()))?;
         Self::decode(&bytes).map_err(named)
     }
 
-    /// Reads it from memory.
+    /// Reads a file from memory.
     ///
     /// # Errors
-    /// A sentence.
+    /// A message.
     pub fn decode(bytes: &[u8]) -> Result<Self, String> {
         let reader = ktx2::Reader::new(bytes).map_err(|error| format!("not a KTX2 file: {error:?}"))?;
         let header = reader.header();
@@ -56,9 +56,12 @@ impl Baked {
         let channels = key("leadr.channels")?;
         let red = channels.iter().position(|name| *name == "red").filter(|at| at % 4 == 0);
         let red = red.filter(|_| channels.starts_with(&CHANNELS) && channels.len() == 4 * header.layer_count as usize);
-        let red = red.ok_or("slopes, roughness and colour are needed: bake the folder of a material with both")?;
+        let red =
+            red.ok_or("slopes, roughness and colour are needed; bake a material folder with roughness and colour")?;
         let factors: Option<Vec<f32>> = key("leadr.factors")?.into_iter().map(|text| text.parse().ok()).collect();
-        let factors = factors.filter(|f| f.len() == channels.len()).ok_or("the key leadr.factors makes no sense")?;
+        let factors = factors
+            .filter(|f| f.len() == channels.len())
+            .ok_or("the key leadr.factors is invalid; bake the file again")?;
         let scale = [0, 4, red].map(|first| std::array::from_fn(|i| 1.0 / factors[first + i]));
         let levels: Vec<Vec<u8>> = reader.levels().map(|level| level.data.to_vec()).collect();
         let texel = if half { 8 } else { 16 };
@@ -66,7 +69,10 @@ impl Baked {
         for (i, level) in levels.iter().enumerate() {
             let texels = size.map(|side| (side >> i).max(1) as usize).iter().product::<usize>();
             if level.len() != texels * texel * header.layer_count as usize {
-                return Err(format!("level {i} has {} bytes, not those of its texels", level.len()));
+                return Err(format!(
+                    "level {i} has {} bytes, which does not match its size; bake the file again",
+                    level.len()
+                ));
             }
         }
         Ok(Self { size, layers: header.layer_count, color_layer: red as u32 / 4, half, scale, levels })

@@ -1,14 +1,14 @@
-//! One file of GLSL out of one that includes others, for compilers that know no `#include`.
+//! Flattens GLSL includes into one file, for compilers without `#include`.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The text of `file` with every `#include "NAME"` replaced by that file, each file once. Names are relative to the file that
-/// includes them or, where nothing is there, to `root`, the folder that holds `leadr`.
+/// The text of `file` with every `#include "NAME"` replaced by that file, each file once. Names are relative to the including
+/// file or, if not found there, to `root`, the folder that contains `leadr`.
 ///
 /// # Errors
-/// If a file cannot be read; it is named with the file that includes it.
+/// If a file cannot be read; the message contains it and the including file.
 pub fn expand(root: &Path, file: &Path) -> Result<String, String> {
     let mut text = String::new();
     append(root, file, &mut HashSet::new(), &mut text)?;
@@ -33,7 +33,7 @@ fn append(root: &Path, file: &Path, seen: &mut HashSet<PathBuf>, text: &mut Stri
     Ok(())
 }
 
-/// What a line includes.
+/// The included name of a line.
 fn included(line: &str) -> Option<&str> {
     line.trim_start().strip_prefix("#include")?.trim().strip_prefix('"')?.strip_suffix('"')
 }

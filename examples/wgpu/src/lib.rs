@@ -1,5 +1,5 @@
-//! A tiny renderer in wgpu. Of leadr-vk it has the shader includes, which naga reads, and a file of `leadr bake`, which the
-//! `ktx2` crate reads: what any other engine would take. It shows a plane to the horizon under a sun and a sky.
+//! A tiny wgpu renderer of a plane to the horizon under a sun and a sky. From leadr-vk it uses only what any engine could: the
+//! shader includes, read by naga, and a file of `leadr bake`, read by the `ktx2` crate.
 
 pub mod baked;
 pub mod includes;

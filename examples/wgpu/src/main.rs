@@ -1,12 +1,12 @@
-//! Draws the plane in a material that `leadr bake` has filtered:
+//! Draws the plane with a material filtered by `leadr bake`:
 //!
 //! ```sh
 //! leadr bake assets/bricks -o bricks.ktx2
 //! cargo run --release -p leadr-wgpu -- bricks.ktx2 bricks.png 960x540
 //! ```
 //!
-//! A picture that is called `.exr` holds linear radiance. With a fourth name the light is written as a panorama, so that other renderers can
-//! draw the same.
+//! An `.exr` picture contains linear radiance. A fourth argument writes the light as a panorama, so that other renderers can draw
+//! the same scene.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,11 +15,11 @@ use leadr_wgpu::baked::Baked;
 use leadr_wgpu::picture::draw;
 use leadr_wgpu::view::View;
 
-/// Of the panorama of the light.
+/// Rows of the light panorama.
 const LIGHT_ROWS: u32 = 512;
 
 fn run(arguments: &[String]) -> Result<(), String> {
-    let usage = "give a KTX2 file of leadr bake, a PNG or EXR file to write, and if you like a size such as 640x360 and an EXR file for the light";
+    let usage = "give a KTX2 file of leadr bake, a PNG or EXR output file, and optionally a size (640x360) and an EXR file for the light";
     let [baked, picture, rest @ ..] = arguments else { return Err(usage.into()) };
     let size = match rest {
         [] => [640, 360],

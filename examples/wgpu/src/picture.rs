@@ -1,4 +1,4 @@
-//! Draws a view of a baked material into floats that can be read back.
+//! Draws a view of a baked material into a float image for readback.
 
 use std::path::Path;
 
@@ -9,19 +9,19 @@ use crate::baked::Baked;
 use crate::includes::expand;
 use crate::view::View;
 
-/// Linear radiance of a picture, row by row.
+/// Row-major linear radiance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Red, green, blue, and one.
+    /// Red, green, blue, and 1.
     pub pixels: Vec<[f32; 4]>,
 }
 
-/// Draws `view` of `baked`. `shaders`: the folder that holds `leadr`, the includes.
+/// Draws `view` of `baked`. `shaders`: the folder that contains `leadr`, the includes.
 ///
 /// # Errors
-/// A sentence: no Vulkan driver, one that cannot filter floats of 32 bits, or a shader that is not there.
+/// A message: no Vulkan driver, no filtering of 32-bit floats, or a missing shader.
 pub fn draw(baked: &Baked, view: &View, shaders: &Path) -> Result<Picture, String> {
     pollster::block_on(drawn(baked, view, shaders))
 }
@@ -37,7 +37,7 @@ async fn drawn(baked: &Baked, view: &View, shaders: &Path) -> Result<Picture, St
     instance.backends = wgpu::Backends::VULKAN;
     let instance = wgpu::Instance::new(instance);
     let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await;
-    let adapter = adapter.map_err(|error| format!("no Vulkan driver that wgpu takes: {error}"))?;
+    let adapter = adapter.map_err(|error| format!("wgpu found no Vulkan driver: {error}"))?;
     let filtered = wgpu::Features::FLOAT32_FILTERABLE;
     if !baked.half && !adapter.features().contains(filtered) {
         return Err("this device cannot filter floats of 32 bits; bake with --format f16".into());
@@ -184,7 +184,7 @@ fn upload(device: &wgpu::Device, queue: &wgpu::Queue, baked: &Baked) -> wgpu::Te
 }
 
 impl Picture {
-    /// Writes it: linear radiance to `.exr`, anything else with a soft shoulder, `exposure` being what one of radiance becomes before it.
+    /// Saves linear radiance to `.exr`. Other formats get a soft shoulder after multiplication by `exposure`.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -193,7 +193,7 @@ impl Picture {
         let fault = |error: image::ImageError| format!("{}: {error}", path.display());
         if path.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("exr")) {
             let linear = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
-            let image = image::Rgb32FImage::from_raw(width, height, linear).expect("as many pixels as its size says");
+            let image = image::Rgb32FImage::from_raw(width, height, linear).expect("the pixel count matches the size");
             return image.save(path).map_err(fault);
         }
         let shown = |radiance: f32| {
@@ -203,7 +203,7 @@ impl Picture {
             (255.0 * srgb.clamp(0.0, 1.0) + 0.5) as u8
         };
         let bytes = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b].map(shown)).collect();
-        let image = image::RgbImage::from_raw(width, height, bytes).expect("as many pixels as its size says");
+        let image = image::RgbImage::from_raw(width, height, bytes).expect("the pixel count matches the size");
         image.save(path).map_err(fault)
     }
 }

@@ -1,23 +1,23 @@
-//! A camera above the plane z = 0 and the light that falls on it.
+//! A camera above the plane z = 0, and the light on it.
 
 use glam::{Vec3, Vec4};
 
 use crate::picture::Picture;
 
-/// What is seen, and in which light; metres, z up.
+/// Camera and light; metres, z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// The eye, above the plane.
+    /// Camera position, above the plane.
     pub eye: Vec3,
-    /// The point in the middle of the picture.
+    /// Point at the centre of the picture.
     pub target: Vec3,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Metres after which the material repeats.
+    /// Repeat distance of the material, metres.
     pub repeat: f32,
-    /// Metres of the relief per unit of the map's heights.
+    /// Metres per unit of the map's heights.
     pub height_scale: f32,
     /// Unit vector towards the sun.
     pub sun: Vec3,
@@ -28,7 +28,7 @@ pub struct View {
 }
 
 impl View {
-    /// Near bumps in front, the horizon above, and the sun of a morning from the side.
+    /// Close bumps in front, the horizon above, and a morning sun from the side.
     pub fn morning(size: [u32; 2]) -> Self {
         Self {
             eye: Vec3::new(0.0, -2.2, 0.75),
@@ -43,7 +43,7 @@ impl View {
         }
     }
 
-    /// The ray of the upper left pixel's centre, and its change from pixel to pixel to the right and down.
+    /// Ray through the centre of the top left pixel, and its change per pixel to the right and down.
     pub fn rays(&self) -> [Vec3; 3] {
         let forward = (self.target - self.eye).normalize();
         let right = forward.cross(Vec3::Z).normalize();
@@ -54,8 +54,8 @@ impl View {
         [forward - across * (0.5 * width - 0.5) - down * (0.5 * height - 0.5), across, down]
     }
 
-    /// The light from all around as a panorama of twice as many columns as rows, for other renderers: its top row is up, its middle
-    /// looks along +x, columns run clockwise seen from above. The sun is one texel.
+    /// The light as a panorama with twice as many columns as rows, for other renderers: the top row is up, the middle faces +x,
+    /// columns run clockwise seen from above. The sun is one texel.
     pub fn panorama(&self, rows: u32) -> Picture {
         let step = std::f32::consts::PI / rows as f32;
         let direction = |index: u32| {
@@ -80,7 +80,7 @@ impl View {
         sum.max(Vec3::ZERO)
     }
 
-    /// The block that the shader reads.
+    /// The uniform block of the shader.
     pub fn block(&self) -> ViewBlock {
         let [corner, across, down] = self.rays();
         ViewBlock {
@@ -110,7 +110,7 @@ pub struct ViewBlock {
     scales: Vec4,
 }
 
-/// A morning sky over ground that reflects a little of it.
+/// A morning sky over slightly reflective ground.
 fn clear_sky(d: Vec3) -> Vec3 {
     let haze = Vec3::new(1.05, 0.92, 0.78).lerp(Vec3::new(0.22, 0.40, 0.75), d.z.max(0.0).powf(0.45));
     let glow = Vec3::new(1.6, 1.0, 0.5) * (d.dot(Vec3::new(0.8, 0.35, 0.2).normalize()).max(0.0)).powi(6);
@@ -118,7 +118,7 @@ fn clear_sky(d: Vec3) -> Vec3 {
     (haze + glow).lerp(ground, (0.5 - 8.0 * d.z).clamp(0.0, 1.0))
 }
 
-/// Harmonics of a radiance up to order 2, by the midpoint rule over the sphere.
+/// Spherical harmonics of a radiance up to order 2, by the midpoint rule over the sphere.
 pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
     const RINGS: u32 = 128;
     let mut sums = [Vec3::ZERO; 9];
@@ -134,7 +134,7 @@ pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
     sums
 }
 
-/// The harmonics up to order 2 in a unit direction.
+/// Spherical harmonics up to order 2 for a unit direction.
 fn basis(d: Vec3) -> [f32; 9] {
     [
         0.282_094_79,

@@ -1,9 +1,9 @@
-//! Every file of the include library by itself, through the compilers of others.
+//! Compiles every file of the include library by itself with third-party compilers.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-// For its archives: see there.
+// Provides the linked archives; see that crate.
 use leadr_shaderc_debian as _;
 use leadr_wgpu::includes::expand;
 
@@ -26,17 +26,17 @@ fn library() -> Vec<PathBuf> {
     files
 }
 
-/// A fragment shader that holds a file of the library and uses none of it.
+/// A fragment shader that includes a library file without using it.
 fn shader(version: &str, library: &str) -> String {
     let precision = if version.ends_with("es") { "precision highp float;\nprecision highp int;\n" } else { "" };
-    // What the library asks of whoever includes it: where the numbers of measured materials and of energies lie.
+    // Required macros of the includer: access to measured materials and energies.
     let includer = "#define LEADR_FITTED_WORD(i) float(i)\n#define LEADR_ENERGY_TEXEL(x, y) vec2(float(x), float(y))\n";
     format!(
         "#version {version}\n{precision}{includer}{library}\nout vec4 color;\nvoid main() {{ color = vec4(1.0); }}\n"
     )
 }
 
-/// What a compiler says against every file of the library, and that it does say something against GLSL that is wrong.
+/// Checks that a compiler accepts every library file and rejects invalid GLSL.
 fn all_compile(compile: impl Fn(&str) -> Result<(), String>) {
     assert!(compile("float f(float x) { return x + vec2(1.0); }").is_err(), "this compiler accepts anything");
     let fault = |file: &PathBuf| {
@@ -72,7 +72,7 @@ fn glslang_for_opengl() {
     shaderc("310 es", shaderc::TargetEnv::OpenGL, shaderc::EnvVersion::OpenGL4_5);
 }
 
-/// Versions of which no SPIR-V can be made: glslang's own program checks them as a driver would.
+/// Versions without SPIR-V: glslang's own program checks them like a driver.
 #[test]
 fn glslang_as_a_driver_of_opengl() {
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +97,7 @@ fn naga() {
         let flags = naga::valid::ValidationFlags::all();
         let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
         let info = validator.validate(&module).map_err(|error| format!("{error:?}"))?;
-        // What is read must also be sayable in the language of browsers.
+        // The module must also be expressible in WGSL.
         let written = naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty());
         written.map(|_| ()).map_err(|error| format!("{error:?}"))
     });

@@ -1,4 +1,4 @@
-//! The picture of wgpu against the mathematics in `f64`, pixel by pixel.
+//! Compares the wgpu picture with the equations in `f64`, pixel by pixel.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The bricks of `assets/`, as `leadr bake` filters them.
+/// The bricks of `assets/`, filtered by `leadr bake`.
 fn baked(precision: Precision) -> (tempfile::TempDir, PathBuf) {
     let material = MaterialFolder::open(root().join("assets/bricks")).unwrap();
     let picture = |role| material.picture(role).unwrap();
@@ -48,7 +48,7 @@ fn drawn(file: &Path, view: &View) -> Picture {
     draw(&Baked::load(file).unwrap(), view, &root().join("shaders-glsl")).unwrap()
 }
 
-/// What a bilinear sampler of a repeating level reads.
+/// Bilinear sample of a repeating level.
 fn bilinear(level: &BakedLevel, at: DVec2) -> [[f64; 4]; 3] {
     let size = [level.width, level.height];
     let p = at * DVec2::new(f64::from(size[0]), f64::from(size[1])) - 0.5;
@@ -67,7 +67,7 @@ fn bilinear(level: &BakedLevel, at: DVec2) -> [[f64; 4]; 3] {
     sum
 }
 
-/// The means of the map under a pixel, as `plane.frag` takes them.
+/// Means of the map over a pixel, as in `plane.frag`.
 fn footprint(map: &BakedMap, texcoord: DVec2, ds: DVec2, dt: DVec2) -> [[f64; 4]; 3] {
     const TAPS: u32 = 16;
     let [width, height] = [map.levels[0].width, map.levels[0].height].map(f64::from);
@@ -121,8 +121,8 @@ fn shaded(map: &BakedMap, view: &View, pixel: [u32; 2], relief: f64) -> DVec3 {
     lit + shading::environment(&surface, wo, &frame, &sky, lookup)
 }
 
-/// The largest difference of a channel between a picture and the mathematics, per unit of radiance or of what it should be where
-/// that is more; and where it is.
+/// The largest channel difference between a picture and the equations, relative to the expected radiance but at least to 1, and
+/// its pixel.
 fn worst(picture: &Picture, map: &BakedMap, view: &View, relief: f64) -> (f64, [u32; 2]) {
     let mut worst = (0.0, [0; 2]);
     for (i, seen) in (0u32..).zip(&picture.pixels) {
@@ -137,7 +137,7 @@ fn worst(picture: &Picture, map: &BakedMap, view: &View, relief: f64) -> (f64, [
 }
 
 #[test]
-fn pixels_are_those_of_the_mathematics() {
+fn pixels_match_the_closed_form() {
     let (_folder, file) = baked(Precision::F32);
     let map = BakedMap::load(&file).unwrap();
     let view = View::morning(SIZE);
@@ -146,7 +146,7 @@ fn pixels_are_those_of_the_mathematics() {
     println!("f32: {error:.2e} at {pixel:?}");
     assert!(error < 1e-3, "{error} at {pixel:?}");
 
-    // It is a picture: sky above, light and shade below, and another one if the relief changes.
+    // The picture shows sky above, light and shade below, and depends on the relief.
     let row = |y: u32| &picture.pixels[(y * SIZE[0]) as usize..((y + 1) * SIZE[0]) as usize];
     let spread = |pixels: &[[f32; 4]]| {
         let (low, high) = pixels.iter().fold((f32::MAX, f32::MIN), |(l, h), p| (l.min(p[1]), h.max(p[1])));

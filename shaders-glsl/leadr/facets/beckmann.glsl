@@ -5,15 +5,15 @@
 #include "slope_distribution.glsl"
 #include "../slopes/statistics.glsl"
 
-// Bivariate Gaussian density of covariance S at the slope offset e / z, divided by `divisor`. z2 = z^2, 1e-8 to 1. Taking z
-// and the divisor in here saves divisions of their own. Variances are at least MIN_VARIANCE.
+// Bivariate Gaussian density of covariance S at the slope offset e / z, divided by `divisor`. z2 = z^2, 1e-8 to 1. Folding z
+// and the divisor in saves divisions. Variances are at least MIN_VARIANCE.
 float gaussian_over(const vec2 e, const float z2, const vec3 S, const float divisor) {
     vec2 v = clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
     float p = sqrt(v.x * v.y);
     float r = clamp(S.z / p, -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
     float q = (1.0 - r) * (1.0 + r);
     float det = v.x * v.y * q;
-    // Whitened: x, then y given x. Loses less than the adjugate when the correlation is strong.
+    // Whitened: x, then y given x. More accurate than the adjugate at strong correlation.
     float y = v.x * e.y - p * r * e.x;
     float square = (e.x * e.x * det + y * y) / (v.x * det * z2);
     return exp(-0.5 * square) / (2.0 * LEADR_PI * p * sqrt(q) * divisor);

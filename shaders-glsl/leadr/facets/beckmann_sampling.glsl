@@ -15,7 +15,7 @@ float gamma_quantile(const float z, const float mean, const float variance) {
     return mean * cube * cube * cube;
 }
 
-// (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, F(x) = nu Phi(x) + phi(x); p, n: nu clamped to its sign.
+// (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, F(x) = nu Phi(x) + phi(x); p, n: positive and negative part of nu.
 vec2 visible_part(const float w, const float p, const float n) {
     float x = n + w;
     float y = p - w;
@@ -58,7 +58,7 @@ float visible_slope_quantile(float u, const float nu) {
         // The sign of the step decides which end of the bracket moves: near the root f.x is rounded differently.
         if (change > 0.0) low = w; else high = w;
         float next = w + change / max(f.y, 1e-37);
-        // Outside the bracket, or not a number: bisect.
+        // Bisect if outside the bracket, or not a number.
         w = next >= low && next <= high ? next : 0.5 * (low + high);
     }
     return n + w;

@@ -50,7 +50,7 @@ vec3 roughness_from_bivariate(const Bivariate b) {
     return vec3(b.alpha * b.alpha, b.rho * b.alpha.x * b.alpha.y);
 }
 
-// A matrix that rounding has made indefinite counts as fully correlated. A minor radius below 4e-4 of the major is rounding
+// A matrix made indefinite by rounding is treated as fully correlated. A minor radius below 4e-4 of the major is rounding
 // error.
 Bivariate bivariate_from_roughness(const vec3 A) {
     vec2 alpha = sqrt(max(A.xy, 0.0));

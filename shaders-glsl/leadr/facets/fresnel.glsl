@@ -19,16 +19,17 @@ vec3 fresnel_schlick(const vec3 f0, const float cosine) {
     return f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine);
 }
 
-// Weight of a conductor's dip, cos (1 - cos)^6: at most 0.057, at a cosine of 1/7.
-float dip_weight(const float cosine) {
+// Weight of the F82 tint, cos (1 - cos)^6: at most 0.057, at a cosine of 1/7.
+float edge_tint_weight(const float cosine) {
     float c = clamp(cosine, 0.0, 1.0);
     float k = (1.0 - c) * (1.0 - c) * (1.0 - c);
     return c * k * k;
 }
 
-// Schlick's form less the dip of a conductor, whose reflectance falls before it rises (Lazanyi and Szirmay-Kalos 2005; Hoffman 2019).
-vec3 fresnel_dipped(const vec3 f0, const vec3 dip, const float cosine) {
-    return fresnel_schlick(f0, cosine) - dip * dip_weight(cosine);
+// Schlick's form minus the F82 tint of a conductor, whose reflectance falls before it rises (Lazanyi and Szirmay-Kalos 2005;
+// Hoffman 2019).
+vec3 fresnel_edge_tint(const vec3 f0, const vec3 edge_tint, const float cosine) {
+    return fresnel_schlick(f0, cosine) - edge_tint * edge_tint_weight(cosine);
 }
 
 // Unpolarised reflectance of a smooth dielectric; eta: index inside over index outside, > 0; 1 at total reflection

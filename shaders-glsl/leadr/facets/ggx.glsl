@@ -38,7 +38,7 @@ float ggx_ndf(const vec3 wh, const vec2 m, const vec3 A) {
 
 // A(w) - max(a, 0) = b^2 / (2 (|a| + sqrt(a^2 + b^2))): the area that is visible only because of the roughness.
 float ggx_rough_area(const float a, const float b) {
-    // Take the larger of the two out of the root, so that no square overflows or underflows.
+    // Factor the larger value out of the root, so that no square overflows or underflows.
     float top = max(max(abs(a), b), 1e-18);
     vec2 q = vec2(a, b) / top;
     return 0.5 * b * (b / max(abs(a) + top * length(q), 1e-18));
@@ -50,7 +50,7 @@ float ggx_visible_area(const vec3 w, const vec2 m, const vec3 A) {
     return max(a, 0.0) + ggx_rough_area(a, slope_spread(w, A));
 }
 
-// Lambda(w) = (sqrt(1 + b^2/a^2) - 1) / 2; a large finite value where it is +infinity (a <= 0).
+// Lambda(w) = (sqrt(1 + b^2/a^2) - 1) / 2; a large finite value instead of +infinity (a <= 0).
 float ggx_lambda(const vec3 w, const vec2 m, const vec3 A) {
     float a = meso_area(w, m);
     return ggx_rough_area(a, slope_spread(w, A)) / max(a, LEADR_MIN_AREA);

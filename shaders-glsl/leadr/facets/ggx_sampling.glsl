@@ -11,7 +11,7 @@
 vec3 ggx_sample_visible(const vec3 wo, vec2 u, const vec2 m, const vec3 A) {
     u.x = clamp(u.x, 0.0, 0.99999994);
     vec3 c = slope_cholesky(vec3(max(A.xy, LEADR_MIN_VARIANCE), A.z));
-    // Towards the viewer on the standard surface: o = (t, a) / |(t, a)|.
+    // Direction to the viewer on the standard surface: o = (t, a) / |(t, a)|.
     vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     float a = meso_area(wo, m);
     float b = length(t);
@@ -22,7 +22,7 @@ vec3 ggx_sample_visible(const vec3 wo, vec2 u, const vec2 m, const vec3 A) {
     float sine = b / len;
     float above = max(a > 0.0 ? 1.0 + cosine : sine * (b / (len - a)), 1e-12); // 1 + o.z
     float below = a > 0.0 ? sine * (b / (len + a)) : 1.0 - cosine;             // 1 - o.z
-    // i is uniform in the cap i.z > -o.z; h = i + o is written so that it does not cancel opposite the viewer.
+    // i is uniform in the cap i.z > -o.z. This form of h = i + o avoids cancellation opposite the viewer.
     float height = (1.0 - u.x) * above;
     float sine_i = sqrt(u.x * above * (height + below));
     float half_cos = sin(LEADR_PI * (0.5 - u.y));
@@ -30,7 +30,7 @@ vec3 ggx_sample_visible(const vec3 wo, vec2 u, const vec2 m, const vec3 A) {
     float along = height * (below - u.x * above) / max(sine + sine_i, 1e-18) + 2.0 * sine_i * half_cos * half_cos;
     float across = 2.0 * sine_i * half_sin * half_cos;
     vec2 h = vec2(e.x * along - e.y * across, e.y * along + e.x * across);
-    // The slope m + C (-h / height), multiplied by -height. Scaled first: squares as small as these count as 0 on some devices.
+    // The slope m + C (-h / height), multiplied by -height. Scaled first, because some devices flush such small squares to 0.
     vec3 along_normal = vec3(vec2(c.x * h.x, c.y * h.x + c.z * h.y) - m * height, height);
     return normalize(along_normal / max(max(abs(along_normal.x), abs(along_normal.y)), height));
 }

@@ -3,25 +3,25 @@
 
 #include "../constants.glsl"
 
-// Gloss, 0 (rough) to 1 (smooth), and the GGX alpha it stands for. Exponential scales are alpha^2 = 2 / (c + 2^(r g + o)) with a curve
-// (c, r, o); crates/leadr-reflectance/src/facets/gloss.rs says whose they are.
+// Gloss, 0 (rough) to 1 (smooth), and its GGX alpha. Exponential scales are alpha^2 = 2 / (c + 2^(r g + o)) with a curve (c, r,
+// o); crates/leadr-reflectance/src/facets/gloss.rs gives their sources.
 
 const vec3 LEADR_GLOSS_ADVANCED_WARFARE = vec3(2.0, 16.0, 0.0); // Chan 2018, eq. 1
 const vec3 LEADR_GLOSS_WWII = vec3(1.0, 18.0, 0.0);             // Chan 2018, eq. 2
 const vec3 LEADR_GLOSS_BLINN_PHONG = vec3(2.0, 10.0, 1.0);      // exponents 2^(10 g + 1)
 
-// Roughness within the usable range.
+// Roughness clamped to the usable range.
 float usable_alpha(const float alpha) {
     return clamp(alpha, 1e-4, LEADR_MAX_SLOPE);
 }
 
-// alpha of a gloss, which is held within 0..1.
+// alpha of a gloss, which is clamped to 0..1.
 float gloss_alpha(const float gloss, const vec3 curve) {
     float power = exp2(clamp(curve.y * clamp(gloss, 0.0, 1.0) + curve.z, -60.0, 60.0));
     return usable_alpha(sqrt(2.0 / max(curve.x + power, 1e-9)));
 }
 
-// Gloss of an alpha, 0..1: that of the nearer end where the curve does not reach it.
+// Gloss of an alpha, 0..1, clamped to the range of the curve.
 float alpha_gloss(const float alpha, const vec3 curve) {
     float used = usable_alpha(alpha);
     float square = used * used;

@@ -1,13 +1,14 @@
 #ifndef LEADR_MIXED_ROUGHNESS_GLSL
 #define LEADR_MIXED_ROUGHNESS_GLSL
 
-// Bases of two roughnesses that share a surface, each with a lobe of its own. What is filtered is linear: the rougher one's share p
-// and the parts of the mean alpha^2 that lie in the rougher and in the smoother. crates/leadr-reflectance/src/facets/mixed_roughness.rs derives it.
+// Two base roughnesses on one surface, each with its own lobe. The filtered quantities are linear: the rougher one's share p
+// and the contributions of both to the mean alpha^2. crates/leadr-reflectance/src/facets/mixed_roughness.rs gives the
+// derivation.
 
 struct MixedRoughness {
-    float share;        // of the rougher, 0..1
-    float smooth_alpha; // Beckmann alpha of the smoother
-    float rough_alpha;  // and of the rougher; where one of both has no share, they are equal
+    float share;        // of the rougher one, 0..1
+    float smooth_alpha; // Beckmann alpha of the smoother one
+    float rough_alpha;  // Beckmann alpha of the rougher one; equal if either has no share
 };
 
 const float LEADR_LEAST_SHARE = 1.0 / 512.0;
@@ -22,7 +23,7 @@ MixedRoughness mixed_roughness(const vec3 means) {
     return MixedRoughness(share, even, rough);
 }
 
-// Beckmann alpha of one lobe that stands for both: LEADR section 4.1.
+// Beckmann alpha of one lobe in place of both: LEADR section 4.1.
 float joint_alpha(const MixedRoughness mixed) {
     return sqrt(mix(mixed.smooth_alpha * mixed.smooth_alpha, mixed.rough_alpha * mixed.rough_alpha, mixed.share));
 }

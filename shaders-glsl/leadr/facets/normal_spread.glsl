@@ -1,25 +1,26 @@
 #ifndef LEADR_NORMAL_SPREAD_GLSL
 #define LEADR_NORMAL_SPREAD_GLSL
 
-// Roughness that others read from the length of a mean normal, given as the lack 1 - length; crates/leadr-reflectance/src/facets/normal_spread.rs says when they are
-// right.
+// Roughness estimates from the length of a mean normal, given as its shortening 1 - length.
+// crates/leadr-reflectance/src/facets/normal_spread.rs gives their validity.
 
-// Concentration of the von Mises-Fisher lobe with this mean, L (3 - L^2) / (1 - L^2) (Banerjee et al. 2005): up to 5 % too large; 1e-9 to 1e9.
-float vmf_kappa_estimate(const float lack) {
-    float held = clamp(lack, 0.0, 1.0);
+// Concentration of the von Mises-Fisher lobe with this mean, L (3 - L^2) / (1 - L^2) (Banerjee et al. 2005): up to 5 % too large;
+// 1e-9 to 1e9.
+float vmf_kappa_estimate(const float shortening) {
+    float held = clamp(shortening, 0.0, 1.0);
     float len = 1.0 - held;
     return clamp(len * (3.0 - len * len) / max(held * (1.0 + len), 1e-12), 1e-9, 1e9);
 }
 
 // Toksvig's factor of a Blinn-Phong exponent.
-float toksvig_factor(const float lack, const float exponent) {
-    float held = clamp(lack, 0.0, 1.0);
+float toksvig_factor(const float shortening, const float exponent) {
+    float held = clamp(shortening, 0.0, 1.0);
     return (1.0 - held) / max((1.0 - held) + clamp(exponent, 0.0, 1e18) * held, 1e-30);
 }
 
 // Toksvig's variance of normals per axis, at most 1e6.
-float toksvig_normal_variance(const float lack) {
-    float held = clamp(lack, 0.0, 1.0);
+float toksvig_normal_variance(const float shortening) {
+    float held = clamp(shortening, 0.0, 1.0);
     return held / max(1.0 - held, 1e-6);
 }
 

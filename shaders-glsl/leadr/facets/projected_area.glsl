@@ -31,22 +31,22 @@ float visible_area(const vec3 w, const vec2 m, const vec3 S) {
     return max(a, 0.0) + rough_area(a, slope_spread(w, S));
 }
 
-// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` to have a visible
-// node: a >= 1e-3 - lambda b / 2. Mesosurfaces that face the viewer are unchanged. This replaces the artificial micronormal
-// of the supplement, 3.7; it is continuous and moves the slope in the direction that needs the smallest change.
+// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` to have a visible node:
+// a >= 1e-3 - lambda b / 2. Mesosurfaces that face the viewer are unchanged. This replaces the artificial micronormal of the
+// supplement, 3.7. It is continuous and makes the smallest possible change of slope.
 vec2 face_viewer(const vec3 wo, const vec2 m, const vec3 S, const float lambda) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(wo.xy, across), 0.0);
-    float lack = 1e-3 - 0.5 * lambda * sqrt(b2) - meso_area(wo, m);
+    float deficit = 1e-3 - 0.5 * lambda * sqrt(b2) - meso_area(wo, m);
     // S wo.xy is the direction in which visible slopes tilt; a smooth surface (S -> 0) tilts along wo.xy itself.
     vec2 along = across + 1e-6 * wo.xy;
     float gain = b2 + 1e-6 * dot(wo.xy, wo.xy);
-    vec2 tilted = m - along * (lack / max(gain, 1e-12));
-    return lack > 0.0 ? clamp(tilted, -1e6, 1e6) : m;
+    vec2 tilted = m - along * (deficit / max(gain, 1e-12));
+    return deficit > 0.0 ? clamp(tilted, -1e6, 1e6) : m;
 }
 
-// The change of slope that turns a back-facing mesosurface edge-on; 0 for one that faces the viewer. A pixel that shows
-// such a surface also sees facets around it that are turned toward the viewer by about as much:
+// The change of slope that makes a back-facing mesosurface edge-on; 0 for one that faces the viewer. A pixel that shows
+// such a surface also contains facets around it that tilt toward the viewer by about as much:
 //     vec2 d = tilt_to_edge(wo, m);  m += d;  S += vec3(d * d, d.x * d.y);
 vec2 tilt_to_edge(const vec3 wo, const vec2 m) {
     return wo.xy * (min(meso_area(wo, m), 0.0) / max(dot(wo.xy, wo.xy), 1e-4));

@@ -4,19 +4,19 @@
 #include "gloss.glsl"
 #include "normal_distribution.glsl"
 
-// How long the mean of the facets' normals is, and the roughness that a length stands for (Chan 2018, section 2). Derivations in
+// Length of the facets' mean normal, and the roughness for a length (Chan 2018, section 2). Derivations in
 // crates/leadr-reflectance/src/facets/shortened_normals.rs.
 //
-// A length near 1 holds few digits in 32 bits, so functions take and give the lack, 1 - length. Where a filtered normal n is at hand,
-// 1 - |n| is as good as its bits: 6e-8 of it are lost to rounding, half a percent of what alpha = .0014 lacks.
+// A length near 1 has few significant digits in 32 bits, so functions use the shortening, 1 - length. For a filtered normal n,
+// 1 - |n| has a rounding error of 6e-8, half a percent of the shortening at alpha = .0014.
 
-// Facets and the area they count by; the order of Shortening::ALL.
+// Facet distribution and area weighting, in the order of Shortening::ALL.
 const int LEADR_GGX_MACRO = 0;
 const int LEADR_GGX_MICRO = 1;
 const int LEADR_BECKMANN_MACRO = 2;
 const int LEADR_BECKMANN_MICRO = 3;
 
-// Below this |1 - alpha^2| series serve.
+// Below this |1 - alpha^2|, series replace the closed forms.
 const float LEADR_LENGTH_SERIES_END = 0.25;
 
 // T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, atan(sqrt(-e)) / sqrt(-e) beyond square = alpha^2 = 1.
@@ -31,7 +31,7 @@ float atanh_ratio(const float square) {
         float a = sqrt(e);
         return log((1.0 + a) / sqrt(square)) / a;
     }
-    // The built-in atan may err by 4096 ulp: halve the angle twice and take its series.
+    // The built-in atan may err by 4096 ulp: halve the angle twice and use the series.
     float b = sqrt(-e);
     float half_tangent = b / (1.0 + sqrt(square));
     float t = half_tangent / (1.0 + sqrt(1.0 + half_tangent * half_tangent));
@@ -51,38 +51,38 @@ float ggx_normal_odds_macro(const float square) {
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
         float tail = 1.0 / 17.0 + e * (1.0 / 19.0 + e * (1.0 / 21.0 + e * (1.0 / 23.0 + e / 25.0)));
         tail = 1.0 / 11.0 + e * (1.0 / 13.0 + e * (1.0 / 15.0 + e * tail));
-        float lack = square * (1.0 / 3.0 + e * (1.0 / 5.0 + e * (1.0 / 7.0 + e * (1.0 / 9.0 + e * tail))));
-        return lack / (1.0 - lack);
+        float one_minus_length = square * (1.0 / 3.0 + e * (1.0 / 5.0 + e * (1.0 / 7.0 + e * (1.0 / 9.0 + e * tail))));
+        return one_minus_length / (1.0 - one_minus_length);
     }
     float ratio = atanh_ratio(square);
     return square * (ratio - 1.0) / (1.0 - square * ratio);
 }
 
-// (1 - L, L) of Beckmann facets by macrosurface area, each with all its digits.
-vec2 beckmann_lack_length(const float square) {
+// (1 - L, L) of Beckmann facets by macrosurface area, each at full precision.
+vec2 beckmann_shortening_length(const float square) {
     float u = 0.5 * square;
     if (u < 1.0 / 169.0) {
         // Beyond the range of the rational fits: Mills' asymptotic series.
-        float lack = u * (1.0 - u * (3.0 - u * (15.0 - u * (105.0 - u * 945.0))));
-        return vec2(lack, 1.0 - lack);
+        float one_minus_length = u * (1.0 - u * (3.0 - u * (15.0 - u * (105.0 - u * 945.0))));
+        return vec2(one_minus_length, 1.0 - one_minus_length);
     }
     float t = inversesqrt(u);
-    float lack = tail_mean_ratio(t);
-    return vec2(lack, t < 2.0 ? t * mills_ratio(t) : 1.0 - lack);
+    float one_minus_length = tail_mean_ratio(t);
+    return vec2(one_minus_length, t < 2.0 ? t * mills_ratio(t) : 1.0 - one_minus_length);
 }
 
 // (1 - L) / L of Beckmann facets by macrosurface area.
 float beckmann_normal_odds_macro(const float square) {
-    vec2 parts = beckmann_lack_length(square);
+    vec2 parts = beckmann_shortening_length(square);
     return parts.x / parts.y;
 }
 
 // (1 - L) / L of Beckmann facets by microsurface area: alpha^2 / 2 times the length by macrosurface area.
 float beckmann_normal_odds_micro(const float square) {
-    return 0.5 * square * beckmann_lack_length(square).y;
+    return 0.5 * square * beckmann_shortening_length(square).y;
 }
 
-// (1 - L) / L of any of the four.
+// (1 - L) / L of any of the four combinations.
 float normal_odds(const int shortening, const float alpha) {
     float used = usable_alpha(alpha);
     float square = used * used;
@@ -93,7 +93,7 @@ float normal_odds(const int shortening, const float alpha) {
 }
 
 // 1 - L.
-float normal_lack(const int shortening, const float alpha) {
+float normal_shortening(const int shortening, const float alpha) {
     float odds = normal_odds(shortening, alpha);
     return odds / (1.0 + odds);
 }
@@ -103,7 +103,7 @@ float normal_length(const int shortening, const float alpha) {
     return 1.0 / (1.0 + normal_odds(shortening, alpha));
 }
 
-// Slope of log odds over log alpha^2, from 1 (smooth) to 1/2 (rough). odds: of this square.
+// Derivative of log odds by log alpha^2, from 1 (smooth) to 1/2 (rough). odds: at this square.
 float normal_odds_slope(const int shortening, const float square, const float odds) {
     if (shortening == LEADR_GGX_MICRO) {
         return 1.0 - 0.5 * square / (odds * (1.0 + ggx_normal_odds_macro(square)));
@@ -111,22 +111,22 @@ float normal_odds_slope(const int shortening, const float square, const float od
     if (shortening == LEADR_GGX_MACRO) {
         float e = 1.0 - square;
         float len = 1.0 / (1.0 + odds);
-        float lack = odds * len;
-        // Of the lack over alpha^2; near alpha = 1 its series.
+        float one_minus_length = odds * len;
+        // Derivative of the shortening by alpha^2; a series near alpha = 1.
         float change = abs(e) < 0.05 ? 2.0 / 15.0 + e * (4.0 / 35.0 + e * (6.0 / 63.0))
-                                     : lack / square - (0.5 * len - lack) / e;
-        return change * square / (lack * len);
+                                     : one_minus_length / square - (0.5 * len - one_minus_length) / e;
+        return change * square / (one_minus_length * len);
     }
-    vec2 parts = beckmann_lack_length(square);
-    // Of the lack over log alpha^2; for smooth facets its series, since the rest cancels.
+    vec2 parts = beckmann_shortening_length(square);
+    // Derivative of the shortening by log alpha^2; a series for smooth facets, since the closed form cancels.
     float change = square < 0.01 ? parts.x - square * square * (0.75 - 3.75 * square) : 0.5 * parts.y - parts.x / square;
     return shortening == LEADR_BECKMANN_MACRO ? change / (parts.x * parts.y) : 1.0 - change / parts.y;
 }
 
-// alpha of facets whose mean normal lacks this much of the length 1, 1e-4 to 100; lacks outside 0..1 are held there. Newton's method on
-// logarithms, where the curve is nearly straight: three steps leave 7e-11 in exact arithmetic.
-float alpha_of_lack(const int shortening, const float lack) {
-    float held = clamp(lack, 0.0, 1.0);
+// alpha, 1e-4 to 100, of facets whose mean normal has this shortening (clamped to 0..1). Newton's method on logarithms, where
+// the curve is nearly straight: after three steps the error is 7e-11 in exact arithmetic.
+float alpha_of_shortening(const int shortening, const float one_minus_length) {
+    float held = clamp(one_minus_length, 0.0, 1.0);
     float odds = clamp(held / max(1.0 - held, 1e-9), 1e-12, 1e9);
     float wanted = log(odds);
     float square = clamp(odds * (1.0 + 0.4 * odds), LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
@@ -139,17 +139,17 @@ float alpha_of_lack(const int shortening, const float lack) {
     return usable_alpha(sqrt(square));
 }
 
-// alpha of facets that stand on facets of the other roughness: lengths multiply (Chan eq. 34).
+// alpha of facets on facets of the other roughness: lengths multiply (Chan eq. 34).
 float combine_alpha(const int shortening, const float alpha, const float other) {
-    float a = normal_lack(shortening, alpha);
-    float b = normal_lack(shortening, other);
-    return alpha_of_lack(shortening, a + b - a * b);
+    float a = normal_shortening(shortening, alpha);
+    float b = normal_shortening(shortening, other);
+    return alpha_of_shortening(shortening, a + b - a * b);
 }
 
-// alpha of GGX facets by macrosurface area from .0027 to 1 (lacks of 4e-5 to 1/3; others are held there), off by 1e-4 of itself:
-// two roots and a rational function.
-float ggx_alpha_of_lack_fit(const float lack) {
-    float held = clamp(lack, 4.08e-5, 0.33333333);
+// alpha of GGX facets by macrosurface area, clamped to .0027 to 1 (shortening of 4e-5 to 1/3), relative error 1e-4: two roots
+// and a rational function.
+float ggx_alpha_of_shortening_fit(const float one_minus_length) {
+    float held = clamp(one_minus_length, 4.08e-5, 0.33333333);
     float x = sqrt(sqrt(held));
     float p = 0.0996729 + x * (1.6538365 + x * (-0.3396555 - x * 0.7129373));
     float q = 1.0 + x * (4.5496497 + x * (-12.7359867 + x * 7.2458094));

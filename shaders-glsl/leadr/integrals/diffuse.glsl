@@ -6,8 +6,8 @@
 #include "sh.glsl"
 #include "../slopes/grid.glsl"
 
-// Diffuse radiance of the visible facets, per unit of albedo: LEADR eq. 23 / Algorithm 3 on an n x n grid, divided by
-// the sum of the visible areas (the masking term; supplement, eq. 10). Pass m through face_viewer first.
+// Diffuse radiance of the visible facets, per unit of albedo: LEADR eq. 23 / Algorithm 3 on an n x n grid, divided by the sum
+// of the visible areas (the masking term; supplement, eq. 10). Apply face_viewer to m first.
 
 // First and second moments of the visible normals in the tangent frame. Order-2 irradiance is linear in them, so one pass
 // over the grid serves the environment and every light.
@@ -46,8 +46,8 @@ vec3 leadr_diffuse_environment(const NormalMoments v, const Frame f, const vec3 
     return max(e + rest, 0.0) / LEADR_PI;
 }
 
-// One light from wi (tangent frame), of unit irradiance on a plane facing it, by its order-2 harmonics (Algorithm 2),
-// weighted by its masking and shadowing (eq. 20). Up to 9 % off according to the paper; clamped to at least 0.
+// One light from wi (tangent frame), of unit irradiance on a plane facing it, by its order-2 harmonics (Algorithm 2), weighted
+// by its masking and shadowing (eq. 20). The paper gives an error of up to 9 %; clamped to at least 0.
 float leadr_diffuse_light_sh(const NormalMoments v, const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     float second = dot(wi * wi, v.diag) + 2.0 * dot(wi.yzx * wi.zxy, v.off);
     float e = 0.09375 * (v.diag.x + v.diag.y + v.diag.z) + 0.5 * dot(wi, v.mean) + 0.46875 * second;

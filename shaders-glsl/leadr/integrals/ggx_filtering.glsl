@@ -5,16 +5,16 @@
 #include "../facets/beckmann.glsl"
 #include "../facets/ggx.glsl"
 
-// A GGX base of roughness matrix A under Gaussian displacement of mean slope m and covariance S. For the exact density, and
-// how close these approximations come, see crates/leadr-reflectance/src/integrals/ggx_filtering.rs and
-// docs/measurements/ggx-filtering.md.
+// A GGX base of roughness matrix A under Gaussian displacement of mean slope m and covariance S.
+// crates/leadr-reflectance/src/integrals/ggx_filtering.rs gives the exact density, docs/measurements/ggx-filtering.md the
+// errors of these approximations.
 
 // Approximation by one GGX lobe.
 vec3 filter_ggx(const vec3 A, const vec3 S) {
     return A + 2.0 * S;
 }
 
-// Share of the base in the total roughness: 0 for a displaced mirror, 1 for a flat base.
+// Share of the base in the total roughness: 0 for a perfectly smooth base, 1 for a flat relief.
 float base_share(const vec3 A, const vec3 S) {
     float base = max(fma(A.x, A.y, -A.z * A.z), 1e-30);
     float bumps = max(fma(S.x, S.y, -S.z * S.z), 0.0);
@@ -22,8 +22,8 @@ float base_share(const vec3 A, const vec3 S) {
     return inversesqrt(1.0 + (2.0 * mixed + 4.0 * bumps) / base);
 }
 
-// A mixture: the share `weight` is a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance roughness
-// / 2.
+// A mixture: the share `weight` is a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance roughness /
+// 2.
 struct DisplacedGgx {
     float weight;
     vec3 roughness;

@@ -5,8 +5,8 @@
 #include "../facets/fresnel.glsl"
 #include "ggx_filtering.glsl"
 
-// A displaced GGX surface under lights and under environments. For environments it is a mixture of a few Gaussian surfaces,
-// since GGX is an integral of Gaussians (crates/leadr-reflectance/src/integrals/ggx_lobes.rs).
+// A displaced GGX surface under lights and environments. For environments it is a mixture of a few Gaussian surfaces, since GGX
+// is an integral of Gaussians (crates/leadr-reflectance/src/integrals/ggx_lobes.rs).
 
 struct GaussianLobe {
     float weight; // share of the slopes; the weights of all lobes sum to one
@@ -18,7 +18,7 @@ const int LEADR_GGX_LOBES = 4;
 // The Beckmann lobe of d (k = 0), and the three lobes that represent its GGX lobe.
 GaussianLobe ggx_lobe(const DisplacedGgx d, const int k) {
     const vec2 lobes[4] = vec2[4](vec2(0.0, 1.0), vec2(0.3424, 2.069), vec2(0.4764, 0.5126), vec2(0.1812, 0.0825));
-    vec2 lobe = lobes[k]; // share of GGX, and how much smaller than Beckmann's its variance is
+    vec2 lobe = lobes[k]; // share of GGX, and ratio of its variance to Beckmann's
     return GaussianLobe(k == 0 ? 1.0 - d.weight : d.weight * lobe.x, d.roughness * (0.5 / lobe.y));
 }
 

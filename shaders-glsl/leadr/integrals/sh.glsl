@@ -1,9 +1,8 @@
 #ifndef LEADR_SH_GLSL
 #define LEADR_SH_GLSL
 
-// Real spherical harmonics up to order 2 (Ramamoorthi & Hanrahan 2001), coefficients in the order L00, L1-1, L10, L11,
-// L2-2, L2-1, L20, L21, L22. Directions and coefficients may be in any frame as long as it is the same one; here it is the
-// world.
+// Real spherical harmonics up to order 2 (Ramamoorthi & Hanrahan 2001), coefficients in the order L00, L1-1, L10, L11, L2-2,
+// L2-1, L20, L21, L22. Directions and coefficients must share a frame; here it is the world.
 
 float[9] sh_basis(const vec3 d) {
     return float[9](0.28209479, 0.48860251 * d.y, 0.48860251 * d.z, 0.48860251 * d.x, 1.09254843 * d.x * d.y,
@@ -11,7 +10,7 @@ float[9] sh_basis(const vec3 d) {
                     0.54627422 * (d.x * d.x - d.y * d.y));
 }
 
-// Radiance from direction d. Shorter vectors, the mean of several directions, have smaller terms of order 1 and 2.
+// Radiance from direction d. For a shorter vector, the mean of several directions, terms of order 1 and 2 are smaller.
 vec3 sh_radiance(const vec3 c[9], const vec3 d) {
     vec3 q = d * d;
     return 0.28209479 * c[0] + 0.48860251 * (c[1] * d.y + c[2] * d.z + c[3] * d.x)
@@ -19,8 +18,8 @@ vec3 sh_radiance(const vec3 c[9], const vec3 d) {
          + c[6] * (0.31539157 * (2.0 * q.z - q.x - q.y)) + c[8] * (0.54627422 * (q.x - q.y));
 }
 
-// Adds a light from unit direction wi, of irradiance `irradiance` on a plane facing it (LEADR Algorithm 2, where by an
-// erratum L00 appears on both sides of its own equation).
+// Adds a light from unit direction wi, of irradiance `irradiance` on a plane facing it (LEADR Algorithm 2, which by an erratum
+// has L00 on both sides of its equation).
 void sh_add_light(inout vec3 c[9], const vec3 wi, const vec3 irradiance) {
     float basis[9] = sh_basis(wi);
     for (int i = 0; i < 9; ++i) c[i] += basis[i] * irradiance;
@@ -45,12 +44,12 @@ float sh_irradiance_light(const float cosine) {
     return 0.09375 + cosine * (0.5 + 0.46875 * cosine);
 }
 
-// What order 2 leaves out of it.
+// The clamped cosine minus its order-2 part.
 float sh_irradiance_rest(const float cosine) {
     return max(cosine, 0.0) - sh_irradiance_light(cosine);
 }
 
-// What is left of irradiance beyond order 2 over normals of mean n: exactly so for its lowest band, 4, and normals spread as by heat.
+// Damping of irradiance beyond order 2 for normals of mean n: exact for its lowest band, 4, and normals spread by diffusion.
 float sh_rest_damping(const vec3 n) {
     float square = min(dot(n, n), 1.0), fourth = square * square;
     return fourth * fourth * square;

@@ -19,8 +19,7 @@ vec3 leadr_specular_directional(const vec3 wo, const vec3 wi, const vec2 m, cons
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
 }
 
-// The same with any shadowing model, from the areas seen along wo and wi: compute o once per pixel and share it between
-// lights.
+// The same with any shadowing model, from the areas visible along wo and wi: compute o once per pixel for all lights.
 vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const vec3 wo, const vec3 wi, const vec2 m,
                           const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
@@ -67,8 +66,8 @@ const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // supplement 3.5, against banding 
 const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // the same with 32 x 32
 const float LEADR_LOD_ALGORITHM_1 = -1.8257; // supplement, simplified Algorithm 1: sqrt(alpha / 4 pi) textureSize
 
-// The part of env_lod that all samples of a pixel share. size: texels per edge of the cube map; spacing: distance of the
-// samples in standard deviations. As in the paper, the larger deviation is used for both axes.
+// The part of env_lod shared by all samples of a pixel. size: texels per edge of the cube map; spacing: distance of the samples
+// in standard deviations. As in the paper, the larger deviation is used for both axes.
 float env_lod_base(const vec3 S, const float spacing, const float size, const float constant) {
     return 0.5 * log2(max(max(S.x, S.y) * spacing * spacing, 1e-12)) + log2(size) + constant;
 }

@@ -13,12 +13,12 @@
 // and for each light:
 //     float lit = lit_fraction(shadowing, o, direction_area(wi, m, cholesky));
 
-// Shadowing models: which of the facets that the viewer sees are lit.
+// Shadowing models: which of the visible facets are lit.
 const int LEADR_SHADOWING_NONE = 0;              // all of them: masking alone
 const int LEADR_SHADOWING_SMITH = 1;             // LEADR eq. 13
 const int LEADR_SHADOWING_CORRELATED = 2;        // direction-correlated
 const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // its simplified form
-const int LEADR_SHADOWING_NORMAL_MAP = 4;        // all that face it, and all count alike for the viewer: see visible/mapped.glsl
+const int LEADR_SHADOWING_NORMAL_MAP = 4;        // all facing facets, weighted equally for the viewer: see visible/mapped.glsl
 
 // How much of a surface is visible from one direction.
 struct DirectionArea {
@@ -40,8 +40,8 @@ DirectionArea direction_area(const vec3 w, const vec2 m, const vec3 cholesky) {
     return DirectionArea(whitened, spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// The same for one shadowing model: only the direction-correlated ones need the whitened direction; the others compute
-// their areas more cheaply from the covariance S itself.
+// The same for one shadowing model. Only the direction-correlated ones need the whitened direction; the others compute their
+// areas from the covariance S, at lower cost.
 DirectionArea area_for(const int shadowing, const vec3 w, const vec2 m, const vec3 S, const vec3 cholesky) {
     if (shadowing >= LEADR_SHADOWING_CORRELATED) return direction_area(w, m, cholesky);
     float spread = slope_spread(w, S);
@@ -49,7 +49,7 @@ DirectionArea area_for(const int shadowing, const vec3 w, const vec2 m, const ve
     return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// a x b, exactly 0 for parallel vectors: where drivers fuse one of the products with the difference, its rounding is taken back.
+// a x b, exactly 0 for parallel vectors: corrects the rounding where drivers fuse one product with the difference.
 float cross_product(const vec2 a, const vec2 b) {
     float product = a.y * b.x;
     return fma(a.x, b.y, -product) + fma(-a.y, b.x, product);
@@ -68,8 +68,8 @@ float decorrelation(const vec2 po, const vec2 pi, const float both, const float 
     return (t + 1e-9) / (t + half_width + 1e-9);
 }
 
-// G A_o / a_o, 0..1: the share of the visible area that is lit. It weights a light, or a sample of an environment, in a sum
-// that is already normalised for masking.
+// G A_o / a_o, 0..1: the lit share of the visible area. It weights a light, or a sample of an environment, in a sum that is
+// already normalised for masking.
 float lit_fraction(const int shadowing, const DirectionArea o, const DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     float ao = max(o.meso, 0.0);
@@ -85,8 +85,8 @@ float lit_fraction(const int shadowing, const DirectionArea o, const DirectionAr
     return seen / max(seen + max(hidden_i - hidden_o, 0.0) + f * less, 1e-30);
 }
 
-// G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i). 1 for a normal map, whose facets count by their area on the
-// macrosurface and have factors of their own.
+// G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i). 1 for a normal map, whose facets count by their area on
+// the macrosurface and have their own factors.
 float masking_shadowing_factor(const int shadowing, const DirectionArea o, const DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     return lit_fraction(shadowing, o, i) / max(o.visible, LEADR_MIN_AREA);

@@ -11,17 +11,17 @@ float smith_lambda(const vec3 w, const vec2 m, const vec3 S) {
     return rough_area(a, slope_spread(w, S)) / max(a, LEADR_MIN_AREA);
 }
 
-// A visible area as a quotient of two positive numbers (the denominator is at least MIN_AREA^2). The area is at least
-// MIN_AREA. The quotient form lets callers that divide by the area and by other things combine the divisions.
+// A visible area as a quotient of two positive numbers (the denominator is at least MIN_AREA^2). The area is at least MIN_AREA.
+// Callers can merge the quotient into their own divisions.
 struct AreaQuotient {
     float over;
     float under;
 };
 
-// A = a/2 + sqrt(a^2/4 + b^2 K(t^2)), t = a/b, with K = h (h + |t|), where h is that of rough_area: K is even in t, smooth
-// in t^2, and 1/(2 pi) at 0. K is 1/P^8 with a polynomial P (a minimax fit made for this project, relative error 1.5e-6 in
-// K up to t = 4.7; beyond, everything except a/2 is less than 1e-6 b), so it needs neither an exponential nor a division of
-// its own. Below a = 0 the conjugate form is used, so nothing cancels.
+// A = a/2 + sqrt(a^2/4 + b^2 K(t^2)), t = a/b, with K = h (h + |t|), where h is that of rough_area: K is even in t, smooth in
+// t^2, and 1/(2 pi) at 0. K is 1/P^8 with a polynomial P (a minimax fit made for this project, relative error 1.5e-6 in K up to
+// t = 4.7; beyond, everything except a/2 is less than 1e-6 b). It needs no exponential and no division. Below a = 0 the
+// conjugate form avoids cancellation.
 AreaQuotient visible_area_quotient(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     float b2 = max(slope_spread_squared(w, S), 1e-24);
@@ -62,8 +62,8 @@ float shadowing_from_areas(const float ao, const float Ao, const vec3 wi, const 
     return lit / max(lit + max(ao, 0.0) * rough_area(ai, slope_spread(wi, S)), 1e-30);
 }
 
-// (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the share of the visible area that is lit, 0..1. It weights one sample (eq.
-// 22) or one light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
+// (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the lit share of the visible area, 0..1. It weights one sample (eq. 22) or one
+// light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
 float shadowing_given_masking(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     return shadowing ? shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, S), wi, m, S) : 1.0;
 }

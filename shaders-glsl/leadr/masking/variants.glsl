@@ -18,8 +18,8 @@ const int LEADR_NORMAL_MAP = 6;          // 1 / f
 const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // between the first and 1 / A_o: correlated.glsl
 const int LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE = 8;
 
-// f = (wo.wh) / wh.z: projected area, per unit of macrosurface, of the facet that mirrors wo into wi. The cosine is
-// computed as |wo + wi| / 2, which stays accurate as wi -> -wo.
+// f = (wo.wh) / wh.z: projected area, per unit of macrosurface, of the facet that reflects wo into wi. The cosine is computed
+// as |wo + wi| / 2, which stays accurate as wi -> -wo.
 float half_facet_area(const vec3 wo, const vec3 wi, const vec3 wh) {
     return 0.5 * length(wo + wi) / max(wh.z, 1e-12);
 }

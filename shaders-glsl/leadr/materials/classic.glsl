@@ -5,8 +5,8 @@
 #include "../facets/fresnel.glsl"
 #include "../slopes/grid.glsl"
 
-// Blinn-Phong lobes with mipmapped normals, after Toksvig (2005), and the functions that LEAN and CLEAN mapping need for an
-// environment lookup; crates/leadr-reflectance/src/materials/classic.rs has the derivations.
+// Blinn-Phong lobes with mipmapped normals, after Toksvig (2005), and functions for the environment lookup of LEAN and CLEAN
+// mapping. Derivations in crates/leadr-reflectance/src/materials/classic.rs.
 
 // Blinn-Phong exponent for a Beckmann roughness, with the same curvature at the peak (Walter et al. 2007); 0 to 1e6.
 float blinn_phong_exponent(const float alpha) {
@@ -33,8 +33,8 @@ float normal_variance(const vec2 m, const vec3 S) {
 
 // (1 - |n|) / |n| of a filtered normal n: Toksvig's estimate of the variance. variance: of the slopes about n, Gaussian.
 float toksvig_variance(const float variance) {
-    float lack = tail_mean_ratio(inversesqrt(max(variance, 1e-12))); // 1 - |n|
-    return lack / max(1.0 - lack, 1e-6);
+    float shortening = tail_mean_ratio(inversesqrt(max(variance, 1e-12))); // 1 - |n|
+    return shortening / max(1.0 - shortening, 1e-6);
 }
 
 // Exponent of the filtered lobe.
@@ -42,8 +42,8 @@ float toksvig_exponent(const float exponent, const float variance) {
     return exponent / (1.0 + exponent * variance);
 }
 
-// Level of detail of the single environment lookup for a lobe with this variance of normals per axis; size: texels per edge
-// of the cube map. Reflected directions turn twice as far as normals.
+// Level of detail of the single environment lookup for a lobe with this variance of normals per axis; size: texels per edge of
+// the cube map. Reflected directions rotate twice as far as normals.
 float lobe_lod(const float variance, const float size) {
     return 0.5 * log2(max(4.0 * variance, 1e-12)) + log2(size) + 0.467;
 }

@@ -4,18 +4,18 @@
 #include "../constants.glsl"
 #include "../facets/fresnel.glsl"
 
-// How much light mirror facets reflect in all, and two ways to give back what one bounce between them loses (Kulla and Conty 2017;
-// Turquin 2019; crates/leadr-reflectance/src/materials/energy.rs). The albedo lies in a table of 33 columns and 48 rows that the includer names, as
+// Total reflectance of specular facets, and two ways to restore the light lost beyond their first bounce (Kulla and Conty 2017;
+// Turquin 2019; crates/leadr-reflectance/src/materials/energy.rs). The includer defines the albedo, a table of 33 columns and 48 rows:
 //     uniform sampler2D energy;
 //     #define LEADR_ENERGY_TEXEL(x, y) texelFetch(energy, ivec2(x, y), 0).xy
-// EnergyTable::texels gives its texels: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 47)^4, and the average at x = 32.
+// EnergyTable::texels fills it: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 47)^4, and the average at x = 32.
 // An albedo is vec2(ideal, grazing): for F = 1, and for F = (1 - cos)^5.
 
 #ifndef LEADR_ENERGY_TEXEL
 #error define LEADR_ENERGY_TEXEL(x, y) before this file: texel of the table of energies
 #endif
 
-// Column x of the table, or between it and the next, at a roughness.
+// Value at column x of the table, interpolated towards the next, at a roughness.
 vec2 energy_between(const float alpha, const int x, const float t) {
     float y = sqrt(sqrt(clamp(alpha, 0.0, 1.0))) * 47.0;
     int row = min(int(y), 46);
@@ -50,31 +50,31 @@ vec3 average_fresnel(const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) / 21.0;
 }
 
-// Share of the lost light that comes out after all further bounces, F^2 E / (1 - F (1 - E)).
+// Fraction of the lost light that leaves after all further bounces, F^2 E / (1 - F (1 - E)).
 vec3 compensation_color(const vec3 f0, const float average_ideal) {
     vec3 f = average_fresnel(f0);
     return f * f * average_ideal / max(1.0 - f * (1.0 - average_ideal), vec3(1e-6));
 }
 
-// BRDF of the light that ideal mirrors reflect more than once; times compensation_color.
+// BRDF of the light that ideal facets (F = 1) reflect more than once; multiply by compensation_color.
 float compensation_lobe(const float ideal_o, const float ideal_i, const float average_ideal) {
     return (1.0 - ideal_o) * (1.0 - ideal_i) / (LEADR_PI * max(1.0 - average_ideal, 1e-6));
 }
 
-// Factor of the single-scattering lobe that gives the albedo of all bounces for F0 = 1: cheaper, not reciprocal.
+// Factor on the single-scattering lobe that restores the albedo of all bounces for F0 = 1: cheaper, not reciprocal.
 vec3 compensation_scale(const vec3 f0, const float ideal_o) {
     float e = max(ideal_o, 1e-3);
     return 1.0 + f0 * ((1.0 - e) / e);
 }
 
-// All that mirrors reflect towards the viewer.
-vec3 mirrored(const vec3 f0, const vec2 albedo, const float average_ideal) {
+// Total specular reflection towards the viewer.
+vec3 specular_albedo(const vec3 f0, const vec2 albedo, const float average_ideal) {
     return split_albedo(f0, albedo) + (1.0 - albedo.x) * compensation_color(f0, average_ideal);
 }
 
-// What is left for the body below the mirrors; on average over the hemisphere, of energy_average.
+// Light that enters the diffuse base below the facets; with energy_average, the mean over the hemisphere.
 vec3 entered(const vec3 f0, const vec2 albedo, const float average_ideal) {
-    return max(1.0 - mirrored(f0, albedo, average_ideal), 0.0);
+    return max(1.0 - specular_albedo(f0, albedo, average_ideal), 0.0);
 }
 
 #endif

@@ -6,18 +6,18 @@
 #include "../masking/variants.glsl"
 #include "microfacet.glsl"
 
-// A measured material as facets whose slopes are a table (thesis chapter 4): f_r cos(theta_i) = F D (G / a_o) / 4, to which its
-// diffuse body adds. Its numbers lie one after another in a buffer that the includer names:
+// A measured material: facets whose slope distribution is a table (thesis chapter 4): f_r cos(theta_i) = F D (G / a_o) / 4, plus
+// a diffuse base. Its values are consecutive words of a buffer that the includer defines:
 //     layout(std430) readonly buffer Fits { float fits[]; };
 //     #define LEADR_FITTED_WORD(i) fits[i]
-// A material begins at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes:
-//     0 masking   1 lobes   2 roughness alpha that stands for it   3 direction of its widest slopes   4, 5 mean slope
-//     6 intervals of ln D   7 azimuths   8 where ln D begins   9 intervals of the visible area   10 where that begins
-//     11 intervals of the Fresnel term   12 where that begins   13 lobes: share, covariance xx, yy, xy, alpha
-// Where things begin is counted from `fit`. ln D lies at theta = (i / n)^2 90 degrees, the area at cos(theta) = (j / n)^2, each as value
-// and slope; Fresnel reflectances lie at even steps of the angle, r, g and b.
+// A material starts at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes:
+//     0 masking   1 lobes   2 equivalent roughness alpha   3 direction of its widest slopes   4, 5 mean slope
+//     6 intervals of ln D   7 azimuths   8 start of ln D   9 intervals of the visible area   10 its start
+//     11 intervals of the Fresnel term   12 its start   13 lobes: share, covariance xx, yy, xy, alpha
+// Starts are relative to `fit`. ln D is sampled at theta = (i / n)^2 90 degrees and the area at cos(theta) = (j / n)^2, each as value
+// and derivative; Fresnel reflectances at even steps of the angle, r, g and b.
 //
-// stretch: slopes are steeper by this factor than those that were measured; 1 for the material itself.
+// stretch: ratio of the slopes to the measured ones; 1 for the material itself.
 
 #ifndef LEADR_FITTED_WORD
 #error define LEADR_FITTED_WORD(i) before this file: word i of the numbers of all fits
@@ -36,7 +36,7 @@ bool fitted_is_round(const uint fit) { return fitted_word(fit, 7) < 1.5; }
 struct FittedLobe {
     float share;
     vec3 S;      // covariance of its slopes
-    float alpha; // its roughness across the direction of its widest slopes
+    float alpha; // roughness across the direction of its widest slopes
 };
 
 FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
@@ -45,7 +45,7 @@ FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
     return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 2.0));
 }
 
-// The cubic through knots at 0, 1, 2, ... that begin at `at`.
+// Cubic through knots at 0, 1, 2, ...; the data start at `at`.
 float fitted_curve(const uint fit, const int at, const int intervals, float x) {
     x = clamp(x, 0.0, float(intervals));
     int i = min(int(x), intervals - 1);
@@ -55,13 +55,13 @@ float fitted_curve(const uint fit, const int at, const int intervals, float x) {
          + t * t * (3.0 - 2.0 * t) * fitted_word(fit, knot + 2) - t * t * s * fitted_word(fit, knot + 3);
 }
 
-// The same of one curve for each azimuth; between four of them by a cubic.
+// The same with one curve per azimuth, interpolated over four azimuths by a cubic.
 float fitted_rows(const uint fit, const int at, const int intervals, const float x, const vec2 towards) {
     int rows = int(fitted_word(fit, 7));
     if (rows == 1) return fitted_curve(fit, at, intervals, x);
-    float place = fract(atan(towards.y, towards.x == 0.0 && towards.y == 0.0 ? 1.0 : towards.x) / 6.28318531) * float(rows);
-    int k = min(int(place), rows - 1);
-    float t = place - float(k);
+    float position = fract(atan(towards.y, towards.x == 0.0 && towards.y == 0.0 ? 1.0 : towards.x) / 6.28318531) * float(rows);
+    int k = min(int(position), rows - 1);
+    float t = position - float(k);
     vec4 four;
     for (int i = 0; i < 4; ++i) {
         four[i] = fitted_curve(fit, at + 2 * (intervals + 1) * ((k + rows + i - 1) % rows), intervals, x);
@@ -94,7 +94,7 @@ float fitted_area(const uint fit, const vec3 w, const float stretch) {
     vec3 up = seen * ((w.z < 0.0 ? -1.0 : 1.0) / max(l, 1e-20));
     int intervals = int(fitted_word(fit, 9));
     float area = fitted_rows(fit, int(fitted_word(fit, 10)), intervals, sqrt(max(up.z, 0.0)) * float(intervals), up.xy);
-    // What faces away from w faces -w.
+    // Facets that face away from w face -w.
     float a = meso_area(w, mean);
     return max(l * area + (w.z < 0.0 ? a : 0.0), max(a, 0.0));
 }
@@ -114,8 +114,8 @@ vec3 fitted_fresnel(const uint fit, const float cosine) {
     return mix(low, high, clamp(x - float(i), 0.0, 1.0));
 }
 
-// D (G / a_o) / 4: f_r cos(theta_i) of its mirrors but for F. 0 where the half vector is not above the horizon.
-float fitted_mirrors(const uint fit, const vec3 wo, const vec3 wi, const float stretch) {
+// D (G / a_o) / 4: f_r cos(theta_i) of its specular term without F. 0 for a half vector on or below the horizon.
+float fitted_specular(const uint fit, const vec3 wo, const vec3 wi, const float stretch) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
     float factor = masking_factor(fitted_masking(fit), wo, wi, wh, fitted_mean(fit, stretch), fitted_area(fit, wo, stretch),
@@ -123,7 +123,7 @@ float fitted_mirrors(const uint fit, const vec3 wo, const vec3 wi, const float s
     return microfacet_product(fitted_ndf(fit, wh, stretch), factor);
 }
 
-// Directions are drawn for its mirrors from the normals of its Gaussian lobes that wo sees, each lobe by its visible area. `area`: the sum
+// Specular directions are drawn from the visible normals of its Gaussian lobes, each lobe by its visible area. `area`: the sum
 // of these over the lobes.
 float fitted_lobes_area(const uint fit, const vec3 wo, const float stretch) {
     float area = 0.0;
@@ -151,7 +151,7 @@ vec3 fitted_lobes_normal(const uint fit, const vec3 wo, const float choice, cons
     return beckmann_sample_visible(wo, u, vec2(0.0), lobe.S);
 }
 
-// Density by solid angle with which such normals wn reflect wo into their mirror directions.
+// Density per solid angle of directions that such normals wn reflect wo into.
 float fitted_lobes_density(const uint fit, const vec3 wo, const vec3 wn, const float area, const float stretch) {
     float d = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {

@@ -14,11 +14,11 @@ vec3 direction_angles(const vec3 w) {
     return sine < 1e-18 ? vec3(0.0, 1.0, 0.0) : vec3(sine, w.xy / sine);
 }
 
-// Opposite directions have no half vector: the highest direction orthogonal to wi is used instead.
+// Opposite directions have no half vector. The highest direction orthogonal to wi replaces it.
 HalfDifference directions_to_half_difference(const vec3 wo, const vec3 wi) {
     vec3 sum = wi + wo;
     float length2 = dot(sum, sum);
-    // sum = (|sum|^2 / 2) wi + a part orthogonal to wi; where sum is short the first term is lost to rounding.
+    // sum = (|sum|^2 / 2) wi + a part orthogonal to wi; for a short sum the first term is lost to rounding.
     vec3 across = sum - dot(sum, wi) * wi;
     vec3 a = direction_angles(wi);
     vec3 wh = length2 > 1.0 ? sum * inversesqrt(length2)

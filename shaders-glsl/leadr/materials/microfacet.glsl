@@ -5,9 +5,9 @@
 #include "../facets/ggx.glsl"
 #include "../masking/variants.glsl"
 
-// f_r cos(theta_i) of ideal mirrors, D (G / a_o) / 4 (thesis eq. 2.1); for other facets multiply by a Fresnel term at
-// dot(wo, half_vector(wo, wi)). `masking` is one of the constants of masking/variants.glsl. 0 where the half vector is not
-// above the horizon.
+// f_r cos(theta_i) of ideal facets (F = 1), D (G / a_o) / 4 (thesis eq. 2.1); for other facets multiply by a Fresnel term at
+// dot(wo, half_vector(wo, wi)). `masking` is one of the constants of masking/variants.glsl. 0 for a half vector on or below the
+// horizon.
 
 // Half vector of two unit directions; zero for opposite ones.
 vec3 half_vector(const vec3 wo, const vec3 wi) {
@@ -15,7 +15,7 @@ vec3 half_vector(const vec3 wo, const vec3 wi) {
     return h * inversesqrt(max(dot(h, h), 1e-20));
 }
 
-// D (G / a_o) / 4, always finite: the density of a mirror's normals is clamped to 1e30.
+// D (G / a_o) / 4, always finite: D of a perfectly smooth surface is clamped to 1e30.
 float microfacet_product(const float d, const float factor) {
     return 0.25 * min(d, 1e30) * factor;
 }

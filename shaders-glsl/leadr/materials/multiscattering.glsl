@@ -4,8 +4,8 @@
 #include "../constants.glsl"
 #include "../facets/fresnel.glsl"
 
-// Diffuse reflection of rough surfaces whose facets light each other, under a coat of mirrors (Chan 2018, section 5, and a fit of this
-// project's; formulas and proof of its albedo in crates/leadr-reflectance/src/materials/multiscattering.rs).
+// Diffuse reflection of rough surfaces with light between facets, under a specular coat (Chan 2018, section 5, and a fit of
+// this project; formulas and proof of the albedo in crates/leadr-reflectance/src/materials/multiscattering.rs).
 
 // The BRDF of a white diffuse facet below a coat (eq. 62); its albedo is 1 - F.
 float facet_diffuse(const float f0, const float cosine_o, const float cosine_i) {
@@ -26,12 +26,12 @@ float chan_diffuse(float n_l, float n_v, float n_h, float l_h, const float gloss
     return rough + (smoothed - rough) * t + bump;
 }
 
-// How facets of one roughness light each other.
+// Parameters of the light between facets of one roughness.
 struct FacetBounces {
     float grazing; // weight of the first bounce at grazing angles
-    float again;   // chance that light leaving a facet meets another
-    float lean;    // how far the rest of the first bounce leans towards the light
-    float lost;    // share of the light that is lost between facets
+    float again;   // chance that light leaving a facet hits another
+    float lean;    // lean of the rest of the first bounce towards the light
+    float lost;    // fraction of the light lost between facets
 };
 
 float bounce_value(const float alpha, const vec3 k) {
@@ -39,7 +39,7 @@ float bounce_value(const float alpha, const vec3 k) {
     return k.x * a * a / max(a * a + k.y * a + k.z, 1e-9);
 }
 
-// Facets whose coat reflects as mirrors do: no light is lost.
+// Facets whose coat reflects specularly: no light is lost.
 FacetBounces facet_bounces(const float alpha) {
     return FacetBounces(bounce_value(alpha, vec3(0.39284, 0.11088, 0.01835)),
                         clamp(bounce_value(alpha, vec3(0.92213, 0.76687, 0.46287)), 0.0, 0.9),
@@ -47,7 +47,7 @@ FacetBounces facet_bounces(const float alpha) {
                         clamp(bounce_value(alpha, vec3(0.0, 0.0, 1.0)), 0.0, 1.0));
 }
 
-// Facets whose coat takes what it reflects, as in the paper's simulation.
+// Facets whose coat absorbs what it reflects, as in the paper's simulation.
 FacetBounces facet_bounces_lossy(const float alpha) {
     return FacetBounces(bounce_value(alpha, vec3(0.38738, 0.12849, 0.02321)),
                         clamp(bounce_value(alpha, vec3(0.84374, 0.74115, 0.45752)), 0.0, 0.9),
@@ -61,13 +61,13 @@ float grazing_albedo(const float cosine) {
     return 2.0 * (1.0 - c * log((1.0 + c) / c));
 }
 
-// Albedo of the surface per albedo of its facets and light that enters.
+// Albedo of the first bounce, relative to facet albedo and entering light.
 vec3 first_albedo(const FacetBounces bounces, const vec3 albedo) {
     return (1.0 - bounces.lost) * (1.0 - bounces.again) / (1.0 - albedo * bounces.again);
 }
 
-// The BRDF, per steradian; 0 where a direction is not above the horizon. entered_o, entered_i, entered_average: what enters along the
-// viewer's direction, along the light's, and on average (`entered` of energy.glsl).
+// The BRDF, per steradian; 0 for directions on or below the horizon. entered_o, entered_i, entered_average: light that enters
+// along the viewer's direction, along the light's, and on average (`entered` of energy.glsl).
 vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bounces, const vec3 f0, const vec3 albedo,
                              const vec3 entered_o, const vec3 entered_i,
                              const vec3 entered_average) {
@@ -76,7 +76,7 @@ vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bo
     float d = wo.x * wi.x + wo.y * wi.y;
     float sines = (1.0 - c_o * c_o) * (1.0 - c_i * c_i);
     float phase = max(1.0 + 11.0 / 9.0 * d + 2.0 / 9.0 * (2.0 * d * d - sines), 0.0);
-    // Less for dark facets, whose first bounce is all there is.
+    // Smaller for dark facets, which have only the first bounce.
     vec3 kappa = bounces.grazing * (1.0 - f0) * (1.0 - 0.7 * bounces.again * (1.0 - albedo));
     vec3 white = first_albedo(bounces, albedo);
     vec3 r_o = max(entered_o * white - kappa * grazing_albedo(c_o), 0.0);
@@ -87,7 +87,7 @@ vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bo
     return albedo / LEADR_PI * (kappa * (phase / max(c_o + c_i, 1e-6)) + r_o * (r_i / average) * lean);
 }
 
-// Directional albedo of multiscattering_diffuse, from what enters along that direction.
+// Directional albedo of multiscattering_diffuse, from the light that enters along that direction.
 vec3 multiscattering_albedo(const FacetBounces bounces, const vec3 albedo, const vec3 enters) {
     return albedo * first_albedo(bounces, albedo) * enters;
 }

@@ -4,12 +4,12 @@
 #include "../fma.glsl"
 #include "packing.glsl"
 
-// The change of the surface's normal across a pixel, as roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its
-// supplement). Kernels are covariances (s_xx, s_yy, s_xy). crates/leadr-reflectance/src/slopes/geometric_antialiasing.rs relates the
-// forms; the kernel of the normal alone is add_macro_curvature.
+// The variation of the normal across a pixel, as roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its supplement).
+// Kernels are covariances (s_xx, s_yy, s_xy). crates/leadr-reflectance/src/slopes/geometric_antialiasing.rs relates the forms;
+// the kernel of the normal alone is add_macro_curvature.
 
 const float LEADR_PIXEL_VARIANCE = 0.25; // variance of the pixel filter, squared pixels
-const float LEADR_KERNEL_COVER = 3.0;    // the kernel over the covariance of slopes that make half of its excess needless
+const float LEADR_KERNEL_COVER = 3.0;    // ratio of kernel to slope covariance at which half of the kernel's excess is needed
 const float LEADR_KERNEL_BOUND = 0.18;   // bound on the kernel's trace on the sphere, squared radians
 
 // Kernel at the half vector wh (tangent frame); dx and dy: its differences to the neighbouring pixels.
@@ -38,8 +38,8 @@ vec3 tilt_kernel(vec3 kernel, const vec2 slope) {
     return clamp_covariance(vec3(dot(u, ku), dot(v, kv), dot(u, kv)));
 }
 
-// What the kernel adds to slopes of covariance S: its variance of a quarter of a squared pixel where they are smooth, and hardly more
-// than a twelfth, that of the pixel itself, where they hide the difference.
+// Covariance that the kernel adds to slopes of covariance S. Smooth slopes get its full variance of 0.25 squared pixels; rough
+// slopes little more than 1/12, that of the pixel itself, because they hide the difference.
 vec3 kernel_over(const vec3 kernel, const vec3 S) {
     vec3 T = LEADR_KERNEL_COVER * S;
     vec3 whole = kernel + T;

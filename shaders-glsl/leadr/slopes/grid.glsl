@@ -11,8 +11,7 @@ float grid_lambda(const int n) {
     return n <= 1 ? 0.0 : min(0.3 * float(n + 1), 3.0) + 0.8 * log2(max(float(n) / 32.0, 1.0));
 }
 
-// Distance between neighbouring nodes, in standard deviations. For N = 1: the width of a box of the same variance,
-// sqrt(12).
+// Distance between neighbouring nodes, in standard deviations. For N = 1, the width sqrt(12) of a box of the same variance.
 float grid_spacing(const int n, const float lambda) {
     return n <= 1 ? 3.4641016 : 2.0 * lambda / float(n - 1);
 }

@@ -3,20 +3,20 @@
 
 #include "statistics.glsl"
 
-// Converts height derivatives per unit of texture coordinate to slopes in an orthonormal frame: LEADR eq. 12 for any
-// parametrisation. A point of the surface is X + h N; write T = d(X)/ds + h d(N)/ds for the derivative of the offset
-// macrosurface. The normal (-slope, 1) is orthogonal to T + h_s N exactly when slope . T.xy = h_s + T.z (frame: z = N).
+// Converts height derivatives by texture coordinate to slopes in an orthonormal frame: LEADR eq. 12 for any parametrisation. A
+// point of the surface is X + h N; write T = d(X)/ds + h d(N)/ds for the derivative of the offset macrosurface. The normal
+// (-slope, 1) is orthogonal to T + h_s N exactly when slope . T.xy = h_s + T.z (frame: z = N).
 
-// slope = linear * (h_s, h_t) + offset. The columns of linear stand apart: naga takes no 2 x 2 matrix in a struct.
+// slope = linear * (h_s, h_t) + offset. The columns of linear are separate, because naga accepts no 2 x 2 matrix in a struct.
 struct SlopeMap {
     vec2 linear_s;
     vec2 linear_t;
     vec2 offset; // slope of the offset macrosurface itself, which need not be orthogonal to N
 };
 
-// ts, tt: derivatives of the offset macrosurface by s and t; x, y, z: orthonormal frame, z the displacement direction.
-// Where the surface is edge-on to z, the determinant is clamped to 1e-4 of the squared tangent lengths and keeps its sign
-// (mirrored charts are negative), so slopes grow to a large finite value instead of infinity.
+// ts, tt: derivatives of the offset macrosurface by s and t; x, y, z: orthonormal frame, z the displacement direction. Where
+// the surface is edge-on to z, the determinant is clamped to 1e-4 of the squared tangent lengths and keeps its sign (mirrored
+// charts are negative). Slopes thus stay finite.
 SlopeMap slope_map(const vec3 ts, const vec3 tt, const vec3 x, const vec3 y, const vec3 z) {
     vec3 s = vec3(dot(ts, x), dot(ts, y), dot(ts, z));
     vec3 t = vec3(dot(tt, x), dot(tt, y), dot(tt, z));

@@ -7,8 +7,9 @@
 #define LEADR_PRECISE
 #endif
 
-// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). crates/leadr-reflectance/src/slopes/moments.rs explains each.
-// Subtracting the squares of steep means loses small variances: with one surface per pixel prefer mean and covariance.
+// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1), explained in
+// crates/leadr-reflectance/src/slopes/moments.rs. Subtracting the squares of steep means loses small variances, so prefer mean
+// and covariance if a pixel has one surface.
 
 struct SlopeMoments {
     vec2 first;  // E[x], E[y]: the mean slope
@@ -20,7 +21,7 @@ SlopeMoments moments_of_slope(const vec2 slope) {
     return SlopeMoments(slope, vec3(slope * slope, slope.x * slope.y));
 }
 
-// Slope of a normal of any length, clamped to MAX_SLOPE; a normal below the horizon counts as one on the horizon.
+// Slope of a normal of any length, clamped to MAX_SLOPE; a normal below the horizon is moved onto it.
 vec2 slope_of_normal(vec3 n) {
     n *= inversesqrt(max(dot(n, n), 1e-30));
     vec2 slope = -n.xy / max(n.z, LEADR_MIN_NORMAL_Z);
@@ -37,9 +38,10 @@ vec2 slope_of_heights(const vec4 heights, const vec2 spacing) {
     return (heights.yw - heights.xz) / max(2.0 * spacing, 1e-12);
 }
 
-// Moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over the two ways to divide
-// the cell. heights: at that corner, beyond it along s, along t, and along both; spacing: distance of the texels, negative where s
-// or t runs backwards. Differences are bounded to 1e18. Where LEADR_PRECISE is defined as `precise`, every device finds the same bits.
+// Moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over both ways to divide
+// the cell. heights: at that corner, one texel along s, along t, and along both; spacing: distance of the texels, negative if s
+// or t runs backwards. Differences are bounded to 1e18. With LEADR_PRECISE defined as `precise`, results are the same on every
+// device.
 SlopeMoments moments_of_corner(const vec4 heights, const vec2 spacing) {
     LEADR_PRECISE vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
     LEADR_PRECISE vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
@@ -70,12 +72,12 @@ SlopeMoments moments_of_distribution(const vec2 m, const vec3 S) {
     return shear_moments(SlopeMoments(vec2(0.0), S), m);
 }
 
-// Moments of a surface of which the share t is b and the rest a.
+// Moments of a surface that is b with share t and a otherwise.
 SlopeMoments mix_moments(const SlopeMoments a, const SlopeMoments b, const float t) {
     return SlopeMoments(mix(a.first, b.first, t), mix(a.second, b.second, t));
 }
 
-// Moments of slopes that a mask multiplies. mask: its mean and the mean of its square, of which the slopes are independent.
+// Moments of slopes multiplied by an independent mask. mask: its mean and the mean of its square.
 SlopeMoments mask_moments(const SlopeMoments a, const vec2 mask) {
     return SlopeMoments(a.first * mask.x, a.second * mask.y);
 }

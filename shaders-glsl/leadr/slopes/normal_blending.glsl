@@ -1,47 +1,47 @@
 #ifndef LEADR_NORMAL_BLENDING_GLSL
 #define LEADR_NORMAL_BLENDING_GLSL
 
-// A detail normal on a base normal, both unit normals of normal maps with z > 0. crates/leadr-reflectance/src/slopes/normal_blending.rs says what each blend is and to which
-// order it adds slopes.
+// Blends a detail normal onto a base normal, both unit normals of normal maps with z > 0.
+// crates/leadr-reflectance/src/slopes/normal_blending.rs describes each blend and the order to which it adds slopes.
 
-// n at length 1; straight up if it has none.
+// Normalises n; a zero vector becomes straight up.
 vec3 blended_direction(const vec3 n) {
     float square = dot(n, n);
     return square > 1e-24 ? n / sqrt(square) : vec3(0.0, 0.0, 1.0);
 }
 
-// Reoriented normal mapping: the shortest rotation from z to the base, applied to the detail (Barre-Brisebois and Hill 2012).
+// Reoriented normal mapping: applies the shortest rotation from z to the base to the detail (Barre-Brisebois and Hill 2012).
 vec3 blend_reoriented(const vec3 base, const vec3 detail) {
     vec3 t = base + vec3(0.0, 0.0, 1.0);
     vec3 u = detail * vec3(-1.0, -1.0, 1.0);
     return blended_direction(t * (2.0 * dot(t, u) / max(dot(t, t), 1e-12)) - u);
 }
 
-// Offsets add, heights multiply.
+// Whiteout blending: offsets add, heights multiply.
 vec3 blend_whiteout(const vec3 base, const vec3 detail) {
     return blended_direction(vec3(base.xy + detail.xy, max(base.z, 0.0) * max(detail.z, 0.0)));
 }
 
-// The detail's offsets on the base's.
+// UDN blending: adds the detail's offsets to the base.
 vec3 blend_udn(const vec3 base, const vec3 detail) {
     return blended_direction(vec3(base.xy + detail.xy, max(base.z, 0.0)));
 }
 
-// Offsets add, z follows from length 1 (Chan 2018, Algorithm 4); longer offsets are shortened to 1.
+// Offsets add, z follows from unit length (Chan 2018, Algorithm 4); longer offsets are clamped to 1.
 vec3 blend_xy(const vec3 base, const vec3 detail) {
     vec2 xy = base.xy + detail.xy;
     float square = dot(xy, xy);
     return square >= 1.0 ? vec3(xy / sqrt(square), 0.0) : vec3(xy, sqrt(1.0 - square));
 }
 
-// Slopes add, as those of relief upon relief.
+// Slopes add, as for relief on relief.
 vec3 blend_partial_derivatives(const vec3 base, const vec3 detail) {
     float b = max(base.z, 0.0);
     float d = max(detail.z, 0.0);
     return blended_direction(vec3(base.xy * d + detail.xy * b, b * d));
 }
 
-// The mean of both, half as steep as either alone.
+// The mean of both, half as steep as either.
 vec3 blend_linear(const vec3 base, const vec3 detail) {
     return blended_direction(base + detail);
 }

@@ -4,8 +4,8 @@
 #include "../fma.glsl"
 #include "moments.glsl"
 
-// How a texel stores its slope moments: LEADR, LEAN and three forms of CLEAN. crates/leadr-reflectance/src/slopes/packing.rs says which
-// form of CLEAN to choose and proves the conservative one.
+// Storage of slope moments in a texel: LEADR, LEAN and three forms of CLEAN. crates/leadr-reflectance/src/slopes/packing.rs
+// compares the forms of CLEAN and proves the conservative one.
 
 // Variances of S along its principal axes, the larger first.
 vec2 principal_variances(const vec3 S) {

@@ -23,8 +23,8 @@ float slope_correlation(const vec2 sigma, const float sxy) {
     return clamp(sxy / max(sigma.x * sigma.y, 1e-18), -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
 }
 
-// Covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9. In any unit: per texture
-// coordinate, say, where even flat relief has steep numbers. What follows brings it to slopes (scale_height, map_covariance).
+// Covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9. Works in any unit,
+// such as per texture coordinate, where even flat relief has large values. scale_height and map_covariance convert it to slopes.
 vec3 covariance_from_moments(const vec2 first, const vec3 second) {
     return bounded_covariance(vec3(fma(-first.x, first.x, second.x), fma(-first.y, first.y, second.y),
                                    fma(-first.x, first.y, second.z)), LEADR_MAX_GRADIENT_VARIANCE);
@@ -49,9 +49,9 @@ vec3 add_roughness(const vec3 S, const float alpha) {
     return S + vec3(vec2(0.5 * alpha * alpha), 0.0);
 }
 
-// Adds the change of the macrosurface's own slope across the pixel; dx and dy: its differences to the neighbouring pixels.
-// This is a Gaussian pixel filter of variance 0.25 in slope space (Tokuyoshi & Kaplanyan 2019). Their bound alpha^2 <= 0.18
-// per isotropic kernel becomes a bound on the trace, so that creases and silhouettes do not turn matt.
+// Adds the change of the macrosurface's own slope across the pixel; dx and dy: its differences to the neighbouring pixels. This
+// is a Gaussian pixel filter of variance 0.25 in slope space (Tokuyoshi & Kaplanyan 2019). Their bound alpha^2 <= 0.18 per
+// isotropic kernel becomes a bound on the trace, which keeps creases and silhouettes glossy.
 vec3 add_macro_curvature(const vec3 S, vec2 dx, vec2 dy) {
     dx = clamp(dx, -1e3, 1e3);
     dy = clamp(dy, -1e3, 1e3);

@@ -4,11 +4,11 @@
 #include "../integrals/diffuse.glsl"
 #include "slopes.glsl"
 
-// Diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, only the factor |N|
-// prevents closed forms. Its inverse is very nearly a sum of two or three exponentials of |N|^2, and an exponential of
+// Diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, only the factor |N| prevents
+// closed forms. Its inverse is close to a sum of two or three exponentials of |N|^2, and an exponential of
 // |N|^2 times a Gaussian of slopes is another Gaussian of slopes, whose clamped moments have closed forms. The constants
-// are a least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; on flat ones the result is exact. terms:
-// 2 (error 1.2e-3 rms of mean radiance) or 3 (2e-4); pass a constant, so that loops unroll.
+// are a least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; on flat ones the result is exact. terms: 2
+// (error 1.2e-3 rms of mean radiance) or 3 (2e-4); pass a constant to let loops unroll.
 
 // Rows: exponent, weight in 1/|N|, weight in 1/|N|^2 (in any scale), each linear in the relative spread of |N|^2.
 vec4 visible_diffuse_exponent(const int i, const int terms) { // (exponent, its slope, weight of 1/|N|, its slope)
@@ -57,7 +57,7 @@ float clamped_mean(const float a, const float b) {
     return max(a, 0.0) + rough_area(a, b);
 }
 
-// Moments of the normals seen from wo, as visible_normal_moments gives them.
+// Moments of the normals visible from wo, in the form of visible_normal_moments.
 NormalMoments visible_diffuse_moments(const vec3 wo, vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));

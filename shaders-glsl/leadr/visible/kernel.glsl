@@ -1,12 +1,12 @@
 #ifndef LEADR_VISIBLE_KERNEL_GLSL
 #define LEADR_VISIBLE_KERNEL_GLSL
 
-// The environment as probes look it up: a cube map whose levels are blurred by a smooth, round kernel, as wide everywhere on
-// the sphere, with a deviation of LEADR_KERNEL_TEXELS texels of the level (crates/leadr-reflectance/src/visible/kernel.rs). Level 0 is the
+// The environment for probes: a cube map whose levels are blurred by a smooth, round kernel of uniform width on the sphere,
+// with a deviation of LEADR_KERNEL_TEXELS texels of the level (crates/leadr-reflectance/src/visible/kernel.rs). Level 0 is the
 // environment itself. Variances are per axis, in radians squared.
 
 const float LEADR_KERNEL_TEXELS = 1.2;
-// Variance of a bilinear lookup of a blurred level and of the finest, in squared texels of it.
+// Variance of a bilinear lookup in a blurred level and in the finest, in squared texels of it.
 const float LEADR_KERNEL_LOOKUP = LEADR_KERNEL_TEXELS * LEADR_KERNEL_TEXELS + 1.0 / 6.0;
 const float LEADR_FINEST_LOOKUP = 0.25;
 

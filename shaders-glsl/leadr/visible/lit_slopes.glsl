@@ -3,26 +3,26 @@
 
 #include "slopes.glsl"
 
-// The part of the visible slopes that mirrors a lit direction. A facet mirrors a direction above the mesosurface's horizon if its
-// slope lies within a conic about the viewer's; exp(-lean.x - x D x / 2), x the slope from the mean, is a Gaussian
-// that fades out with that height, the more the rougher the surface. Times the density of the slopes it is another Gaussian
+// The visible slopes that reflect a lit direction. A facet reflects a direction above the mesosurface's horizon if its slope
+// lies within a conic about the viewer's. The weight exp(-lean.x - x D x / 2), x the slope from the mean, is a Gaussian that
+// fades with that height, faster for rougher surfaces. Times the density of the slopes it is another Gaussian
 // (crates/leadr-reflectance/src/visible/lit_slopes.rs).
 
-// -ln weight of a direction at the horizon against the highest, of a very rough surface seen from straight above; mean variance of
-// the slopes, per axis, at which half of it applies; the linear part against that of the quadratic.
+// -ln weight of a direction at the horizon against the highest, for a very rough surface seen from straight above; mean slope
+// variance per axis at which half of it applies; ratio of the linear to the quadratic part.
 const float LEADR_LIT_FALL = 1.35;
 const float LEADR_LIT_HALF = 0.2;
 const float LEADR_LIT_LEAN = 0.65;
 
 struct LitSlopes {
     vec2 m;     // mean of the weighted slopes, all facets
-    vec3 S;     // their covariance
+    vec3 S;     // covariance of the weighted slopes
     vec2 lean;  // the weight's exponent
     vec3 damp;  // D: xx, yy, xy
     float mean; // logarithm of the mean weight
 };
 
-// The weighted slopes of what visible_slopes found.
+// The weighted slopes for the output of visible_slopes.
 LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     vec2 m = v.m;
     vec3 S = v.S;
@@ -32,7 +32,7 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     float k = 2.0 * LEADR_LIT_FALL * height * sqrt(per) * (r * r / (1.0 + r * r));
     LitSlopes lit;
     lit.lean = (LEADR_LIT_LEAN * k * sqrt(height)) * wo.xy;
-    // Where the conic is no ellipse, only its flat direction is kept.
+    // If the conic is not an ellipse, only its flat direction is kept.
     float even = max(wo.z, 0.0);
     float across = dot(wo.xy, m);
     float part = even / max(max(length(wo.xy) * length(m), even), 1e-9);
@@ -45,7 +45,7 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     float share = 1.0 / (1.0 + S.x * D.x + S.y * D.y + 2.0 * S.z * D.z + both);
     lit.S = share * (S + det * vec3(D.yx, -D.z));
     vec2 moved = -vec2(dot(lit.S.xz, lit.lean), dot(lit.S.zy, lit.lean));
-    // Where the conic is flat and the slopes along it are steep, the mean would move too far.
+    // Bounds the shift of the mean where the conic is flat and the slopes along it are steep.
     float bound = inversesqrt(max(1.0 - 2.0 * dot(lit.lean, moved), 1.0));
     lit.lean *= bound;
     moved *= bound;

@@ -7,20 +7,20 @@
 #include "fresnel.glsl"
 #include "specular.glsl"
 
-// A normal map on smooth geometry (thesis 2.1, Table 2.IV): its facets hide nothing, and a viewer sees them by the part of the
-// macrosurface that they have. Those that face the viewer have a normal density of slopes that is cut off; those that face away are
-// black, as <wo, wm> is clamped. The base of a facet shows its own facets by projected area, as ever
-// (crates/leadr-reflectance/src/visible/mapped.rs derives it). Once per pixel
+// A normal map on smooth geometry (thesis 2.1, Table 2.IV): its facets hide nothing, and facets are weighted by their share of the
+// macrosurface. Those that face the viewer have a truncated normal density of slopes; those that face away are
+// black, as <wo, wm> is clamped. The facets of the base are weighted by projected area as usual
+// (derivation in crates/leadr-reflectance/src/visible/mapped.rs). Once per pixel
 //     MappedSlopes v = mapped_slopes(wo, m, S of the map, S with the base);
 //     VisibleProbes probes = mapped_probes(wo, v, probe_kernel(n));
-// and for each probe as in specular.glsl; the sum counts v.facing times.
+// and for each probe as in specular.glsl; multiply the sum by v.facing.
 
-const float LEADR_LEAST_TURN = 1e-4;
+const float LEADR_LEAST_FACING_DEVIATION = 1e-4;
 
 struct MappedSlopes {
-    VisibleSlopes slopes; // of the mirrors that face the viewer
-    float facing;         // share of the facets that do
-    float relief;         // share of the map in the variance of all slopes
+    VisibleSlopes slopes; // of the facets that face the viewer
+    float facing;         // share of these facets
+    float relief;         // share of the map in the total slope variance
     float fourth;         // fourth cumulant along the view azimuth, in deviations of all slopes
 };
 
@@ -29,7 +29,7 @@ float lambda_at(const float nu) {
     return nu < 0.0 ? 1.0 / mills_ratio(-nu) : normal_pdf(nu) / normal_cdf(nu);
 }
 
-// Fourth cumulant of a normal density that is cut off at nu.
+// Fourth cumulant of a normal density truncated at nu.
 float fourth_cumulant(float nu) {
     nu = clamp(nu, -4.0, 40.0);
     float lambda = lambda_at(nu);
@@ -38,7 +38,7 @@ float fourth_cumulant(float nu) {
     return -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second;
 }
 
-// relief: covariance of the map's slopes; all: with those of the base.
+// relief: covariance of the map's slopes; all: including those of the base.
 MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     vec3 R = clamp_covariance(relief);
     MappedSlopes mapped;
@@ -48,7 +48,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     // The map.
     vec2 across_r = vec2(R.x * wo.x + R.z * wo.y, R.z * wo.x + R.y * wo.y);
     float br = sqrt(max(dot(across_r, wo.xy), 0.0));
-    mapped.facing = normal_cdf(meso_area(wo, m) / max(br, LEADR_LEAST_TURN));
+    mapped.facing = normal_cdf(meso_area(wo, m) / max(br, LEADR_LEAST_FACING_DEVIATION));
     v.a = tilted_area(wo, m, br);
     v.m = face_viewer(wo, m, R, 2.0 * LEADR_VISIBLE_TAIL);
     float per_r = 1.0 / max(br, 1e-18);
@@ -70,7 +70,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     float variance_b = clamp(1.0 + excess - shift_b * shift_b, 0.02, 1.0);
     float third_b = min(min(nu_b, 1e6) * excess - 3.0 * shift_b + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b), 0.0);
     float area_b = bb > 1e-18 ? bb * n.ramp : facet_r;
-    // Both: cumulants add up.
+    // Both: cumulants add.
     v.b = sqrt(br * br + bb * bb);
     float per = 1.0 / max(v.b, 1e-18);
     float part_r = br * per, part_b = bb * per;
@@ -90,28 +90,28 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     return mapped;
 }
 
-// The probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet, which no
-// longer cancels.
+// The probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet, which
+// does not cancel here.
 VisibleProbes mapped_probes(const vec3 wo, const MappedSlopes v, const vec3 kernel) {
     VisibleProbes probes = visible_probes_of(LEADR_SHADOWING_NONE, wo, v.slopes, kernel);
     probes.projected = vec2(v.relief, 1.0 / max(v.slopes.facet, 1e-9));
     return probes;
 }
 
-// Mean Fresnel reflectance of all facets, those that face away at a cosine of 0: at three slopes along the view azimuth, weighted such
-// that the first four cumulants are right.
+// Mean Fresnel reflectance of all facets; those that face away have a cosine of 0. Three slopes along the view azimuth, with
+// weights that match the first four cumulants.
 vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     VisibleSlopes s = v.slopes;
     float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
     float deviation = sqrt(s.variance);
     float skewness = s.third / (s.variance * deviation);
     float reach = sqrt(max(3.0 + v.fourth / (s.variance * s.variance) - 0.75 * skewness * skewness, 0.5));
-    vec3 places = vec3(0.0, 0.5 * skewness + reach, 0.5 * skewness - reach);
-    vec2 of = vec2(0.5, -0.5) / (places.yz * reach);
+    vec3 nodes = vec3(0.0, 0.5 * skewness + reach, 0.5 * skewness - reach);
+    vec2 of = vec2(0.5, -0.5) / (nodes.yz * reach);
     vec3 weights = vec3(1.0 - of.x - of.y, of);
     float mean = 0.0;
     for (int i = 0; i < 3; ++i) {
-        float u = places[i] * deviation;
+        float u = nodes[i] * deviation;
         vec2 slope = s.mean + s.axis * u;
         float k = 1.0 - min(max(s.facet - s.b * u, 0.0) * inversesqrt(1.0 + dot(slope, slope) + rest), 1.0);
         float k2 = k * k;
@@ -120,7 +120,7 @@ vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (clamp(mean, 0.0, 1.0) - 1.0));
 }
 
-// Moments of all normals, as visible_diffuse_moments has them of the visible ones.
+// Moments of all normals, as visible_diffuse_moments gives for the visible ones.
 NormalMoments mapped_diffuse_moments(const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     vec2 spread = squared_normal_spread(m, S);
@@ -153,8 +153,8 @@ float mapped_diffuse_light(const vec3 wi, const vec2 m, vec3 S, const int terms)
     return sum * inversesqrt(spread.x) / LEADR_PI;
 }
 
-// One light on mirrors of mean slope m and covariance S, per unit of its irradiance on a plane that faces it: F D / (4 f), f the
-// projected area of the mirroring facet (thesis Table 2.IV). The base counts as a part of the map.
+// Specular response to a light, for mean slope m and covariance S, per unit of its irradiance on a plane that faces it: F D /
+// (4 f), f the projected area of the reflecting facet (thesis Table 2.IV). The base is treated as a part of the map.
 vec3 mapped_specular_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));

@@ -7,10 +7,10 @@
 #include "../integrals/sh.glsl"
 #include "../slopes/grid.glsl"
 
-// Diffuse environments with the shadows that the surface casts on itself, from one irradiance lookup;
-// crates/leadr-reflectance/src/visible/shadowed_environment.rs derives it.
+// Diffuse environments with self-shadowing of the surface, from one irradiance lookup; derivation in
+// crates/leadr-reflectance/src/visible/shadowed_environment.rs.
 
-// How the visible part of the mesosurface is tilted.
+// Tilt of the visible part of the mesosurface.
 struct VisibleTilt {
     vec2 shift;  // mean of the visible slopes minus the mean slope; exact
     float front; // a / A, 0..1; 0 for a mesosurface that faces away
@@ -25,7 +25,7 @@ VisibleTilt visible_tilt(const vec3 wo, const vec2 m, const vec3 S) {
     return VisibleTilt(clamp(across * (-line.lean * per_b), -1e3, 1e3), line.front);
 }
 
-// The part of an environment that a shadowed diffuse surface receives.
+// The unoccluded part of the environment for a shadowed diffuse surface.
 struct BentNormal {
     vec3 normal; // unit, tangent frame: the direction of the irradiance lookup
     float open;  // factor of that irradiance, 0..1

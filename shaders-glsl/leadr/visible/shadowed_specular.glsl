@@ -6,7 +6,7 @@
 #include "horizon.glsl"
 #include "specular.glsl"
 
-// Specular environments with the shadows that the surface casts on itself, for rules with few probes
+// Specular environments with self-shadowing of the surface, for rules with few probes
 // (crates/leadr-reflectance/src/visible/shadowed_specular.rs). Once per pixel
 //     VisibleProbes probes = visible_probes(shadowing, wo, m, S, probe_kernel(n));
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
@@ -14,10 +14,10 @@
 //     LitProbe l = lit_probe(shadowing, probes, o, wo, mean of f0, p); or with the horizon of larger bumps: (…, p, true, horizon)
 //     reflected += p.weight * (f0 * l.lit + (grazing_reflectance(f0) - f0) * l.grazing) * lookup of l.wi, l.narrowing * p.variance
 //     lit += p.weight * l.lit
-// and at last reflected /= max(lit, 1.0): no error of a share may add energy.
+// and finally reflected /= max(lit, 1.0), so that errors of the shares add no energy.
 
 struct LitProbe {
-    float lit;       // the lit share of the probe, times its share of the visible facets in place of its weight
+    float lit;       // lit share of the probe, times its share of the visible facets instead of its weight
     float grazing;   // the same weighted by Schlick's term
     vec3 wi;         // direction of its environment lookup, of any length
     float narrowing; // factor of that lookup's variance, 0.5..1
@@ -26,14 +26,14 @@ struct LitProbe {
 // Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
 const float LEADR_MOST_SHARE = 4.0;
 
-// Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
+// A probe is split into two directions. This fraction of its deviation remains in each.
 const float LEADR_HALF_DEVIATION = 0.5;
 
-// Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
-// surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures (theory, section 10).
-const float LEADR_MIRROR_HORIZON = 1.2;
+// Excess of the horizon for specular reflection over that for the whole surface. Visible specular facets reflect lower parts of
+// the surroundings than the average facet, where the jagged true horizon hides more. Fitted to images (theory, section 10).
+const float LEADR_SPECULAR_HORIZON = 1.2;
 
-// Lit share of a direction, and the same weighted by Schlick's term. relief: whether the light, of this deviation, must pass h.
+// Lit share of a direction, and the same weighted by Schlick's term. relief: whether horizon h shadows light of this deviation.
 vec2 lit_direction(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const vec3 w, const bool relief,
                    const Horizon h, const float deviation) {
     vec3 middle = wo + w;
@@ -45,14 +45,14 @@ vec2 lit_direction(const int shadowing, const VisibleProbes probes, const Direct
     return lit * vec2(1.0, schlick_weight(sqrt(max(0.5 + 0.5 * dot(wo, w), 0.0))));
 }
 
-// The lit part of a probe: the mean of the directions one deviation above it and below it, as seen from the mesosurface, each
-// with its lit fraction, share and Fresnel term. The lookup moves and narrows to the lit part. relief: whether it must pass the
-// horizon h of larger bumps as well.
+// The lit part of a probe: the mean of the directions one deviation above it and below it, relative to the mesosurface, each
+// with its lit fraction, share and Fresnel term. The lookup moves and narrows to the lit part. relief: whether the horizon h of
+// larger bumps also shadows it.
 LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
                    const bool relief, Horizon h) {
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
     p.wi *= inversesqrt(max(dot(p.wi, p.wi), 1e-12));
-    h = raised_horizon(h, LEADR_MIRROR_HORIZON);
+    h = raised_horizon(h, LEADR_SPECULAR_HORIZON);
     vec2 m = probes.m;
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
     float height = dot(up, p.mirror);

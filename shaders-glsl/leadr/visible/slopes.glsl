@@ -4,11 +4,11 @@
 #include "../facets/projected_area.glsl"
 #include "../slopes/statistics.glsl"
 
-// The slopes that a viewer sees on a Gaussian surface, in closed form. Along u, the slope in the direction of wo in
-// standard deviations, their density is a clamped line times a normal density; across u they stay Gaussian.
+// The visible slopes of a Gaussian surface, in closed form. Along u, the slope in the direction of wo in standard deviations,
+// their density is a clamped line times a normal density; across u they stay Gaussian.
 
-// How far a mesosurface may turn behind its own silhouette, in units of slope_spread. Beyond that almost none of it is
-// visible (0.8 % of slope_spread), and it is tilted back (face_viewer).
+// Largest rotation of a mesosurface beyond its silhouette, in units of slope_spread. Beyond it almost none of the surface is
+// visible (0.8 % of slope_spread), and face_viewer tilts it back.
 const float LEADR_VISIBLE_TAIL = 2.0;
 
 struct VisibleSlopes {

@@ -8,17 +8,17 @@
 #include "lit_slopes.glsl"
 #include "slopes.glsl"
 
-// Specular reflection of an environment by a few probes among the visible slopes. The lobe is taken apart into smaller, round
+// Specular reflection of an environment by a few probes among the visible slopes. The lobe is split into smaller, round
 // Gaussians, one per probe: nodes on rings in the plane of two standard normals carry a part of its covariance, and each
-// lookup is a kernel that has the rest (kernel.glsl says what cube that needs). Weights sum to one, so there is no division,
-// and a constant environment returns its own value. crates/leadr-reflectance/src/visible/specular.rs derives it. Once per pixel
+// lookup is a kernel with the rest (kernel.glsl describes the cube). Weights sum to one, so there is no division,
+// and a constant environment returns its own value. Derivation in crates/leadr-reflectance/src/visible/specular.rs. Once per pixel
 //     VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), kernel_lod(p.variance, size)).rgb;
 //     fresnel += f;                                             // the visible facets' mean
-// With shadows (shadowed_specular.glsl) probes are placed for the lit part of the lobe.
+// With shadows (shadowed_specular.glsl) probes represent the lit part of the lobe.
 
 // Azimuths of the nodes of 5, 9 and 16 probes, as unit vectors.
 const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
@@ -54,8 +54,8 @@ const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
     vec2(-0.8099530, 0.5864948)
 );
 
-// Their rings: radius in standard deviations of the nodes, weight, variance of the kernel relative to others of the rule. First
-// for narrow lobes, then in the limit of wide ones.
+// Their rings: radius in standard deviations of the nodes, weight, relative variance of the kernel. First for narrow lobes,
+// then in the limit of wide ones.
 const vec3 LEADR_NARROW_RINGS[7] = vec3[](
     vec3(0.0000, 0.229228000, 0.7055),
     vec3(1.6108, 0.192693000, 1.0876),
@@ -75,24 +75,24 @@ const vec3 LEADR_WIDE_RINGS[7] = vec3[](
     vec3(1.9845, 0.042648000, 1.2183)
 );
 
-// Variance of round slopes, summed over both axes, at which a lobe is half wide.
+// Variance of isotropic slopes, summed over both axes, at which wide_lobe is one half.
 const float LEADR_WIDE_HALF = 0.35;
 
-// How wide a lobe is, 0 to 1. S: covariance of the slopes. Long lobes are as wide as they are across.
+// Width of a lobe, 0 to 1. S: covariance of the slopes. Elongated lobes use their minor axis.
 float wide_lobe(const vec3 S) {
     float x = (4.0 / LEADR_WIDE_HALF) * max(S.x * S.y - S.z * S.z, 0.0) / max(S.x + S.y, 1e-15);
     return x * x / (1.0 + x * x);
 }
 
 struct ProbeNode {
-    vec2 place;   // in units of `radius` standard deviations
+    vec2 unit_offset; // in units of `radius` standard deviations
     float radius; // equal for all nodes of a ring, like weight and cover
     float weight;
-    float cover;  // variance of its kernel relative to others of the rule
+    float cover;  // variance of its kernel relative to the rule's others
 };
 
-// Node i of the rule of n probes, or of the next larger rule that exists, for a lobe that is `wide`. Where the compiler
-// knows i, places are constants, and the rest is computed once per ring.
+// Node i of the rule of n probes, or of the next larger rule, for a lobe of width `wide`. For constant i the positions are
+// constants, and the rest is computed once per ring.
 ProbeNode probe_node(const int n, const int i, const float wide) {
     int first = n <= 5 ? 0 : n <= 9 ? 5 : 14;
     int ring = n <= 5 ? (i < 1 ? 0 : 1) : n <= 9 ? (i < 3 ? 2 : 3) : (i < 1 ? 4 : i < 7 ? 5 : 6);
@@ -100,22 +100,22 @@ ProbeNode probe_node(const int n, const int i, const float wide) {
     return ProbeNode(LEADR_PROBE_AZIMUTHS[first + i], now.x, now.y, now.z);
 }
 
-// The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, and their share of a long one's along
-// it, for the rule of n probes.
+// The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, and their share along an
+// elongated one, for the rule of n probes.
 vec3 probe_kernel(const int n) {
     return n <= 5 ? vec3(0.6, 0.413, 0.073) : n <= 9 ? vec3(0.5, 0.262, 0.024) : vec3(0.4, 0.167, 0.01);
 }
 
-// The symmetric square root of a covariance (xx, yy, xy). Unlike a Cholesky factor, that of a thin one does not turn abruptly as
-// it passes an axis.
+// The symmetric square root of a covariance (xx, yy, xy). For a thin one it rotates smoothly past an axis, unlike a Cholesky
+// factor.
 vec3 root_of(const vec3 S) {
     float det = sqrt(max(S.x * S.y - S.z * S.z, 0.0));
     float per = inversesqrt(max(S.x + S.y + 2.0 * det, 1e-18));
     return vec3(max(S.xy, 0.0) + det, S.z) * per;
 }
 
-// Where the nodes of a rule lie among the slopes: middle + root p + bend u^2, u = azimuth . root p.
-struct NodePlaces {
+// Positions of a rule's nodes among the slopes: middle + root p + bend u^2, u = azimuth . root p.
+struct NodePositions {
     vec2 middle;  // slope of a node at the origin
     vec3 root;    // square root of the nodes' covariance
     vec2 bend;
@@ -123,49 +123,49 @@ struct NodePlaces {
 };
 
 // The slope of a node, and its u.
-vec3 node_slope(const NodePlaces places, const vec2 p) {
-    vec2 d = places.root.xz * p.x + places.root.zy * p.y;
-    float u = clamp(dot(d, places.azimuth), -6.0, 6.0);
-    return vec3(places.middle + d + places.bend * (u * u), u);
+vec3 node_slope(const NodePositions nodes, const vec2 p) {
+    vec2 d = nodes.root.xz * p.x + nodes.root.zy * p.y;
+    float u = clamp(dot(d, nodes.azimuth), -6.0, 6.0);
+    return vec3(nodes.middle + d + nodes.bend * (u * u), u);
 }
 
-// Places of the covariance `spread` about the mean of v, with its skewness; along: that and E[u^2].
-NodePlaces node_places(const vec3 wo, const VisibleSlopes v, const vec3 spread, out vec2 along) {
-    NodePlaces places;
+// Positions with covariance `spread` and the skewness of v about its mean; along: covariance and E[u^2].
+NodePositions node_positions(const vec3 wo, const VisibleSlopes v, const vec3 spread, out vec2 along) {
+    NodePositions nodes;
     vec2 a = wo.xy * (1.0 / max(v.b, 1e-18));
     along.x = v.third / (6.0 * v.variance * v.variance);
-    // Rounding of a vanishing covariance must not look like a large one.
+    // Bounds rounding errors of a vanishing covariance.
     along.y = clamp(a.x * (spread.x * a.x + 2.0 * spread.z * a.y) + spread.y * a.y * a.y, -1.0, 1.0);
-    places.azimuth = a;
-    places.bend = along.x * v.axis;
-    places.middle = v.mean - places.bend * along.y;
-    places.root = root_of(spread);
-    return places;
+    nodes.azimuth = a;
+    nodes.bend = along.x * v.axis;
+    nodes.middle = v.mean - nodes.bend * along.y;
+    nodes.root = root_of(spread);
+    return nodes;
 }
 
-// lit_spread of wide lobes, and of what is seen from straight above; narrow lobes seen edge-on have twice as much.
+// lit_spread of wide lobes, and of views from straight above; narrow lobes seen edge-on have twice as much.
 const float LEADR_LIT_SPREAD = 0.6;
 
-// Quantities that the probes of a pixel share.
+// Quantities shared by the probes of a pixel.
 struct VisibleProbes {
     vec2 m;        // mean slope of all facets
     vec3 cholesky; // of their covariance
     float area;    // visible area A(wo) of all facets
-    NodePlaces places;
+    NodePositions nodes;
     vec3 along;    // t = along.x + u + along.y u^2; half the inverse variance of the visible u
-    vec2 facet;    // projected area of the mesosurface, and how much of it is lost per unit of t
-    vec3 part;     // covariance of the slopes that one kernel stands for
+    vec2 facet;    // projected area of the mesosurface, and its decrease per unit of t
+    vec3 part;     // slope covariance of one kernel
     float kernel;  // variance of a lookup per a exp((t^2 - y^2)/2) / |N|^4
-    float wide;    // how wide the lobe is
-    NodePlaces whole; // over the whole lobe, lit or not, for the Fresnel terms
+    float wide;    // width of the lobe, 0 to 1
+    NodePositions fresnel_nodes; // over the whole lobe, lit or not, for the Fresnel terms
     float flat_area;  // projected area of a facet of slope 0 there
-    vec2 projected;   // how far kernels grow with the projected area of their facet, 0 to 1, and the inverse of that area at the mean
-    // Part of the variance of a probe's light by which the two directions that it is taken apart into lie about its mirror direction.
+    vec2 projected;   // growth of kernels with the projected area of their facet, 0 to 1, and the inverse of that area at the mean
+    // A probe is split into two directions about its reflected direction. This is their share of its variance.
     float lit_spread;
-    LitSlopes lit; // what probes are placed for instead of all visible slopes; its mean includes the ratio of the visible areas
+    LitSlopes lit; // slopes that probes represent instead of all visible ones; its mean includes the ratio of the visible areas
 };
 
-// The probes for these slopes, or with shadowing for the part of them that is lit.
+// The probes for these slopes, or with shadowing for their lit part.
 VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all, vec3 kernel) {
     VisibleSlopes v = all;
     VisibleProbes probes;
@@ -183,7 +183,7 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     vec3 metric = 4.0 * per * vec3(p * p + q * (1.0 - s * s * per), p.x * p.y - q * s.x * s.y * per);
     float jacobian = 4.0 * v.facet * per * per;
     vec3 inverse_metric = vec3(metric.yx, -metric.z) / max(jacobian * jacobian, 1e-20);
-    // The lobe's variances along its axes: their sum, their difference, the smaller one.
+    // Variances of the lobe along its axes: their sum, their difference, the smaller one.
     const float least = 1e-15;
     float sum = max(v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z, 0.0);
     float per_sum = 1.0 / max(sum, least);
@@ -199,7 +199,7 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     float most = (minor - share * 0.5 * sum * round_lobe) * even;
     float elongated = kernel.z * sum * (1.0 - round_lobe);
     float variance = minor - most + elongated;
-    // What nodes keep across the lobe: its variance less the kernel's, rounded off at 0.
+    // Variance across the lobe for the nodes: the lobe's minus the kernel's, smoothly clamped at 0.
     float rest = most - elongated;
     float soft = 0.1 * elongated;
     float root = sqrt(rest * rest + soft * soft);
@@ -210,13 +210,13 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     probes.m = all.m;
     probes.cholesky = slope_cholesky(all.S);
     probes.area = all.area;
-    probes.places = node_places(wo, v, spread, along);
+    probes.nodes = node_positions(wo, v, spread, along);
     probes.along = vec3(-v.shift - along.x * along.y, along.x, 0.5 / v.variance);
     probes.facet = vec2(v.a, v.b);
     probes.part = (1.0 - wide) * (v.cov - spread);
     probes.kernel = variance * v.area / (v.facet * sqrt(v.variance) * per * per);
     probes.wide = wide;
-    probes.whole = node_places(wo, all, all.cov, unused);
+    probes.fresnel_nodes = node_positions(wo, all, all.cov, unused);
     probes.flat_area = all.a + dot(wo.xy, all.m);
     float sine2 = max(1.0 - all.a * all.a / (1.0 + dot(all.m, all.m)), 0.0);
     probes.lit_spread = LEADR_LIT_SPREAD * (1.0 + (1.0 - wide) * sine2);
@@ -224,7 +224,7 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     return probes;
 }
 
-// The same for everything visible from wo.
+// The probes for everything visible from wo.
 VisibleProbes visible_probes(const int shadowing, const vec3 wo, const vec2 m, const vec3 S, const vec3 kernel) {
     return visible_probes_of(shadowing, wo, visible_slopes(wo, m, S), kernel);
 }
@@ -232,14 +232,14 @@ VisibleProbes visible_probes(const int shadowing, const vec3 wo, const vec2 m, c
 struct VisibleProbe {
     vec2 slope;
     vec3 mirror;    // direction that this facet reflects, unit, tangent frame
-    vec3 wi;        // mean direction that its part of the lobe reflects, of any length (lookups need no unit), tangent frame
+    vec3 wi;        // mean reflected direction of its part of the lobe, of any length (lookups need no unit), tangent frame
     float cosine;   // wo . wn for the Fresnel term of all visible facets, 0..1
     float weight;
     float variance; // of the lookup, per axis, in radians squared, below 2
 };
 
-// Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit; f: projected area of the
-// facet at `slope`.
+// Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit; f: projected area of
+// the facet at `slope`.
 vec3 mean_mirror(const vec3 wo, const vec2 slope, const float f, const vec3 c) {
     vec2 o = vec2(dot(c.xz, wo.xy), dot(c.zy, wo.xy));
     vec2 s = vec2(dot(c.xz, slope), dot(c.zy, slope));
@@ -249,8 +249,8 @@ vec3 mean_mirror(const vec3 wo, const vec2 slope, const float f, const vec3 c) {
 }
 
 VisibleProbe visible_probe(const VisibleProbes probes, const vec3 wo, const ProbeNode node) {
-    vec2 place = node.radius * node.place;
-    vec3 at = node_slope(probes.places, place);
+    vec2 offset = node.radius * node.unit_offset;
+    vec3 at = node_slope(probes.nodes, offset);
     float u2 = at.z * at.z;
     float t = probes.along.x + at.z + probes.along.y * u2;
     float z2 = 1.0 / (1.0 + dot(at.xy, at.xy));
@@ -260,8 +260,8 @@ VisibleProbe visible_probe(const VisibleProbes probes, const vec3 wo, const Prob
     float facet = max(probes.facet.x - t * probes.facet.y, 0.0);
     p.wi = mean_mirror(wo, at.xy, facet, probes.part);
     // The Fresnel term is convex, and a kernel does not filter it.
-    vec2 whole = node_slope(probes.whole, place).xy;
-    p.cosine = min(max(probes.flat_area - dot(wo.xy, whole), 0.0) * inversesqrt(1.0 + dot(whole, whole)), 1.0);
+    vec2 fresnel_slope = node_slope(probes.fresnel_nodes, offset).xy;
+    p.cosine = min(max(probes.flat_area - dot(wo.xy, fresnel_slope), 0.0) * inversesqrt(1.0 + dot(fresnel_slope, fresnel_slope)), 1.0);
     p.weight = node.weight;
     float stretch = exp(min(0.5 * t * t - probes.along.z * u2, 40.0)) * z2 * z2;
     float grown = 1.0 + probes.projected.x * (facet * probes.projected.y - 1.0);

@@ -1,8 +1,8 @@
-// Edge samples: the mark of those that see their pixel's own surface, and their rays (crates/leadr-render/src/passes/edges).
+// Edge samples: the mark of those on their pixel's own surface, and their rays (crates/leadr-render/src/passes/edges).
 #ifndef LEADR_EDGES
 #define LEADR_EDGES
 
-const uint SURFACE_OF_THE_PIXEL = 1u; // and need not be filtered: no object has the number 0
+const uint SURFACE_OF_THE_PIXEL = 1u; // needs no filtering: no object has the number 0
 
 #ifdef LEADR_EDGE_RAYS
 // Rays as in surface_at; x and y are the same for both samples.
@@ -10,7 +10,7 @@ layout(push_constant, std430) uniform EdgeRays {
     vec4 x;     // w: edge samples of each pixel
     vec4 y;
     vec4 pixel; // w: near plane
-    vec4 edge;  // w: edge samples of each pixel that are joined already
+    vec4 edge;  // w: edge samples of each pixel that are already joined
     ivec4 area; // pixels that objects can cover: the first, and one past the last
 } rays;
 

@@ -1,16 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Joins the edge samples of each pixel. Samples that see other surfaces add their radiance. Samples that see the pixel's own
-// surface add slope statistics, material and visibility of the sun, which replace the pixel's own where its footprint is not
-// small compared with a patch.
+// Joins the edge samples of each pixel. Samples of other surfaces add their radiance. Samples of the pixel's own surface add
+// slope statistics, material and visibility of the sun. These replace the pixel's own where its footprint is not small compared
+// with a patch.
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "../gbuffer.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
-#include "leadr/slopes/turn.glsl"
+#include "leadr/slopes/rotation.glsl"
 #include "../shade/sun.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -20,8 +20,8 @@ uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
 uniform usampler2D edge_material;
 uniform usampler2D edge_joined;    // area, relief
 layout(rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
-layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and part lit by the first sun of those joined
-layout(rgba32f) uniform image2D more_suns; // part lit by each of the others, if there are any
+layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; of those joined: area, number and fraction lit by the first sun
+layout(rgba32f) uniform image2D more_suns; // fraction lit by each of the other suns, if any
 uniform usampler2D pixel_surface; // the G-buffer of the pixels
 layout(rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
 layout(rgba32ui) uniform uimage2D material;
@@ -29,8 +29,7 @@ uniform sampler2D edge_depth;
 
 layout(constant_id = 7) const int SHADOW_MAPS = 1; // suns with shadows
 
-// The more edge-on a surface is seen, the larger its area within a sample, most of it hidden by bumps. This least cosine bounds
-// that area.
+// Near silhouettes, the surface area within a sample grows, most of it hidden by bumps. This least cosine bounds it.
 const float LEAST_COSINE = 0.1;
 
 void main() {
@@ -42,7 +41,7 @@ void main() {
     vec4 sum = first ? vec4(0.0) : imageLoad(others, pixel);
     vec4 share = first ? vec4(0.0) : imageLoad(shares, pixel);
     vec4 more = first || SHADOW_MAPS < 2 ? vec4(0.0) : imageLoad(more_suns, pixel);
-    // How many edge samples the pixel's own sample counts as: zero, except where joining begins.
+    // Weight of the pixel's own sample in edge samples: zero, except at the onset of joining.
     float part = joined_part_of(texelFetch(pixel_surface, pixel, 0).xy);
     float own_weight = rays.x.w * (1.0 / max(part, 1e-4) - 1.0);
     if (first) {
@@ -62,7 +61,7 @@ void main() {
     Frame to = frame_about(octahedral_decode(unpackSnorm2x16(own.x)));
     SlopePart whole = SlopePart(mean_slope_of(own), covariance_of(own, own_material), share.y);
     vec4 materials = vec4(0.0);
-    // Solid angle that an edge sample covers.
+    // Solid angle of an edge sample.
     float cell = 4.0 * length(cross(rays.x.xyz, rays.y.xyz)) / (float(edges.x) * float(edges.y) * dot(rays.pixel.xyz, rays.pixel.xyz));
     float joined = share.z, sunlit = share.w;
     for (int i = 0; i < grid * grid; ++i) {
@@ -74,9 +73,9 @@ void main() {
             vec2 mean = mean_slope_of(seen);
             vec2 area_relief = uintBitsToFloat(texelFetch(edge_joined, at, 0).xy);
             Frame from = frame_about(octahedral_decode(unpackSnorm2x16(seen.x)));
-            mat3 turn = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
-            SlopePart part = turn_slopes(turn, mean, covariance_of(seen, seen_material));
-            // Bumps that face the viewer fill more samples than others, so samples are weighted by the area of surface they contain.
+            mat3 rotation = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
+            SlopePart part = rotate_slopes(rotation, mean, covariance_of(seen, seen_material));
+            // Bumps that face the viewer fill more samples than others, so samples are weighted by their surface area.
             vec3 to_sample = (rays.edge.xyz + ray_across(at, edges)) * (rays.pixel.w / texelFetch(edge_depth, at, 0).x);
             part.area *= clamp(area_relief.x / (cell * dot(to_sample, to_sample)), 1e-3, 1.0 / LEAST_COSINE);
             whole = join_slopes(whole, part);

@@ -1,5 +1,5 @@
-// An atlas with one tile per patch, filtered as one surface: taps walk from patch to patch, and where the mips of a tile end,
-// coarser levels follow whose samples neighbouring patches share (crates/leadr-render/src/surfaces/atlas).
+// An atlas with one tile per patch, filtered as one surface. Taps cross the borders between patches. Below the coarsest mip of
+// a tile, coarser levels follow; neighbouring patches share their samples (crates/leadr-render/src/surfaces/atlas).
 #ifndef LEADR_FILTER_ATLAS
 #define LEADR_FILTER_ATLAS
 
@@ -8,7 +8,7 @@
 
 struct PatchLink {
     uvec4 neighbors; // beyond the sides v=0, u=1, v=1, u=0: patch << 2 | side
-    vec4 turns[8];   // per side, at its two corners: from the neighbour's gradients to this patch's
+    vec4 gradient_transforms[8];   // per side, at its two corners: rotates the neighbour's gradients into this patch
 };
 
 layout(set = 2, std430) readonly buffer Atlas {
@@ -26,11 +26,11 @@ layout(set = 2) uniform sampler2D coarse_mixed;
 layout(set = 2) uniform sampler2D coarse_light; // rgb emission, a accessibility
 layout(set = 2) uniform sampler2DArray coarse_weighted; // layers of color_weighted
 
-// Where a tap lands.
-struct Place {
+// Position of a tap.
+struct AtlasPoint {
     uint index;    // of the patch
-    vec2 at;       // [0, 1]^2
-    mat2 gradient; // from gradients there to those of the pixel's own patch
+    vec2 at;       // position on it, [0, 1]^2
+    mat2 gradient; // from gradients there to gradients on the pixel's own patch
 };
 
 float tile_inner() {
@@ -42,44 +42,46 @@ vec2 tile_start(const uint index) {
     return vec2(uvec2(index % tile_columns, index / tile_columns) * tile_size + tile_gutter);
 }
 
-vec2 place_in_patch(const uint index, const vec2 texel) {
+vec2 patch_uv_at(const uint index, const vec2 texel) {
     return (texel - tile_start(index)) / tile_inner();
 }
 
-// Follows a place `at` that lies outside its patch across up to two borders.
-Place place_beyond(uint index, vec2 at) {
-    Place place = Place(index, at, mat2(1.0));
+// Maps a position `at` outside its patch to the patch that contains it, across up to two borders.
+AtlasPoint point_across_borders(uint index, vec2 at) {
+    AtlasPoint point = AtlasPoint(index, at, mat2(1.0));
     for (int border = 0; border < 2; ++border) {
-        vec2 beyond = max(-place.at, place.at - 1.0);
+        vec2 beyond = max(-point.at, point.at - 1.0);
         float over = max(beyond.x, beyond.y);
         if (over <= 0.0) {
             break;
         }
-        uint side = beyond.x > beyond.y ? (place.at.x < 0.0 ? 3u : 1u) : (place.at.y < 0.0 ? 0u : 2u);
-        uint link = links[place.index].neighbors[side];
+        uint side = beyond.x > beyond.y ? (point.at.x < 0.0 ? 3u : 1u) : (point.at.y < 0.0 ? 0u : 2u);
+        uint link = links[point.index].neighbors[side];
         if (link == NO_NEIGHBOR) {
             break;
         }
-        float along = (side & 1u) == 0u ? place.at.x : place.at.y;
+        float along = (side & 1u) == 0u ? point.at.x : point.at.y;
         along = side < 2u ? along : 1.0 - along;
-        vec4 turn = mix(links[place.index].turns[2u * side], links[place.index].turns[2u * side + 1u], clamp(along, 0.0, 1.0));
-        place.gradient = place.gradient * mat2(turn.xy, turn.zw);
-        place.index = link >> 2;
+        vec4 gradient_transform =
+            mix(links[point.index].gradient_transforms[2u * side], links[point.index].gradient_transforms[2u * side + 1u],
+                clamp(along, 0.0, 1.0));
+        point.gradient = point.gradient * mat2(gradient_transform.xy, gradient_transform.zw);
+        point.index = link >> 2;
         // The neighbour traverses the shared edge in the other direction.
         uint beside = link & 3u;
         vec2 inward = vec2(1.0 - along, over);
         inward = beside < 2u ? inward : vec2(along, 1.0 - over);
-        place.at = beside == 1u || beside == 3u ? vec2(1.0 - inward.y, inward.x) : inward;
+        point.at = beside == 1u || beside == 3u ? vec2(1.0 - inward.y, inward.x) : inward;
     }
-    place.at = clamp(place.at, 0.0, 1.0);
-    return place;
+    point.at = clamp(point.at, 0.0, 1.0);
+    return point;
 }
 
-// How a level of detail mixes the tile's mips and two coarse levels, and where those two lie in the images of coarse levels.
+// How a level of detail blends the tile's mips with two coarse levels, and the positions of these two in the coarse images.
 struct Levels {
     float mip;
     float fine; // weight of the tile
-    float second; // weight of the second coarse level among the two
+    float second; // weight of the second coarse level relative to both
     uint first;
 };
 
@@ -94,54 +96,54 @@ Levels levels_at(const float lod) {
     return levels;
 }
 
-// A place in a coarse level, in texels of its image.
-vec2 coarse_texel(const Place place, const uint level) {
+// A position in a coarse level, in texels of its image.
+vec2 coarse_texel(const AtlasPoint point, const uint level) {
     uint intervals = 1u << (finest_coarse - min(level, finest_coarse));
-    // Rows of the levels before: 2^k + 1 each, then two.
+    // Rows of the preceding levels: 2^k + 1 each, then two.
     uint row = (2u << finest_coarse) - 2u * intervals + level + (level > finest_coarse ? level - finest_coarse : 0u);
     uvec2 block = uvec2((1u << finest_coarse) + 1u, (2u << finest_coarse) + finest_coarse + 2u * WIDE_LEVELS);
-    uvec2 start = uvec2(place.index % tile_columns, place.index / tile_columns) * block + uvec2(0u, row);
-    return vec2(start) + place.at * float(intervals) + 0.5;
+    uvec2 start = uvec2(point.index % tile_columns, point.index / tile_columns) * block + uvec2(0u, row);
+    return vec2(start) + point.at * float(intervals) + 0.5;
 }
 
-// What the tile adds to a mix, and what the coarse levels add.
-vec4 fine_part(sampler2D fine, const Place place, const Levels levels) {
+// The shares of the tile and of the coarse levels in a blend.
+vec4 fine_part(sampler2D fine, const AtlasPoint point, const Levels levels) {
     if (levels.fine <= 0.0) {
         return vec4(0.0);
     }
-    vec2 texel = tile_start(place.index) + place.at * tile_inner();
+    vec2 texel = tile_start(point.index) + point.at * tile_inner();
     return textureLod(fine, texel / vec2(textureSize(fine, 0)), levels.mip) * levels.fine;
 }
 
-vec4 coarse_part(sampler2D coarse, const Place place, const Levels levels) {
+vec4 coarse_part(sampler2D coarse, const AtlasPoint point, const Levels levels) {
     if (levels.fine >= 1.0) {
         return vec4(0.0);
     }
     vec2 size = vec2(textureSize(coarse, 0));
-    vec4 first = textureLod(coarse, coarse_texel(place, levels.first) / size, 0.0);
-    vec4 second = textureLod(coarse, coarse_texel(place, levels.first + 1u) / size, 0.0);
+    vec4 first = textureLod(coarse, coarse_texel(point, levels.first) / size, 0.0);
+    vec4 second = textureLod(coarse, coarse_texel(point, levels.first + 1u) / size, 0.0);
     return mix(first, second, levels.second) * (1.0 - levels.fine);
 }
 
-// Of one layer. size: of the tiles in texels; skipped: finest levels that the image lacks.
-vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const Place place, const Levels levels, const vec2 size,
+// Blend of one layer. size: of the tiles in texels; skipped: number of finest levels that the image lacks.
+vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const AtlasPoint point, const Levels levels, const vec2 size,
                const float skipped) {
     vec4 sum = vec4(0.0);
     if (levels.fine > 0.0) {
-        vec2 at = (tile_start(place.index) + place.at * tile_inner()) / size;
+        vec2 at = (tile_start(point.index) + point.at * tile_inner()) / size;
         sum += textureLod(fine, vec3(at, layer), levels.mip - skipped) * levels.fine;
     }
     if (levels.fine < 1.0) {
         vec2 coarse_size = vec2(textureSize(coarse, 0).xy);
-        vec4 first = textureLod(coarse, vec3(coarse_texel(place, levels.first) / coarse_size, layer), 0.0);
-        vec4 second = textureLod(coarse, vec3(coarse_texel(place, levels.first + 1u) / coarse_size, layer), 0.0);
+        vec4 first = textureLod(coarse, vec3(coarse_texel(point, levels.first) / coarse_size, layer), 0.0);
+        vec4 second = textureLod(coarse, vec3(coarse_texel(point, levels.first + 1u) / coarse_size, layer), 0.0);
         sum += mix(first, second, levels.second) * (1.0 - levels.fine);
     }
     return sum;
 }
 
-vec4 level_mix(sampler2D fine, sampler2D coarse, const Place place, const Levels levels) {
-    return fine_part(fine, place, levels) + coarse_part(coarse, place, levels);
+vec4 level_mix(sampler2D fine, sampler2D coarse, const AtlasPoint point, const Levels levels) {
+    return fine_part(fine, point, levels) + coarse_part(coarse, point, levels);
 }
 
 #endif

@@ -1,7 +1,6 @@
-// A tiling detail on a surface: its slopes add up with those of the surface's own relief, and its colours and roughness vary or cover
-// those below. Each is filtered in its own footprint. Whatever lies further apart than a pixel is seen pixel by pixel; below that,
-// surface, detail and mask know nothing of each other, so means add, covariances add, and means of products are products of means
-// (theory, section 5).
+// A tiling detail on a surface. Its slopes add to those of the relief; its colours and roughness modulate or cover those below.
+// Each layer is filtered in its own footprint. Surface, detail and mask are uncorrelated below the pixel size: means add,
+// covariances add, and the mean of a product is the product of the means (theory, section 5).
 #ifndef LEADR_FILTER_DETAIL
 #define LEADR_FILTER_DETAIL
 #include "../constants.glsl"
@@ -9,8 +8,8 @@
 #include "leadr/slopes/map.glsl"
 #include "leadr/slopes/moments.glsl"
 
-layout(constant_id = 60) const uint DETAIL = DETAIL_NONE;             // what coordinates it follows
-layout(constant_id = 61) const uint DETAIL_COLORS = DETAIL_COLORLESS; // what its colours do
+layout(constant_id = 60) const uint DETAIL = DETAIL_NONE;             // coordinates that it follows
+layout(constant_id = 61) const uint DETAIL_COLORS = DETAIL_COLORLESS; // how its colours combine
 layout(constant_id = 62) const bool DETAIL_MASKED = false;
 
 struct RestVertex {
@@ -20,17 +19,17 @@ struct RestVertex {
 
 layout(set = 2, std430) readonly buffer Detail {
     vec4 detail_linear;   // columns: from the surface's coordinates to those of the detail
-    vec4 mask_linear;     // columns: and to those of its mask
+    vec4 mask_linear;     // columns: from the surface's coordinates to those of its mask
     vec4 detail_offsets;  // xy: of the detail; zw: of the mask
     vec4 detail_color;    // rgb: factor of its colours; a: reflectance at normal incidence
-    RestVertex rest[];    // where it is seen along the axes
+    RestVertex rest[];    // for projection along the axes
 };
 layout(set = 2) uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], metres per unit of its coordinates
 layout(set = 2) uniform sampler2D detail_b;     // E[hs ht]
 layout(set = 2) uniform sampler2D detail_colors; // rgb albedo, a the root of the roughness alpha
-layout(set = 2) uniform sampler2D detail_mask;  // x: how much of it there is, E[m]; y: E[m^2]
+layout(set = 2) uniform sampler2D detail_mask;  // x: mean coverage, E[m]; y: E[m^2]
 
-// Of a pixel.
+// Means of the detail under a pixel.
 struct DetailMeans {
     vec2 slope;      // in the frame
     vec3 covariance; // of the slopes
@@ -38,23 +37,23 @@ struct DetailMeans {
     float cover;     // share of the surface that it covers
 };
 
-// Adds the detail that follows coordinates c of the surface, by the place in `by_place`. linear: from gradients by the place to slopes;
-// weight: of its slopes, share: of its colours.
-void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const mat2 across, const mat2 linear, const float weight,
+// Adds the detail at coordinates c of the surface, with derivatives by position in `by_uv`. linear: from gradients by position to
+// slopes; weight: of its slopes; share: of its colours.
+void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_uv, const mat2 across, const mat2 linear, const float weight,
                 const float share) {
     mat2 to_detail = mat2(detail_linear.xy, detail_linear.zw);
-    mat2 detail_by_place = to_detail * by_place;
+    mat2 detail_by_uv = to_detail * by_uv;
     vec2 size = vec2(textureSize(detail_a, 0));
-    mat2 texels = detail_by_place * across;
+    mat2 texels = detail_by_uv * across;
     Footprint footprint = detail_footprint(texels[0] * size, texels[1] * size, OF_SLOPES);
     vec2 at = to_detail * c + detail_offsets.xy;
     vec4 a = vec4(0.0);
     float b = 0.0;
     for (int i = 0; i < footprint.taps; ++i) {
-        vec2 place = at + tap(footprint, i) / size;
-        a += textureLod(detail_a, place, footprint.lod);
+        vec2 texcoord = at + tap(footprint, i) / size;
+        a += textureLod(detail_a, texcoord, footprint.lod);
         if (USES_COVARIANCE) {
-            b += textureLod(detail_b, place, footprint.lod).x;
+            b += textureLod(detail_b, texcoord, footprint.lod).x;
         }
     }
     float per_tap = 1.0 / float(footprint.taps);
@@ -63,7 +62,7 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const 
     if (DETAIL_MASKED) {
         mat2 to_mask = mat2(mask_linear.xy, mask_linear.zw);
         vec2 mask_size = vec2(textureSize(detail_mask, 0));
-        mat2 mask_texels = to_mask * by_place * across;
+        mat2 mask_texels = to_mask * by_uv * across;
         Footprint wide = detail_footprint(mask_texels[0] * mask_size, mask_texels[1] * mask_size, OF_IMAGE);
         vec2 there = to_mask * c + detail_offsets.zw;
         mask = vec2(0.0);
@@ -73,8 +72,8 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const 
         mask /= float(wide.taps);
         moments = mask_moments(moments, mask);
     }
-    // The chain rule, from the detail's coordinates over the place.
-    mat2 slopes = linear * transpose(detail_by_place) * weight;
+    // The chain rule, from the detail's coordinates by position.
+    mat2 slopes = linear * transpose(detail_by_uv) * weight;
     sum.slope += slopes * moments.first;
     if (USES_COVARIANCE) {
         sum.covariance += map_second_moments(slopes, moments_covariance(moments));
@@ -91,11 +90,11 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_place, const 
     sum.cover += share * mask.x;
 }
 
-// At a place on a patch. linear: from gradients by the place to slopes in the frame.
-DetailMeans filter_detail(const uint index, const vec2 place, vec2 texcoord, mat2 texcoord_by_place, mat2 across, mat2 linear) {
+// The detail at a position on a patch. linear: from gradients by position to slopes in the frame.
+DetailMeans filter_detail(const uint index, const vec2 patch_uv, vec2 texcoord, mat2 texcoord_by_uv, mat2 across, mat2 linear) {
     DetailMeans sum = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
     if (DETAIL == DETAIL_BY_TEXCOORD) {
-        add_detail(sum, texcoord, texcoord_by_place, across, linear, 1.0, 1.0);
+        add_detail(sum, texcoord, texcoord_by_uv, across, linear, 1.0, 1.0);
         return sum;
     }
     uvec4 corners = patches[index].vertices;
@@ -105,16 +104,16 @@ DetailMeans filter_detail(const uint index, const vec2 place, vec2 texcoord, mat
         n[i] = rest[corners[i]].normal.xyz;
     }
     vec3 position, normal;
-    mat2x3 by_place;
+    mat2x3 by_uv;
     if (TRIANGLES) {
-        by_place = mat2x3(p[1] - p[0], p[3] - p[0]);
-        position = p[0] + by_place * place;
-        normal = n[0] + mat2x3(n[1] - n[0], n[3] - n[0]) * place;
+        by_uv = mat2x3(p[1] - p[0], p[3] - p[0]);
+        position = p[0] + by_uv * patch_uv;
+        normal = n[0] + mat2x3(n[1] - n[0], n[3] - n[0]) * patch_uv;
     } else {
-        vec3 low = mix(p[0], p[1], place.x), high = mix(p[3], p[2], place.x);
-        by_place = mat2x3(mix(p[1] - p[0], p[2] - p[3], place.y), high - low);
-        position = mix(low, high, place.y);
-        normal = mix(mix(n[0], n[1], place.x), mix(n[3], n[2], place.x), place.y);
+        vec3 low = mix(p[0], p[1], patch_uv.x), high = mix(p[3], p[2], patch_uv.x);
+        by_uv = mat2x3(mix(p[1] - p[0], p[2] - p[3], patch_uv.y), high - low);
+        position = mix(low, high, patch_uv.y);
+        normal = mix(mix(n[0], n[1], patch_uv.x), mix(n[3], n[2], patch_uv.x), patch_uv.y);
     }
     normal *= inversesqrt(max(dot(normal, normal), 1e-20));
     vec3 weights = triplanar_weights(normal), of_relief = relief_weights(normal);
@@ -122,14 +121,14 @@ DetailMeans filter_detail(const uint index, const vec2 place, vec2 texcoord, mat
     for (int k = 0; k < 3; ++k) {
         if (weights[k] > 0.0) {
             vec2 c = seen_along(k, position, normal) + TRIPLANAR_SHIFTS[k];
-            mat2 seen_by_place = mat2(seen_along(k, by_place[0], normal), seen_along(k, by_place[1], normal));
-            add_detail(sum, c, seen_by_place, across, linear, of_relief[k], weights[k] * per_sum);
+            mat2 seen_by_uv = mat2(seen_along(k, by_uv[0], normal), seen_along(k, by_uv[1], normal));
+            add_detail(sum, c, seen_by_uv, across, linear, of_relief[k], weights[k] * per_sum);
         }
     }
     return sum;
 }
 
-// The colours of the surface with the detail on it: rgb, and alpha^2.
+// Colour of the surface with the detail applied: rgb, and alpha^2.
 vec4 color_with_detail(const vec4 color, const DetailMeans detail) {
     if (DETAIL_COLORS == DETAIL_VARIES) {
         return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), mix(color.a, detail.color.a, detail.cover));

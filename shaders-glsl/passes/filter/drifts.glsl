@@ -1,34 +1,34 @@
-// Open ground from afar: drifts of dust over metres to hundreds of metres, and paths that animals have trodden. Drifts are octaves of noise
-// and paths a sum of plane waves, of which a pixel's footprint takes a known part, so they neither repeat nor shimmer.
+// Open ground: drifts of dust over metres to hundreds of metres, and trodden paths. Drifts are octaves of noise and paths a sum
+// of plane waves. Each is filtered analytically over the pixel's footprint, so neither repeats nor shimmers.
 #ifndef LEADR_FILTER_DRIFTS
 #define LEADR_FILTER_DRIFTS
 
-// Variance of a pixel's filter, in squares of its width.
+// Variance of the pixel filter, in squared pixel widths.
 const float PIXEL_VARIANCE = 0.12;
-// A wave and the next: lengths grow by this, and directions turn by the golden angle.
+// Ratio of consecutive wavelengths. The direction rotates by the golden angle per wave.
 const float LONGER = 1.6;
-const mat2 TURNED = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
+const mat2 ROTATION = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
 const int DRIFTS = 8;
-const float LARGEST_DRIFT = 102.4; // metres across a cell of its lattice; each is half as large as the one before
+const float LARGEST_DRIFT = 102.4; // metres across a lattice cell; each octave halves it
 const int PATH_WAVES = 5;
 const float SHORTEST_PATH = 31.0;
 // Half the width of a path, metres.
 const float PATH_WIDTH = 0.45;
-// What is left of the soil's albedo on average: the map is that of a dusty place.
+// Mean remaining fraction of the soil's albedo, since its map shows a dusty area.
 const vec3 OPEN_GROUND = vec3(0.82, 0.816, 0.787);
 
-// Crests are as long as waves whose vectors differ by this part keep step. Endless ones would show as rays toward the horizon, where pixels
-// are much longer than they are wide.
+// Relative spread of the wave vectors, which limits the length of the crests. Unlimited crests would show as rays toward the
+// horizon, where footprints are very long.
 const float WAVE_SPREAD = 0.2;
 
-// Part of a wave that a pixel lets pass.
+// Fraction of a wave's amplitude that passes the pixel filter.
 float wave_part(const vec2 k, const mat2 across) {
-    vec2 turned = k * across;
+    vec2 rotated = k * across;
     float widest = dot(across[0], across[0]) + dot(across[1], across[1]);
-    return exp(-0.5 * PIXEL_VARIANCE * (dot(turned, turned) + WAVE_SPREAD * WAVE_SPREAD * dot(k, k) * widest));
+    return exp(-0.5 * PIXEL_VARIANCE * (dot(rotated, rotated) + WAVE_SPREAD * WAVE_SPREAD * dot(k, k) * widest));
 }
 
-// Three numbers within -1 and 1 of a corner of a lattice.
+// Three numbers in [-1, 1] for a lattice corner.
 vec3 corner_numbers(const ivec2 corner, const uint seed) {
     uint n = uint(corner.x) * 0x9e3779b1u ^ uint(corner.y) * 0x85ebca6bu ^ seed * 0x27d4eb2fu;
     n = (n ^ (n >> 16)) * 0x7feb352du;
@@ -37,7 +37,8 @@ vec3 corner_numbers(const ivec2 corner, const uint seed) {
     return vec3(uvec3(n, n >> 11, n >> 22) & uvec3(0x7ffu, 0x7ffu, 0x3ffu)) * vec3(2.0 / 2047.0, 2.0 / 2047.0, 2.0 / 1023.0) - 1.0;
 }
 
-// A corner's gradient and value at `from` it; values vary by so much that noise is as strong at corners as between them.
+// Noise from a corner's gradient and value, at offset `from`. The value's amplitude makes noise as strong at corners as between
+// them.
 float corner_noise(const ivec2 corner, const uint seed, const vec2 from) {
     vec3 numbers = corner_numbers(corner, seed);
     return dot(numbers.xy, from) + 0.408 * numbers.z;
@@ -54,46 +55,47 @@ float lattice_noise(const vec2 at, const uint seed) {
     return 4.24 * mix(row.x, row.y, fade.y);
 }
 
-// Part of noise on a lattice of such cells that a pixel lets pass: of waves as long as 1.7 cells, along the longer side of the footprint.
+// Fraction of lattice noise that passes the pixel filter, taken for waves of 1.7 cells along the longer axis of the footprint.
 float noise_part(const float cell, const float widest) {
     float k = 6.28318530718 / (1.7 * cell);
     return exp(-0.5 * PIXEL_VARIANCE * k * k * widest);
 }
 
-// At a place in metres. across: its derivatives by x and y of the image.
-vec3 ground_tint(const vec2 place, const mat2 across) {
-    // Straight crests are bent, by less than they would have to be filtered for.
+// Albedo factor at a position in metres. across: derivatives of the position by x and y of the image.
+vec3 ground_tint(const vec2 position, const mat2 across) {
+    // Bends straight crests, too little to affect their filtering.
     const vec2 bend_x = vec2(0.036, 0.061), bend_y = vec2(0.067, -0.029);
-    vec2 bent = vec2(sin(dot(bend_x, place) + 0.4) * wave_part(bend_x, across), sin(dot(bend_y, place) + 1.9) * wave_part(bend_y, across));
-    vec2 p = place + 3.0 * bent;
+    vec2 bent = vec2(sin(dot(bend_x, position) + 0.4) * wave_part(bend_x, across),
+                     sin(dot(bend_y, position) + 1.9) * wave_part(bend_y, across));
+    vec2 p = position + 3.0 * bent;
     float drift = 0.0, height = 0.84, cell = LARGEST_DRIFT;
     float widest = dot(across[0], across[0]) + dot(across[1], across[1]);
-    // Lattices turn from one octave to the next, so that their rows do not add up.
-    mat2 turned = mat2(1.0);
+    // Each octave's lattice is rotated, so that their rows do not align.
+    mat2 rotated = mat2(1.0);
     for (int i = 0; i < DRIFTS; ++i) {
         float part = noise_part(cell, widest);
         if (part < 0.01) {
             break;
         }
-        drift += height * part * lattice_noise(turned * place / cell, uint(i));
-        turned = TURNED * turned;
+        drift += height * part * lattice_noise(rotated * position / cell, uint(i));
+        rotated = ROTATION * rotated;
         cell *= 0.5;
         height /= 1.062;
     }
-    // A path runs where a broad wave is 0; its distance is that wave over its slope.
+    // A path runs along the zeros of a broad wave. The distance to it is the wave's value over its slope.
     float level = 0.0, left = 0.0;
     vec2 slope = vec2(0.0);
-    vec2 k = TURNED * vec2(6.28318530718 / SHORTEST_PATH, 0.0);
+    vec2 k = ROTATION * vec2(6.28318530718 / SHORTEST_PATH, 0.0);
     for (int i = 0; i < PATH_WAVES; ++i) {
         float part = wave_part(k, across), phase = dot(k, p) + 1.7 * float(i * i);
         level += part * cos(phase);
         slope -= part * sin(phase) * k;
         left += part;
-        k = TURNED * k / LONGER;
+        k = ROTATION * k / LONGER;
     }
     float square = max(dot(slope, slope), 1e-4);
     vec2 over = slope * across;
-    // The pixel widens the path by its own extent across it.
+    // The pixel widens the path by the footprint's extent across it.
     float width = PATH_WIDTH * PATH_WIDTH, wider = width + PIXEL_VARIANCE * dot(over, over) / square;
     float trodden = sqrt(width / wider) * exp(-0.5 * level * level / (square * wider)) * left / float(PATH_WAVES);
     vec3 tint = OPEN_GROUND * (1.0 + 0.08 * drift * vec3(1.0, 1.05, 1.15));

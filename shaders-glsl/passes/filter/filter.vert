@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Draws the tiles that show an object.
+// Draws the tiles that contain an object.
 #include "../geometry/object.glsl"
 #include "../tiles.glsl"
 

@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Filters and shades each pixel of one object: the G-buffer between the two costs more than it saves where nothing else reads it.
-// The pixels of others fail the depth test (object_depth.glsl): drivers without divergent branches (lavapipe) go on after a `discard`.
+// Filters and shades each pixel of one object in one pass, which is cheaper than a G-buffer when no other pass reads it. Pixels
+// of other objects fail the depth test (object_depth.glsl), because drivers without divergent branches (lavapipe) continue
+// after `discard`.
 #include "filtered.glsl"
 #include "../shade/shaded.glsl"
 
@@ -12,8 +13,8 @@ layout(location = 0) out vec4 out_radiance;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec4 seen = texelFetch(visible_surface, pixel, 0);
-    vec2 place = position_of(seen.w);
+    vec2 position = position_of(seen.w);
     float area;
-    FilteredSurface filtered = filtered_mesh(pixel, place, seen, area);
-    out_radiance = vec4(shaded(filtered, place, texelFetch(visible_depth, pixel, 0).x), 1.0);
+    FilteredSurface filtered = filtered_mesh(pixel, position, seen, area);
+    out_radiance = vec4(shaded(filtered, position, texelFetch(visible_depth, pixel, 0).x), 1.0);
 }

@@ -2,7 +2,7 @@
 #ifndef LEADR_FILTER_FILTERED
 #define LEADR_FILTER_FILTERED
 #include "../geometry/object.glsl"
-#include "../geometry/place.glsl"
+#include "../geometry/footprint.glsl"
 #include "../geometry/rest_triangle.glsl"
 #include "../geometry/tile.glsl"
 #include "../tiling.glsl"
@@ -16,31 +16,31 @@
 #include "atlas.glsl"
 
 layout(constant_id = 40) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
-layout(constant_id = 66) const int TAP_ROWS = 1; // rows of them across it, in the maps of slopes and of the material
-// Which maps the object has. Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
+layout(constant_id = 66) const int TAP_ROWS = 1; // rows of taps across the footprint, for the slope and material maps
+// The maps of the object. Constants, because drivers without divergent branches (lavapipe) run both sides of an `if`.
 layout(constant_id = 41) const bool ATLAS = false; // one tile per patch
 layout(constant_id = 42) const bool DISPLACED = true;
 layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
-layout(constant_id = 45) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
+layout(constant_id = 45) const bool FLAT = false;  // tangents by texture coordinate are constant
 layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat triangles
-layout(constant_id = 58) const bool TRIPLANAR = false; // the relief of triangles is seen along the axes
-layout(constant_id = 55) const bool RISE_OVER_RUN = false; // slopes are, instead of by texture coordinate
-layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
-layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
-layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
-layout(constant_id = 52) const bool EMITS = false;    // its material emits light
-layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
-layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordinates of its own
+layout(constant_id = 58) const bool TRIPLANAR = false; // the relief of triangles is projected along the axes
+layout(constant_id = 55) const bool RISE_OVER_RUN = false; // maps hold slopes as rise over run, not per texture coordinate
+layout(constant_id = 46) const bool PLAIN = false; // all vertices have the same colour and accessibility
+layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by the full height map
+layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // a map gives the reflectance at normal incidence
+layout(constant_id = 52) const bool EMITS = false;    // the material emits light
+layout(constant_id = 53) const bool OCCLUDED = false; // the material has an occlusion map
+layout(constant_id = 54) const bool CHARTED = false;  // the material has its own texture coordinates
 layout(constant_id = 56) const bool COLOR_BY_HEIGHT = false; // colours follow the heights
 layout(constant_id = 57) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
-layout(constant_id = 64) const bool BY_EXAMPLE = false; // its maps are shown without repeats; of flat objects
-layout(constant_id = 65) const bool GROUND = false; // under the drifts and paths of open ground; of flat objects
+layout(constant_id = 64) const bool BY_EXAMPLE = false; // maps are tiled without visible repeats; flat objects only
+layout(constant_id = 65) const bool GROUND = false; // with drifts and paths of open ground; flat objects only
 #include "drifts.glsl"
 #include "macrosurface.glsl"
 
-uniform usampler2D visible_surface;   // what the geometry stage wrote
+uniform usampler2D visible_surface;   // output of the geometry pass
 uniform usampler2D visible_footprint; // of edge samples
 layout(set = 2) uniform sampler2D height_map;
 layout(set = 2) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
@@ -51,8 +51,8 @@ layout(set = 2) uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughne
 layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D emission_map;
 layout(set = 2) uniform sampler2D occlusion_map; // x accessibility; or, of CONES, a cone in the frame of the texture with y up
-// Layers, rgb colour times weight, a that weight: those of the height for `low` and for `high` of leadr/visible/relief_color.glsl, if
-// colours follow heights; then slopes along s and along t, if they follow slopes. Large maps begin at a coarser level.
+// Layers of rgb colour times weight, with the weight in a. If colours follow heights, first the weights `low` and `high` of
+// leadr/visible/relief_color.glsl. If they follow slopes, then slopes along s and t. Large maps start at a coarser level.
 layout(set = 2) uniform sampler2DArray color_weighted;
 uniform sampler2D visible_depth;
 layout(set = 2) uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
@@ -63,52 +63,53 @@ struct Footprint {
     vec2 row;     // between rows of them, across it
     int rows;
     int taps;     // in all rows
-    float lod;    // of the taps
-    float level;  // that of taps in one row, as wide as the footprint is across
+    float lod;    // level of detail of the taps
+    float level;  // level of detail with a single row of taps, as wide as the footprint is across
     float across; // level of detail whose texels are as wide as the footprint is across
-    float widest; // and as it is long
+    float widest; // level of detail whose texels are as wide as the footprint is long
 };
 
 const Footprint POINT_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 1, 1, 0.0, 0.0, 0.0, 0.0);
 
-// Variance of a trilinear tap against that of a pixel as wide as its texels. The mean over a texel has 1/12, the interpolation 1/6,
-// a pixel 1/12: that is 3. Measured: somewhat less, for wider taps, is nearer to the truth where they stand apart.
+// Variance of a trilinear tap over that of a pixel as wide as its texels. A texel mean has 1/12 and interpolation 1/6, against
+// 1/12 for a pixel, which gives 3. A slightly lower value is more accurate in measurements, because it widens taps that stand
+// apart.
 const float TAP_VARIANCE = 2.5;
-// What a map is between its texels, before a pixel averages it: an image is a tap of its finest level, and so is what is averaged.
-// Slopes are those of triangles.
+// Variance of a map's own reconstruction, before the pixel filter: one tap of the finest level for images and averaged values.
+// Slopes are those of flat triangles.
 const float OF_IMAGE = TAP_VARIANCE, OF_SLOPES = 0.0;
-// Further taps for each further width of the footprint along it.
+// Additional taps for each further width of the footprint along it.
 const float OVERLAP = 1.3;
 
-// The squared distance between `taps` taps in a line that together have this second moment, as if each had the shape of a pixel, and the
-// squared width of each of them. No tap is narrower than `narrowest`.
+// The squared distance between `taps` taps in a line with the given second moment, each with the shape of a pixel. Also returns
+// the squared width of a tap, at least that of `narrowest`.
 float taps_apart(const float squared, const float taps, const float narrowest, out float width_squared) {
     width_squared = max(squared / (taps * taps), narrowest);
     return max(squared - width_squared, 0.0) / max(taps * taps - 1.0, 1.0);
 }
 
-// Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
-// distances of taps keep the second moment of the footprint, so nothing jumps when the number of taps changes.
-// dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels; own: second moment of what is averaged.
+// Moments are linear, so a few isotropic taps along the long axis replace the elliptical footprint of a pixel. Widths and
+// distances of taps keep the second moment of the footprint, so a change in the number of taps is continuous. dx, dy:
+// derivatives in texels of the map; reach: longest distance of a tap, texels; own: second moment of the map's reconstruction.
 Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, float own, int rows) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major_squared = max(xx, yy);
     float major = sqrt(major_squared);
-    // The width across the long axis: the area of the footprint over its length.
+    // The width across the long axis: area over length of the footprint.
     float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
     float row_width_squared, width_squared;
     float row_squared = taps_apart(minor * minor + own, float(rows), TAP_VARIANCE, row_width_squared);
     Footprint footprint;
     footprint.rows = rows;
-    // Clamped as a float, and with `for` loops over the taps: an integer bound lets lavapipe unroll them all and run every one, and
-    // a `do` loop gives wrong pixels there.
+    // Clamped as a float, and with `for` loops over the taps. With an integer bound lavapipe unrolls the loop and runs every
+    // tap; a `do` loop gives wrong pixels there.
     float taps = clamp(ceil(float(rows) * (1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0))), 1.0, float(MAX_TAPS * rows));
     footprint.taps = int(taps) * rows;
     float step_squared = taps_apart(major_squared + own, taps, row_width_squared, width_squared);
     float longest = 2.0 * reach / max(taps - 1.0, 1.0);
     if (step_squared > longest * longest) {
-        // Where the taps cannot reach, wider taps cover the rest.
+        // Beyond the reach of the taps, wider taps cover the rest.
         step_squared = longest * longest;
         width_squared = major_squared + own - step_squared * max(taps * taps - 1.0, 1.0);
     }
@@ -122,7 +123,7 @@ Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, 
     return footprint;
 }
 
-// From the middle of the footprint, texels.
+// Offset of a tap from the centre of the footprint, texels.
 vec2 tap(const Footprint footprint, const int i) {
     if (footprint.rows == 1) {
         return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
@@ -138,7 +139,7 @@ Footprint footprint_over(const vec2 dx, const vec2 dy, const float reach, const 
     }
     Footprint footprint = elliptical_footprint(dx, dy, reach, own, rows);
     if (ATLAS) {
-        // Samples that patches share stand for wider parts than texels do.
+        // Samples shared by patches cover a larger area than texels do.
         float wider = footprint.lod + 0.5 * log2(TAP_VARIANCE);
         float lod = mix(footprint.lod, wider, clamp(0.5 * (wider - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0));
         footprint.level += lod - footprint.lod;
@@ -147,7 +148,7 @@ Footprint footprint_over(const vec2 dx, const vec2 dy, const float reach, const 
     return footprint;
 }
 
-// Over a footprint.
+// Means over a footprint.
 struct Means {
     vec2 mean;   // E[hs], E[ht]
     vec3 second; // E[hs^2], E[ht^2], E[hs ht]
@@ -156,16 +157,16 @@ struct Means {
     vec3 mixed;
     vec4 light;  // emission, accessibility
     vec4 cone;
-    vec4 low;    // of colour and weight, by height
+    vec4 low;    // colour times weight and weight, by height
     vec4 high;
-    vec4 by_s;   // of colour and slope
+    vec4 by_s;   // colour times slope
     vec4 by_t;
 };
 
 const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE, vec4(0.0),
                               vec4(0.0), vec4(0.0), vec4(0.0));
 
-// A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
+// Converts a colour texel to linear quantities: roughness averages as variance (LEADR section 4.1).
 vec4 linear_color(const vec4 texel) {
     float alpha = texel.a * texel.a;
     return vec4(texel.rgb, alpha * alpha);
@@ -175,16 +176,16 @@ vec4 linear_color(const vec4 texel) {
 vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 at, const Levels levels) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < footprint.taps; ++i) {
-        Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
-        vec3 emission = EMITS ? level_mix(emission_map, coarse_light, place, levels).rgb : vec3(0.0);
-        // The coarse levels hold the accessibility elsewhere than the tiles do.
-        float accessibility = OCCLUDED ? fine_part(occlusion_map, place, levels).x + coarse_part(coarse_light, place, levels).a : 1.0;
+        AtlasPoint point = point_across_borders(index, at + tap(footprint, i) / tile_inner());
+        vec3 emission = EMITS ? level_mix(emission_map, coarse_light, point, levels).rgb : vec3(0.0);
+        // The coarse levels and the tiles store the accessibility in different images.
+        float accessibility = OCCLUDED ? fine_part(occlusion_map, point, levels).x + coarse_part(coarse_light, point, levels).a : 1.0;
         sum += vec4(emission, accessibility);
     }
     return sum / float(footprint.taps);
 }
 
-// Of textures that repeat: nothing ends at the border of a tile.
+// Footprint in repeating textures, which have no tile borders.
 Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
     return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
@@ -195,7 +196,7 @@ float slope_layer() {
     return COLOR_BY_HEIGHT ? 2.0 : 0.0;
 }
 
-// Finest levels of the colours without their weighted means.
+// Number of finest colour levels without weighted means.
 float skipped_levels() {
     return log2(float(textureSize(color_map, 0).x) / float(textureSize(color_weighted, 0).x));
 }
@@ -206,27 +207,27 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
     float skipped = USES_RELIEF_COLOR && COLOR_BY_HEIGHT ? skipped_levels() : 0.0;
     Means sum = NO_MEANS;
     for (int i = 0; i < footprint.taps; ++i) {
-        Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
+        AtlasPoint point = point_across_borders(index, at + tap(footprint, i) / tile_inner());
         if (USES_SLOPES && DISPLACED) {
-            vec4 a = level_mix(moments_a, coarse_a, place, levels);
-            sum.mean += place.gradient * a.xy;
+            vec4 a = level_mix(moments_a, coarse_a, point, levels);
+            sum.mean += point.gradient * a.xy;
             if (USES_COVARIANCE) {
-                float b = level_mix(moments_b, coarse_b, place, levels).x;
-                sum.second += map_second_moments(place.gradient, vec3(a.zw, b));
+                float b = level_mix(moments_b, coarse_b, point, levels).x;
+                sum.second += map_second_moments(point.gradient, vec3(a.zw, b));
             }
         }
         if (COLORED) {
-            sum.color += linear_color(level_mix(color_map, coarse_color, place, levels));
+            sum.color += linear_color(level_mix(color_map, coarse_color, point, levels));
         }
         if (REFLECTS_BY_MAP) {
-            sum.f0 += level_mix(f0_map, coarse_f0, place, levels).rgb;
+            sum.f0 += level_mix(f0_map, coarse_f0, point, levels).rgb;
         }
         if (MIXED_ROUGHNESS) {
-            sum.mixed += level_mix(mixed_map, coarse_mixed, place, levels).rgb;
+            sum.mixed += level_mix(mixed_map, coarse_mixed, point, levels).rgb;
         }
         if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
-            sum.low += layer_mix(color_weighted, coarse_weighted, 0.0, place, levels, size, skipped);
-            sum.high += layer_mix(color_weighted, coarse_weighted, 1.0, place, levels, size, skipped);
+            sum.low += layer_mix(color_weighted, coarse_weighted, 0.0, point, levels, size, skipped);
+            sum.high += layer_mix(color_weighted, coarse_weighted, 1.0, point, levels, size, skipped);
         }
     }
     float weight = 1.0 / float(footprint.taps);
@@ -235,7 +236,7 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
                  light, NO_CONE, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
-// Where a map is looked up, and the derivatives of that place by x and y of the image.
+// A texture coordinate and its derivatives by x and y of the image.
 struct Chart {
     vec2 at;
     mat2 across;
@@ -246,26 +247,26 @@ Footprint footprint_in(const Chart chart, sampler2D map, const float own, const 
     return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, own, rows);
 }
 
-// Where an object lies on the lattice of its looks, in repeats.
+// Offset of an object in the lattice of tiling variants, in repeats.
 vec2 tiling_shift() {
     return OBJECT.shift;
 }
 
-// The moments of a relief that is shown without repeats. passing: see tiled_height; so little that the middle of the footprint stands for all
-// of it.
-void filter_tiled_moments(Footprint footprint, PlacedLooks looks, const vec2 texcoord, const vec2 passing, inout Means means) {
+// The moments of a relief tiled without repeats. passing: see tiled_height; small enough to be evaluated at the centre of the
+// footprint only.
+void filter_tiled_moments(Footprint footprint, OffsetVariants variants, const vec2 texcoord, const vec2 passing, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
-    float part = FINEST_LEVEL ? 1.0 : tiling_part(looks, moments_a, footprint.lod);
-    looks = merged_at(looks, footprint.level);
+    float part = FINEST_LEVEL ? 1.0 : tiling_part(variants, moments_a, footprint.lod);
+    variants = merged_at(variants, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(moments_a, 0)), middle = texcoord + tiling_shift();
     SlopeMoments blend = SlopeMoments(passing, vec3(0.0));
-    for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
+    for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
         vec2 at = middle + now.from + tap(footprint, now.tap) * per_texel;
         vec4 a = textureLod(moments_a, at, footprint.lod);
         float b = USES_COVARIANCE ? textureLod(moments_b, at, footprint.lod).x : 0.0;
-        blend = add_look(blend, SlopeMoments(a.xy, vec3(a.zw, b)), now.weight, part);
-        // The squares of a tap's mean slope, once all of its looks are in.
+        blend = add_variant(blend, SlopeMoments(a.xy, vec3(a.zw, b)), now.weight, part);
+        // Adds the square of a tap's mean slope after all of its variants.
         float whole = now.last ? 1.0 : 0.0;
         mean += whole * blend.first;
         second += whole * (blend.second + vec3(blend.first * blend.first, blend.first.x * blend.first.y));
@@ -291,49 +292,49 @@ void filter_moments(const Footprint footprint, const vec2 texcoord, inout Means 
     means.second = vec3(a.zw, b) * weight;
 }
 
-// A triangle's relief as it is seen along the axes.
+// A triangle's relief projected along the axes.
 struct AxisViews {
     RestTriangle rest;
     vec3 normal;
-    vec3 weights; // of slopes
-    mat2x3 weights_by_place;
-    mat2 by_place[3];
-    int foremost; // the view that counts most
+    vec3 weights; // of the slopes
+    mat2x3 weights_by_uv;
+    mat2 by_uv[3];
+    int foremost; // the view with the largest weight
 };
 
-AxisViews axis_views(const uint index, const vec2 place) {
+AxisViews axis_views(const uint index, const vec2 patch_uv) {
     AxisViews views;
     views.rest = rest_triangle(patches[index]);
-    views.normal = rest_normal(views.rest, place);
+    views.normal = rest_normal(views.rest, patch_uv);
     views.weights = relief_weights(views.normal);
-    views.weights_by_place = relief_weights_by_place(views.rest, place, views.normal);
+    views.weights_by_uv = relief_weights_by_uv(views.rest, patch_uv, views.normal);
     for (int axis = 0; axis < 3; ++axis) {
-        views.by_place[axis] = seen_by_place(views.rest, axis, views.normal);
+        views.by_uv[axis] = seen_by_uv(views.rest, axis, views.normal);
     }
     vec3 w = views.weights;
     views.foremost = w.x >= max(w.y, w.z) ? 0 : (w.y >= w.z ? 1 : 2);
     return views;
 }
 
-// The moments of a relief that is seen along the axes, by place: the views know nothing of each other, so their covariances add up.
-void filter_axis_moments(const AxisViews views, const vec2 place, const mat2 across, inout Means means) {
+// The moments by position of a relief projected along the axes. The views are uncorrelated, so their covariances add.
+void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 across, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 covariance = vec3(0.0), heights = vec3(0.0);
     float level = mean_height(height_map);
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
-            vec2 seen = seen_at(views.rest, axis, place, views.normal);
-            Footprint footprint = footprint_in(Chart(seen, views.by_place[axis] * across), moments_a, OF_SLOPES, 1);
+            vec2 seen = seen_at(views.rest, axis, patch_uv, views.normal);
+            Footprint footprint = footprint_in(Chart(seen, views.by_uv[axis] * across), moments_a, OF_SLOPES, 1);
             filter_moments(footprint, seen, means);
             heights[axis] = textureLod(height_map, seen, footprint.lod).x - level;
             // The chain rule.
-            mat2 gradient = transpose(views.by_place[axis]) * views.weights[axis];
+            mat2 gradient = transpose(views.by_uv[axis]) * views.weights[axis];
             mean += gradient * means.mean;
             covariance += map_second_moments(gradient, covariance_from_moments(means.mean, means.second));
         }
     }
-    // Where one view passes into another, the relief of the higher one slopes down.
-    mean += heights * views.weights_by_place;
+    // Where one view blends into another, the difference of their heights adds a slope.
+    mean += heights * views.weights_by_uv;
     means.mean = mean;
     means.second = covariance + vec3(mean * mean, mean.x * mean.y);
 }
@@ -370,17 +371,17 @@ void filter_material(const Footprint footprint, const vec2 texcoord, inout Means
     means.by_t *= weight;
 }
 
-// A material that is shown without repeats: whatever it tells is blended about its mean, and what of its colours follows the relief by
-// the squares of the weights, as covariances are.
-void filter_tiled_material(Footprint footprint, PlacedLooks looks, const vec2 texcoord, inout Means means) {
+// A material tiled without repeats. Its values are blended about their mean. The covariance of colours with the relief is
+// blended by squared weights.
+void filter_tiled_material(Footprint footprint, OffsetVariants variants, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
     vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
-    float part = FINEST_LEVEL ? 1.0 : tiling_part(looks, color_map, footprint.lod);
-    looks = merged_at(looks, footprint.level);
+    float part = FINEST_LEVEL ? 1.0 : tiling_part(variants, color_map, footprint.lod);
+    variants = merged_at(variants, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(color_map, 0)), middle = texcoord + tiling_shift();
-    for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
+    for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
         vec2 seen = middle + now.from + tap(footprint, now.tap) * per_texel;
         float weight = now.weight * part, share = now.weight * now.weight;
         vec4 here = linear_color(textureLod(color_map, seen, footprint.lod));
@@ -414,14 +415,14 @@ void filter_tiled_material(Footprint footprint, PlacedLooks looks, const vec2 te
     means.by_t *= weight;
 }
 
-// Footprints whose heights weigh less than this lie in cracks: as little weight is left of what a half-precision texel holds.
+// Footprints with less height weight than this lie in cracks. It is near the precision of a half-precision texel.
 const float LEAST_WEIGHT = 1e-3;
 
-// How the colours follow the relief. tint: factor of the colours; linear: from gradients to slopes; lod: of the colours.
+// Dependence of the colours on the relief. tint: factor of the colours; linear: from gradients to slopes; lod: of the colours.
 ReliefColor filtered_relief_color(const Means means, vec3 tint, const mat2 linear, const float lod) {
     ReliefColor r = LEADR_NO_RELIEF_COLOR;
     if (USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE)) {
-        // Colours of finer levels than there are weighted ones would be compared with means around them.
+        // Fades the tint out where colours have finer levels than their weighted means: the two are not comparable.
         tint *= clamp(lod - skipped_levels() + 1.0, 0.0, 1.0);
     }
     if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
@@ -438,22 +439,22 @@ ReliefColor filtered_relief_color(const Means means, vec3 tint, const mat2 linea
 }
 
 // texcoord, texcoord_across: of the mesh.
-Chart chart_of(const uint chart, const uint index, const vec2 place, const mat2 across, vec2 texcoord, const mat2 texcoord_across) {
+Chart chart_of(const uint chart, const uint index, const vec2 patch_uv, const mat2 across, vec2 texcoord, const mat2 texcoord_across) {
     if (CHARTED) {
         TriangleTexcoord texcoord = charted_texcoord(charts[index], chart);
-        return Chart(texcoord.first + texcoord.by_place * place, texcoord.by_place * across);
+        return Chart(texcoord.first + texcoord.by_uv * patch_uv, texcoord.by_uv * across);
     }
     return Chart(texcoord, texcoord_across);
 }
 
 // The mean of a map under a footprint.
-vec4 filter_map(sampler2D map, const Chart chart, PlacedLooks looks) {
+vec4 filter_map(sampler2D map, const Chart chart, OffsetVariants variants) {
     Footprint footprint = footprint_in(chart, map, OF_IMAGE, 1);
     vec4 sum = vec4(0.0);
     if (BY_EXAMPLE) {
-        // By shares, since it may be a direction.
-        looks = merged_at(looks, footprint.level);
-        for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
+        // Blended by shares, since the value may be a direction.
+        variants = merged_at(variants, footprint.level);
+        for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
             vec2 at = chart.at + tiling_shift() + now.from + tap(footprint, now.tap) / vec2(textureSize(map, 0));
             sum += now.weight * now.weight * textureLod(map, at, footprint.lod);
         }
@@ -465,19 +466,19 @@ vec4 filter_map(sampler2D map, const Chart chart, PlacedLooks looks) {
     return sum / float(footprint.taps);
 }
 
-// How far the level of the horizon is from the one as coarse as the footprint is across to the one as coarse as it is long. Measured:
-// a finer level hides too much of what the slope statistics hide already, a coarser one too little where footprints are long.
+// Level of the horizon: 0 is as coarse as the footprint is across, 1 as coarse as it is long. Measured: a finer level
+// duplicates shadowing of the slope statistics; a coarser one loses shadows in long footprints.
 const float WIDER = 0.25;
 
-// The horizon of the bumps larger than the footprint: smaller ones are left to the slope statistics.
+// The horizon of bumps larger than the footprint. The slope statistics cover smaller ones.
 Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 texcoord, const mat2 linear, const float scale) {
     float lod = mix(footprint.across, footprint.widest, WIDER), part = scale;
     if (ATLAS) {
-        // Coarse levels have none.
+        // The coarse levels store no horizon.
         part *= levels_at(lod).fine;
         lod = min(lod, float(SOURCE_LEVEL));
     }
-    // The horizons of large maps begin at a coarser level.
+    // The horizons of large maps start at a coarser level.
     lod -= log2(float(textureSize(moments_a, 0).x) / float(textureSize(horizon_a, 0).x));
     vec4 a = part * textureLod(horizon_a, texcoord, lod);
     float correlation = textureLod(horizon_b, texcoord, lod).x;
@@ -485,31 +486,31 @@ Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 t
     return Horizon(linear * a.xy, map_second_moments(linear, spread));
 }
 
-// That of a relief that is shown without repeats, by shares: bumps of one look that hide a place of another are left out.
-Horizon filter_tiled_horizon(const Footprint footprint, const uint index, PlacedLooks looks, const vec2 texcoord, const mat2 linear,
+// The horizon of a relief tiled without repeats, blended by shares. Bumps of one variant that shadow another are ignored.
+Horizon filter_tiled_horizon(const Footprint footprint, const uint index, OffsetVariants variants, const vec2 texcoord, const mat2 linear,
                              const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     vec2 at = texcoord + tiling_shift();
-    looks = merged_at(looks, footprint.level);
-    int count = tiling_count(looks);
+    variants = merged_at(variants, footprint.level);
+    int count = tiling_count(variants);
     for (int k = 0; k < count; ++k) {
-        float share = looks.of.a.weight * looks.of.a.weight;
-        Horizon seen = filter_horizon(footprint, index, at + looks.from_a, linear, scale);
+        float share = variants.of.a.weight * variants.of.a.weight;
+        Horizon seen = filter_horizon(footprint, index, at + variants.from_a, linear, scale);
         sum.lean += share * seen.lean;
         sum.spread += share * seen.spread;
-        next_look(looks);
+        next_variant(variants);
     }
     return sum;
 }
 
-// That of a relief that is seen along the axes.
-Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, const uint index, const vec2 place, const mat2 linear,
+// The horizon of a relief projected along the axes.
+Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, const uint index, const vec2 patch_uv, const mat2 linear,
                             const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
-            mat2 by_view = linear * transpose(views.by_place[axis]) * views.weights[axis];
-            Horizon seen = filter_horizon(footprint, index, seen_at(views.rest, axis, place, views.normal), by_view, scale);
+            mat2 by_view = linear * transpose(views.by_uv[axis]) * views.weights[axis];
+            Horizon seen = filter_horizon(footprint, index, seen_at(views.rest, axis, patch_uv, views.normal), by_view, scale);
             sum.lean += seen.lean;
             sum.spread += seen.spread;
         }
@@ -517,133 +518,138 @@ Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, co
     return sum;
 }
 
-// The relief between the vertices moves a place by so many footprints at most, and counts rays as at least this steep.
+// Limits of the refinement: largest displacement in footprints, and least sine of a ray's elevation.
 const float MOST_REFINED = 2.0;
 const float LEAST_RISE = 0.05;
-// Change of the gap between ray and relief along the ray, per height of the ray: -1 over level relief, 0 where both run together.
+// Change of the gap between ray and relief per height of the ray: -1 over flat relief, 0 where they are parallel. Steps use at
+// least this magnitude.
 const float LEAST_CLOSING = 0.3;
 
 // passing: see tiled_height.
-float relief_height(const uint index, PlacedLooks looks, const vec2 texcoord, float lod, out vec2 passing) {
+float relief_height(const uint index, OffsetVariants variants, const vec2 texcoord, float lod, out vec2 passing) {
     passing = vec2(0.0);
     if (TRIPLANAR) {
         return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * OBJECT.height_scale;
     }
     if (BY_EXAMPLE) {
-        return tiled_height(height_map, looks, texcoord + tiling_shift(), lod, passing) * OBJECT.height_scale;
+        return tiled_height(height_map, variants, texcoord + tiling_shift(), lod, passing) * OBJECT.height_scale;
     }
     vec4 tile = ATLAS ? patch_tile(patches[index]) : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
     return textureLod(height_map, at, lod).x * OBJECT.height_scale;
 }
 
-// The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
-// one step as over level relief, and one of the secant method. texels: by texture coordinate; longest: of the footprint, texels.
-vec2 refined_texcoord(uint index, PlacedLooks looks, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod,
+// The texture coordinate where a ray meets the relief. The geometry is a triangle, flat between its vertices. From its hit
+// point: one step as over flat relief, then one secant step. texels: per texture coordinate; longest: of the footprint, texels.
+vec2 refined_texcoord(uint index, OffsetVariants variants, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod,
                       const float longest, out vec2 passing) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
     float square = max(dot(normal, normal), 1e-30);
     float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
     vec2 per_height = vec2(dot(ray, cross(surface.tangent_t, normal)), dot(ray, cross(normal, surface.tangent_s))) / (square * rise);
     float most = MOST_REFINED * longest / max(length(texels * per_height), 1e-20);
-    float gap = relief_height(index, looks, surface.texcoord, lod, passing) - surface.height;
+    float gap = relief_height(index, variants, surface.texcoord, lod, passing) - surface.height;
     float climbed = clamp(gap, -most, most);
-    float gap_there = relief_height(index, looks, surface.texcoord + per_height * climbed, lod, passing) - surface.height - climbed;
+    float gap_there = relief_height(index, variants, surface.texcoord + per_height * climbed, lod, passing) - surface.height - climbed;
     float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
     return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
 
-// How much joined edge samples count against the pixel's own footprint: 0 up to an eighth of a patch, where the maps of the
-// patch hold everything there is to know, and 1 from a quarter of a patch on.
+// Weight of joined edge samples against the pixel's own footprint: 0 below an eighth of a patch, where the patch's maps are
+// complete, and 1 from a quarter of a patch on.
 float joined_part(const float lod) {
     return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
 }
 
-// At a pixel that sees the object. at: its place in the image, in pixels (msaa.comp lists pixels elsewhere); area: of macrosurface within it, projected along its displacement direction, square metres.
+// Filters a pixel of the object. at: its position in the image, in pixels (msaa.comp lists pixels elsewhere); area: of the
+// macrosurface within it, projected along its displacement direction, square metres.
 FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float area) {
-    // Helper invocations, and pixels that a `discard` has ended, come here with what another object wrote, whose patches may lie beyond
-    // the end of this one's buffers.
+    // Helper invocations and discarded pixels run with another object's data, whose patch numbers may exceed this object's
+    // buffers.
     seen.xyz = object_of(seen.x) == OBJECT.number ? seen.xyz : uvec3(0u);
     // The ray through the pixel, up to the surface.
     vec2 step = vec2(VIEW.ray_x.w, VIEW.ray_y.w), ndc = at * step - 1.0;
     vec3 ray = VIEW.ray_middle.xyz + ndc.x * VIEW.ray_x.xyz + ndc.y * VIEW.ray_y.xyz;
     float along = VIEW.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
     uint index = seen.x & PATCH_BITS;
-    vec2 place = uintBitsToFloat(seen.yz);
-    Macrosurface surface = macrosurface_at(index, place, ray * along, (seen.x & INSIDE) != 0u);
+    vec2 patch_uv = uintBitsToFloat(seen.yz);
+    Macrosurface surface = macrosurface_at(index, patch_uv, ray * along, (seen.x & INSIDE) != 0u);
 
-    // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
+    // An edge sample on its pixel's own surface covers part of the pixel. All of them are joined (join.comp).
     bool joined = (seen.x & OF_THE_PIXEL) != 0u;
     uint grid = EDGE_SAMPLES ? VIEW.edge_grid : 0u;
-    // Edge samples are drawn with finer geometry and take the derivatives of its triangles: the area of surface that each
-    // contains is what counts (join.comp).
+    // Edge samples use finer geometry and the derivatives of its triangles. Their weight is the surface area that each contains
+    // (join.comp).
     mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, step)
                              : unpack_footprint(texelFetch(visible_footprint, pixel, 0).xy) * (joined ? 1.0 / float(grid) : 1.0);
     vec2 size = vec2(textureSize(moments_a, 0));
-    mat2 texcoord_across = surface.texcoord_by_place * across;
+    mat2 texcoord_across = surface.texcoord_by_uv * across;
     mat2 texels = mat2(size.x, 0.0, 0.0, size.y);
     AxisViews views;
     if (TRIPLANAR) {
-        views = axis_views(index, place);
-        texels *= views.by_place[views.foremost];
+        views = axis_views(index, patch_uv);
+        texels *= views.by_uv[views.foremost];
     }
     mat2 texels_across = texels * texcoord_across;
     vec2 dx = clamp(texels_across[0], -6e4, 6e4), dy = clamp(texels_across[1], -6e4, 6e4);
     Frame frame = frame_about(surface.normal);
     vec3 curvature = vec3(0.0);
     if (USES_CURVATURE && !FLAT) {
-        // How far the macro normal turns across the pixel, as differences of slopes.
-        curvature = add_macro_curvature(curvature, -to_frame(frame, surface.normal_by_place * across[0]).xy,
-                                        -to_frame(frame, surface.normal_by_place * across[1]).xy);
+        // Rotation of the macro normal across the pixel, as differences of slopes.
+        curvature = add_macro_curvature(curvature, -to_frame(frame, surface.normal_by_uv * across[0]).xy,
+                                        -to_frame(frame, surface.normal_by_uv * across[1]).xy);
     }
 
     Means means = NO_MEANS;
     vec2 drawn = surface.texcoord;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, TAP_ROWS);
     float color_lod = footprint.lod;
-    PlacedLooks looks = NO_LOOKS;
+    OffsetVariants variants = NO_VARIANTS;
     vec2 passing = vec2(0.0);
     if (BY_EXAMPLE) {
-        looks = placed_looks(surface.texcoord + tiling_shift(), OBJECT.flags);
+        variants = offset_variants(surface.texcoord + tiling_shift(), OBJECT.flags);
     }
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
-            // Coarser levels of a tile do not agree with its neighbours.
-            vec2 refined = refined_texcoord(index, looks, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), longest, passing);
+            // Coarser levels of a tile do not match its neighbours.
+            vec2 refined = refined_texcoord(index, variants, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), longest,
+                                            passing);
             surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.level - float(SOURCE_LEVEL), 0.0, 1.0));
         } else {
-            surface.texcoord = refined_texcoord(index, looks, surface, ray, texels, footprint.level, longest, passing);
+            surface.texcoord = refined_texcoord(index, variants, surface, ray, texels, footprint.level, longest, passing);
         }
     }
     if (ATLAS) {
-        means = filter_atlas(footprint, index, place_in_patch(index, surface.texcoord * size));
+        means = filter_atlas(footprint, index, patch_uv_at(index, surface.texcoord * size));
     } else {
         if (USES_SLOPES && DISPLACED && TRIPLANAR) {
             filter_axis_moments(views, surface.texcoord, texcoord_across, means);
         } else if (USES_SLOPES && DISPLACED && BY_EXAMPLE) {
             if (FINEST_LEVEL || !RELIEF_DRAWN) {
-                tiled_height(height_map, looks, surface.texcoord + tiling_shift(), footprint.level, passing);
+                tiled_height(height_map, variants, surface.texcoord + tiling_shift(), footprint.level, passing);
             }
-            filter_tiled_moments(footprint, looks, surface.texcoord, passing, means);
+            filter_tiled_moments(footprint, variants, surface.texcoord, passing, means);
         } else if (USES_SLOPES && DISPLACED) {
             filter_moments(footprint, surface.texcoord, means);
         }
         if (COLORED) {
-            Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texcoord_across);
+            Chart chart = chart_of(CHART_COLORS, index, patch_uv, across, surface.texcoord, texcoord_across);
             Footprint of_colors = footprint_in(chart, color_map, OF_IMAGE, TAP_ROWS);
             if (BY_EXAMPLE) {
-                filter_tiled_material(of_colors, looks, chart.at, means);
+                filter_tiled_material(of_colors, variants, chart.at, means);
             } else {
                 filter_material(of_colors, chart.at, means);
             }
             color_lod = of_colors.lod;
         }
         if (EMITS) {
-            means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texcoord_across), looks).rgb;
+            Chart chart = chart_of(CHART_EMISSION, index, patch_uv, across, surface.texcoord, texcoord_across);
+            means.light.rgb = filter_map(emission_map, chart, variants).rgb;
         }
         if (OCCLUDED) {
-            vec4 seen = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texcoord_across), looks);
+            Chart chart = chart_of(CHART_OCCLUSION, index, patch_uv, across, surface.texcoord, texcoord_across);
+            vec4 seen = filter_map(occlusion_map, chart, variants);
             if (CONES) {
                 means.cone = seen;
             } else {
@@ -676,12 +682,13 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     vec3 map_statistics = map_covariance(map, gradient_covariance);
     if (DETAIL != DETAIL_NONE) {
-        vec2 there = place;
-        if (abs(determinant(surface.texcoord_by_place)) > 1e-20) {
-            there += inverse(surface.texcoord_by_place) * (surface.texcoord - drawn);
+        vec2 there = patch_uv;
+        if (abs(determinant(surface.texcoord_by_uv)) > 1e-20) {
+            there += inverse(surface.texcoord_by_uv) * (surface.texcoord - drawn);
         }
-        SlopeMap by_place = slope_map(surface.by_place[0], surface.by_place[1], frame.x, frame.y, frame.z);
-        DetailMeans detail = filter_detail(index, there, surface.texcoord, surface.texcoord_by_place, across, mat2(by_place.linear_s, by_place.linear_t));
+        SlopeMap by_uv = slope_map(surface.by_uv[0], surface.by_uv[1], frame.x, frame.y, frame.z);
+        DetailMeans detail = filter_detail(index, there, surface.texcoord, surface.texcoord_by_uv, across,
+                                           mat2(by_uv.linear_s, by_uv.linear_t));
         if (USES_SLOPES) {
             mean_slope += detail.slope;
             map_statistics = clamp_covariance(map_statistics + detail.covariance);
@@ -692,8 +699,8 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             covering = detail;
         }
     }
-    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
-    // it the variance is the same at every magnification.
+    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses.
+    // Adding it keeps the variance the same at every magnification.
     vec3 covariance = technique_covariance(map_statistics, vec3(0.0));
     if (USES_CURVATURE && !FLAT) {
         covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
@@ -705,8 +712,8 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.covariance = covariance;
     filtered.material = color;
     filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(OBJECT.specular_f0);
-    filtered.body_f0 = OBJECT.specular_f0;
-    filtered.dip = unpack_dip(OBJECT.dip);
+    filtered.diffuse_f0 = OBJECT.specular_f0;
+    filtered.edge_tint = unpack_edge_tint(OBJECT.edge_tint);
     filtered.fit = OBJECT.fit;
     filtered.mixed = MixedRoughness(0.0, color.a, color.a);
     if (MIXED_ROUGHNESS) {
@@ -718,10 +725,10 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
     if (DETAIL_COLORS == DETAIL_COVERS) {
-        // What lies under the detail neither mirrors nor is metal.
+        // The material under the detail is neither specular nor metal there.
         filtered.f0 = mix(filtered.f0, vec3(detail_color.a), covering.cover);
-        filtered.body_f0 = mix(filtered.body_f0, detail_color.a, covering.cover);
-        filtered.dip *= 1.0 - covering.cover;
+        filtered.diffuse_f0 = mix(filtered.diffuse_f0, detail_color.a, covering.cover);
+        filtered.edge_tint *= 1.0 - covering.cover;
     }
     if (DETAIL_COLORS != DETAIL_COLORLESS && MIXED_ROUGHNESS) {
         vec2 alphas = vec2(filtered.mixed.smooth_alpha, filtered.mixed.rough_alpha);
@@ -742,12 +749,12 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         mat2 linear = mat2(chart.linear_s, chart.linear_t);
         float height = abs(OBJECT.height_scale);
         filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
-                         : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, looks, surface.texcoord, linear, height)
+                         : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, variants, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);
     }
     filtered.cone = NO_CONE;
     if (CONES && means.cone.w >= 0.0) {
-        // The texture's axes along the surface: t runs down.
+        // The texture's axes along the surface: t points down.
         vec3 s = normalize(chart_s), t = normalize(chart_t);
         vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
         filtered.cone = vec4(to_frame(frame, open), means.cone.w);

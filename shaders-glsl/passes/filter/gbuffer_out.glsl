@@ -1,4 +1,4 @@
-// What the fragment stages of filter passes write.
+// Outputs of the filter passes' fragment stages.
 #ifndef LEADR_FILTER_GBUFFER_OUT
 #define LEADR_FILTER_GBUFFER_OUT
 

@@ -1,4 +1,4 @@
-// The smooth surface that carries the relief, evaluated once per pixel at the place that the geometry pass stored.
+// The smooth surface that carries the relief, evaluated once per pixel at the position that the geometry pass stored.
 #ifndef LEADR_FILTER_MACROSURFACE
 #define LEADR_FILTER_MACROSURFACE
 
@@ -6,21 +6,22 @@
 #include "../geometry/triangle.glsl"
 
 struct Macrosurface {
-    vec3 normal;            // displacement direction N; of a triangle the normal that it is shaded with, on the side that is seen
-    mat2x3 by_place;        // derivatives of the offset surface X + h N by the place
-    mat2x3 normal_by_place; // and of its normal
-    mat2 texcoord_by_place;
+    vec3 normal;            // displacement direction N; for a triangle its shading normal on the visible side
+    mat2x3 by_uv;        // derivatives of the offset surface X + h N by position
+    mat2x3 normal_by_uv; // derivatives of its normal by position
+    mat2 texcoord_by_uv;
     vec3 tangent_s;         // dX/ds + h dN/ds: tangents of the offset surface by texture coordinate
     vec3 tangent_t;
     vec2 texcoord;
-    float height;           // of the point that is seen, as the geometry pass displaced it
+    float height;           // of the visible point, as the geometry pass displaced it
     vec4 color;
     float accessibility;
-    float slopes;           // factor on the slopes of the maps: -1 where a surface is seen from behind, 0 where its chart has no area
+    float slopes;           // factor on the slopes of the maps: -1 for back faces, 0 where the chart has no area
 };
 
-// place: what the geometry pass stored; reach: from the viewer to the point that is seen; behind: whether the back of a triangle is.
-Macrosurface macrosurface_at(const uint index, const vec2 place, const vec3 reach, const bool behind) {
+// patch_uv: stored by the geometry pass; reach: from the viewer to the visible point; behind: whether it is a triangle's back
+// face.
+Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 reach, const bool behind) {
     Macrosurface surface;
     surface.slopes = 1.0;
     surface.color = OBJECT.color;
@@ -33,41 +34,41 @@ Macrosurface macrosurface_at(const uint index, const vec2 place, const vec3 reac
         surface.tangent_s = OBJECT.tangent_s.xyz;
         surface.tangent_t = OBJECT.tangent_t.xyz;
         surface.normal = normalize(cross(surface.tangent_s, surface.tangent_t)) * OBJECT.tangent_s.w;
-        surface.by_place = mat2x3(surface.tangent_s, surface.tangent_t);
-        surface.normal_by_place = mat2x3(0.0);
-        surface.texcoord_by_place = mat2(1.0);
-        surface.texcoord = place;
+        surface.by_uv = mat2x3(surface.tangent_s, surface.tangent_t);
+        surface.normal_by_uv = mat2x3(0.0);
+        surface.texcoord_by_uv = mat2(1.0);
+        surface.texcoord = patch_uv;
         surface.height = dot(reach, surface.normal) + OBJECT.viewer_above;
     } else if (TRIANGLES) {
         Vertex a = vertices[data.vertices[0]], b = vertices[data.vertices[1]], c = vertices[data.vertices[3]];
-        surface.by_place = mat2x3(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz);
-        mat2x3 turn = mat2x3(b.facing.xyz - a.facing.xyz, c.facing.xyz - a.facing.xyz);
-        vec3 normal = a.facing.xyz + turn * place;
-        // Seen from behind, it is a surface that faces the other way, and its bumps are pits.
+        surface.by_uv = mat2x3(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz);
+        mat2x3 normal_change = mat2x3(b.facing.xyz - a.facing.xyz, c.facing.xyz - a.facing.xyz);
+        vec3 normal = a.facing.xyz + normal_change * patch_uv;
+        // A back face is a surface that faces the other way: bumps become pits.
         float side = (behind ? -1.0 : 1.0) * inversesqrt(max(dot(normal, normal), 1e-12));
         surface.normal = normal * side;
-        surface.normal_by_place = (turn - outerProduct(surface.normal, surface.normal * turn)) * side;
+        surface.normal_by_uv = (normal_change - outerProduct(surface.normal, surface.normal * normal_change)) * side;
         surface.height = 0.0;
         if (DISPLACED) {
             TriangleNormal along = triangle_normal(vec3[3](a.normal.xyz, b.normal.xyz, c.normal.xyz),
-                                                   vec3[3](a.facing.xyz, b.facing.xyz, c.facing.xyz), place);
-            surface.height = dot(reach + (VIEW.eye.xyz - a.position.xyz - surface.by_place * place), along.normal);
-            surface.by_place += along.by_place * surface.height;
+                                                   vec3[3](a.facing.xyz, b.facing.xyz, c.facing.xyz), patch_uv);
+            surface.height = dot(reach + (VIEW.eye.xyz - a.position.xyz - surface.by_uv * patch_uv), along.normal);
+            surface.by_uv += along.by_uv * surface.height;
         }
         if (TRIPLANAR) {
-            // Places stand for texture coordinates.
-            surface.texcoord_by_place = mat2(1.0);
-            surface.texcoord = place;
+            // Positions are the texture coordinates.
+            surface.texcoord_by_uv = mat2(1.0);
+            surface.texcoord = patch_uv;
         } else {
             TriangleTexcoord texcoord = triangle_texcoord(data);
-            surface.texcoord_by_place = texcoord.by_place;
-            surface.texcoord = texcoord.first + texcoord.by_place * place;
+            surface.texcoord_by_uv = texcoord.by_uv;
+            surface.texcoord = texcoord.first + texcoord.by_uv * patch_uv;
         }
-        float det = determinant(surface.texcoord_by_place);
+        float det = determinant(surface.texcoord_by_uv);
         bool charted = abs(det) > 1e-20;
         surface.slopes = charted ? (behind ? -1.0 : 1.0) : 0.0;
-        mat2x3 tangents = charted ? surface.by_place * inverse(surface.texcoord_by_place) : surface.by_place;
-        // Slopes lie about the normal of the corners, not about the triangle's own: a few triangles look like one round surface.
+        mat2x3 tangents = charted ? surface.by_uv * inverse(surface.texcoord_by_uv) : surface.by_uv;
+        // Slopes are relative to the interpolated vertex normal, not the triangle's own, so that few triangles look round.
         surface.tangent_s = tangents[0] - surface.normal * dot(surface.normal, tangents[0]);
         surface.tangent_t = tangents[1] - surface.normal * dot(surface.normal, tangents[1]);
     } else {
@@ -81,26 +82,26 @@ Macrosurface macrosurface_at(const uint index, const vec2 place, const vec3 reac
             toward_next[i] = edge_point(position[i], normals[i], position[(i + 1) & 3]);
             toward_previous[i] = edge_point(position[i], normals[i], position[(i + 3) & 3]);
         }
-        PatchPoint point = patch_point(Boundary(position, toward_next, toward_previous), place.x, place.y);
-        PatchNormal normal = patch_normal(normals, place.x, place.y);
+        PatchPoint point = patch_point(Boundary(position, toward_next, toward_previous), patch_uv.x, patch_uv.y);
+        PatchNormal normal = patch_normal(normals, patch_uv.x, patch_uv.y);
         surface.height = DISPLACED ? dot(reach + (VIEW.eye.xyz - point.position), normal.normal) : 0.0;
         surface.normal = normal.normal;
-        surface.normal_by_place = mat2x3(normal.du, normal.dv);
-        surface.by_place = mat2x3(point.du, point.dv) + surface.normal_by_place * surface.height;
-        PatchTexcoord texcoord = patch_texcoord(data, place.x, place.y);
+        surface.normal_by_uv = mat2x3(normal.du, normal.dv);
+        surface.by_uv = mat2x3(point.du, point.dv) + surface.normal_by_uv * surface.height;
+        PatchTexcoord texcoord = patch_texcoord(data, patch_uv.x, patch_uv.y);
         surface.texcoord = texcoord.at;
-        surface.texcoord_by_place = mat2(texcoord.du, texcoord.dv);
+        surface.texcoord_by_uv = mat2(texcoord.du, texcoord.dv);
         // By the chain rule; a degenerate chart falls back to the patch's own parameters.
-        float det = determinant(surface.texcoord_by_place);
-        mat2x3 tangents = abs(det) > 1e-20 ? surface.by_place * inverse(surface.texcoord_by_place) : surface.by_place;
+        float det = determinant(surface.texcoord_by_uv);
+        mat2x3 tangents = abs(det) > 1e-20 ? surface.by_uv * inverse(surface.texcoord_by_uv) : surface.by_uv;
         surface.tangent_s = tangents[0];
         surface.tangent_t = tangents[1];
     }
     if (!PLAIN) {
-        vec2 at = place;
+        vec2 at = patch_uv;
         if (FLAT) {
             PatchTexcoord corner = patch_texcoord(data, 0.0, 0.0);
-            at = inverse(mat2(corner.du, corner.dv)) * (place - corner.at);
+            at = inverse(mat2(corner.du, corner.dv)) * (patch_uv - corner.at);
         }
         uvec4 corner = data.vertices;
         if (TRIANGLES) {
@@ -117,12 +118,12 @@ Macrosurface macrosurface_at(const uint index, const vec2 place, const vec3 reac
     return surface;
 }
 
-// Derivatives of the place by x and y of the image. They are taken on the tangent plane, which changes smoothly; those of triangles
-// would jump from one triangle to the next. Where the surface is seen edge-on, the plane leaves the surface within the pixel: the
-// macro normal turns away as fast as the plane recedes, which bounds both.
-// ray: of length 1 along the view axis; along: distance along that axis; pixel: steps from pixel to pixel in ndc.
+// Derivatives of the position by x and y of the image. They are taken on the tangent plane, which changes smoothly; derivatives
+// on triangles would be discontinuous. At silhouettes the plane leaves the surface within the pixel. There the macro normal
+// rotates away as fast as the plane recedes, which bounds both. ray: of length 1 along the view axis; along: distance along
+// that axis; pixel: steps from pixel to pixel in ndc.
 mat2 pixel_footprint(const Macrosurface surface, const vec3 ray, const float along, const vec2 pixel) {
-    vec3 du = surface.by_place[0], dv = surface.by_place[1];
+    vec3 du = surface.by_uv[0], dv = surface.by_uv[1];
     vec3 normal = cross(du, dv);
     float square = max(dot(normal, normal), 1e-30);
     vec3 by_u = cross(dv, normal) / square, by_v = cross(normal, du) / square;
@@ -130,10 +131,10 @@ mat2 pixel_footprint(const Macrosurface surface, const vec3 ray, const float alo
     float facing = dot(normal, ray), nx = dot(normal, x), ny = dot(normal, y);
     float least = 1e-4 * sqrt(square * dot(ray, ray));
     if (!FLAT) {
-        // The normal turns by `turn` across the footprint of a surface whose `facing` is that of a unit normal and ray. What is
-        // hidden behind the middle of a pixel turns by about half of it.
-        vec3 turned = surface.normal_by_place * vec2(dot(ray, by_u), dot(ray, by_v));
-        least = max(least, sqrt(0.5 * length(turned) * length(vec2(nx, ny)) * sqrt(square * dot(ray, ray))));
+        // `normal_change`: rotation of the normal across the footprint. `facing`: cosine between unit normal and ray. The surface hidden
+        // behind the pixel centre rotates by about half as much.
+        vec3 normal_change = surface.normal_by_uv * vec2(dot(ray, by_u), dot(ray, by_v));
+        least = max(least, sqrt(0.5 * length(normal_change) * length(vec2(nx, ny)) * sqrt(square * dot(ray, ray))));
     }
     facing = facing < 0.0 ? min(facing, -least) : max(facing, least);
     x -= ray * (nx / facing);

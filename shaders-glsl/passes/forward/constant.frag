@@ -1,5 +1,5 @@
 #version 460
-// The least that a fragment shader can do.
+// The cheapest possible fragment shader.
 #extension GL_GOOGLE_include_directive : require
 #include "forward.glsl"
 

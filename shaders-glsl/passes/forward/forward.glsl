@@ -1,7 +1,7 @@
 #ifndef LEADR_FORWARD
 #define LEADR_FORWARD
-// A plain forward pass, to measure the renderer by: the fragment shaders of the LEADR paper's supplement (section 3) on a quad, one
-// fetch of each map, without G-buffer or tiles. What the library computes as the supplement prints it is the library's.
+// A plain forward pass, as a baseline for performance: the fragment shaders of the LEADR paper's supplement (section 3) on a
+// quad, one fetch of each map, without G-buffer or tiles. Library functions are used wherever they match the supplement.
 #include "leadr/frame.glsl"
 #include "leadr/facets/fresnel.glsl"
 #include "leadr/slopes/grid.glsl"

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Corners of a quad with their tangents, as any mesh has them.
+// Corners of a quad with their tangents, as in any mesh.
 #include "forward.glsl"
 
 struct Corner {

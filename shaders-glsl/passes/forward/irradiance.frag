@@ -9,7 +9,7 @@ layout(constant_id = 0) const int GRID = 5;
 void main() {
     Point point = shaded_point();
     Slopes slopes = filtered_slopes(point);
-    // The base's roughness scatters mirrors alone.
+    // The base's roughness affects the specular term only.
     slopes.covariance.xy -= 0.5 * forward.material.w * forward.material.w;
     float lambda = grid_lambda(GRID);
     vec3 cholesky = slope_cholesky(slopes.covariance);

@@ -3,7 +3,7 @@
 // One light by LEADR mapping with masking alone (supplement, 3.2 and 3.3).
 #include "slopes.glsl"
 
-// Walter's approximation of the masking of a direction, between the limits that the supplement sets.
+// Walter's approximation of the masking of a direction, within the limits of the supplement.
 float lambda_as_printed(const vec3 w, const Slopes slopes) {
     vec3 S = slopes.covariance;
     vec2 azimuth = normalize(w.xy);

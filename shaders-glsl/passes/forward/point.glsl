@@ -26,7 +26,7 @@ Point shaded_point() {
     return Point(frame, wo, forward.surface.y * per_metre);
 }
 
-// Direction to the sun in the frame.
+// Direction to the sun, in the frame.
 vec3 sun_in(const Frame frame) {
     return to_frame(frame, forward.sun_direction.xyz);
 }

@@ -7,7 +7,7 @@ uniform sampler2D joint_map; // E[hs ht]
 
 struct Slopes {
     vec2 mean;
-    vec3 covariance; // xx, yy, xy; that of the base's roughness included
+    vec3 covariance; // xx, yy, xy; includes the base's roughness
 };
 
 Slopes filtered_slopes(const Point point) {

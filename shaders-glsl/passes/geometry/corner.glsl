@@ -1,14 +1,14 @@
-// Normals and heights at the corners of patches, by the same steps wherever they are worked out, so that no crack opens between
-// patches that are divided and those that are not.
+// Normals and heights at the corners of patches. All passes compute them in the same way, so that no crack opens between
+// divided and undivided patches.
 #ifndef LEADR_GEOMETRY_CORNER
 #define LEADR_GEOMETRY_CORNER
 
-// Heights are read so many levels below the one whose texels are as wide as vertices are apart: trilinear lookups and the
-// straight lines between vertices widen them again, and relief that the geometry lacks does not turn toward the viewer either
+// Heights are read this many levels below the level whose texels match the vertex spacing, because trilinear lookups and the
+// lines between vertices widen them again. Geometry without fine relief also does not show its tilt toward the viewer
 // (docs/measurements/outside.md).
 const float FINER = 1.0;
 
-// Of a map that is shown without its repeats, the level of detail in which it is looked up there instead.
+// For a map tiled without repeats, returns the level of detail of the lookup instead.
 float vertex_height(const uint vertex) {
     float lod = clamp(vertices[vertex].normal.w - FINER, 0.0, float(EDGE_LEVELS - 1));
     int level = min(int(lod), EDGE_LEVELS - 2);
@@ -18,7 +18,7 @@ float vertex_height(const uint vertex) {
     return height;
 }
 
-// Precise: every patch at an edge or corner gets the same bits. Where opposite directions meet, nothing is displaced.
+// Precise: every patch at an edge or corner gets the same bits. Where opposite directions meet, there is no displacement.
 vec3 displacement_normal(const vec3 along) {
     precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
     precise vec3 normal = along / sqrt(max(square, 1e-12));

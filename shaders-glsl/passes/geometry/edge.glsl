@@ -1,4 +1,4 @@
-// Heights along the edges of patches, the same for all patches of an edge whatever their texture coordinates are.
+// Heights along the edges of patches, identical for all patches at an edge whatever their texture coordinates.
 #ifndef LEADR_GEOMETRY_EDGE
 #define LEADR_GEOMETRY_EDGE
 

@@ -9,10 +9,10 @@
 
 layout(quads, fractional_odd_spacing, ccw) in;
 
-// Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
-layout(constant_id = 1) const bool FLAT = false;      // the object is a plane with the same tangents everywhere
-layout(constant_id = 2) const bool AT_TEXELS = false; // a vertex stands at the centre of each texel of the heights
-layout(constant_id = 4) const bool BY_EXAMPLE = false;     // the heights are shown without repeats; patches agree about texture coordinates
+// Constants, because drivers without divergent branches (lavapipe) run both sides of an `if`.
+layout(constant_id = 1) const bool FLAT = false;      // the object is a plane with constant tangents
+layout(constant_id = 2) const bool AT_TEXELS = false; // one vertex at the centre of each texel of the heights
+layout(constant_id = 4) const bool BY_EXAMPLE = false;     // heights are tiled without repeats; patches share texture coordinates
 
 layout(location = 0) in vec3 in_position[];
 layout(location = 1) in vec3 in_normal[];
@@ -20,11 +20,11 @@ layout(location = 2) in vec3 in_toward_next[];
 layout(location = 3) in vec3 in_toward_previous[];
 layout(location = 4) patch in uint in_patch;
 
-layout(location = 0) out vec2 out_place; // on the patch, [0, 1]^2; the texture coordinate of a flat object
+layout(location = 0) out vec2 out_patch_uv; // on the patch, [0, 1]^2; the texture coordinate of a flat object
 layout(location = 1) out vec3 out_normal; // displacement direction N
 layout(location = 2) out flat uint out_patch;
-layout(location = 3) out vec2 out_place_reached; // the same as the place
-layout(location = 4) out vec3 out_window; // window_place
+layout(location = 3) out vec2 out_patch_uv_reached; // same value as out_patch_uv
+layout(location = 4) out vec3 out_window; // window_position
 
 invariant gl_Position;
 
@@ -39,28 +39,28 @@ void main() {
                          : patch_point(boundary, u, v).position;
     precise vec3 normal = patch_normal(vec3[](in_normal[0], in_normal[1], in_normal[2], in_normal[3]), u, v).normal;
     PatchTexcoord texcoord = patch_texcoord(data, u, v);
-    vec2 place = vec2(u, v);
+    vec2 patch_uv = vec2(u, v);
 
     float height = 0.0;
-    // Where, and in which level of detail, heights without repeats are looked up.
+    // Position and level of detail of the lookup of heights tiled without repeats.
     precise vec2 tiled_at = texcoord.at;
     float tiled_lod = 0.0;
-    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower
-    // vertex), so that both patches compute the same bits and no crack can open, whatever their texture coordinates are.
+    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower vertex).
+    // Both patches compute the same bits whatever their texture coordinates, so no crack can open.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
     if (AT_TEXELS) {
-        // Everything follows from the number of the texel, so patches agree. Vertices half-way between texels, which fractional
-        // spacing makes, all go to the same side.
+        // Everything follows from the texel index, so patches match. Vertices half-way between texels, which fractional spacing
+        // creates, all move to the same side.
         vec2 size = vec2(textureSize(height_map, 0));
         vec2 middle = (floor(texcoord.at * size + 0.49) + 0.5) / size, moved = middle - texcoord.at;
-        place += inverse(mat2(texcoord.du, texcoord.dv)) * moved;
+        patch_uv += inverse(mat2(texcoord.du, texcoord.dv)) * moved;
         texcoord.at = middle;
         position = vec3(middle * OBJECT.texel_repeat, 0.0);
         normal = vec3(0.0, 0.0, 1.0);
         tiled_at = middle;
         height = BY_EXAMPLE ? 0.0 : textureLod(height_map, middle, 0.0).x;
     } else if (!on_boundary && displaced) {
-        // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
+        // The height filtered to about the vertex spacing: shading covers bumps too fine for the geometry.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
@@ -91,7 +91,7 @@ void main() {
         precise vec3 along = na * (1.0 - t) + nb * t;
         normal = displacement_normal(along);
         if (BY_EXAMPLE) {
-            vec2 corners[4] = vec2[](data.texture_place[0].xy, data.texture_place[0].zw, data.texture_place[1].zw, data.texture_place[1].xy);
+            vec2 corners[4] = vec2[](data.mapping[0].xy, data.mapping[0].zw, data.mapping[1].zw, data.mapping[1].xy);
             vec2 first = corners[from], last = corners[to];
             precise vec2 on_edge = first * (1.0 - t) + last * t;
             tiled_at = t == 0.0 ? first : (t == 1.0 ? last : on_edge);
@@ -109,10 +109,10 @@ void main() {
     precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = position + normal * scaled;
 
-    out_place = (OBJECT.flags & FLAG_FLAT) != 0u ? texcoord.at : place;
+    out_patch_uv = (OBJECT.flags & FLAG_FLAT) != 0u ? texcoord.at : patch_uv;
     out_normal = normal;
     out_patch = in_patch;
     gl_Position = VIEW.clip_from_world * vec4(displaced_position, 1.0);
-    out_place_reached = out_place;
-    out_window = window_place(gl_Position, VIEW.size);
+    out_patch_uv_reached = out_patch_uv;
+    out_window = window_position(gl_Position, VIEW.size);
 }

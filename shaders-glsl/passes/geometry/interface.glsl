@@ -1,4 +1,4 @@
-// What the stages of the geometry pass share.
+// Interface between the stages of the geometry pass.
 #ifndef LEADR_GEOMETRY_INTERFACE
 #define LEADR_GEOMETRY_INTERFACE
 

@@ -1,5 +1,5 @@
-// The point-normal patch of crates/leadr-render/src/surfaces/patch.rs: the geometry pass draws it, the filter pass evaluates it again at the
-// place that a pixel sees.
+// The point-normal patch of crates/leadr-render/src/surfaces/patch.rs. The geometry pass draws it; the filter pass evaluates it
+// at the visible position.
 #ifndef LEADR_GEOMETRY_PATCH
 #define LEADR_GEOMETRY_PATCH
 #include "../constants.glsl"
@@ -13,8 +13,8 @@ struct Vertex {
 
 struct PatchData {
     uvec4 vertices;   // corners (0,0) (1,0) (1,1) (0,1)
-    uvec4 edges;      // edge index << 1 | 1 when the patch runs along it backwards
-    vec4 texture_place[3]; // rest_triangle where its relief is seen along the axes, else patch_texcoord or triangle_texcoord, and patch_tile
+    uvec4 edges;      // edge index << 1 | 1 if the patch runs along it backwards
+    vec4 mapping[3]; // rest_triangle if its relief is projected along the axes, else patch_texcoord or triangle_texcoord, and patch_tile
 };
 
 // Texture coordinates of a triangle in the images of its material: three corners for each CHART_ constant.
@@ -103,30 +103,30 @@ struct PatchTexcoord {
 };
 
 PatchTexcoord patch_texcoord(const PatchData data, const float u, const float v) {
-    vec2 t0 = data.texture_place[0].xy, t1 = data.texture_place[0].zw, t3 = data.texture_place[1].xy, t2 = data.texture_place[1].zw;
+    vec2 t0 = data.mapping[0].xy, t1 = data.mapping[0].zw, t3 = data.mapping[1].xy, t2 = data.mapping[1].zw;
     return PatchTexcoord(mix(mix(t0, t1, u), mix(t3, t2, u), v), mix(t1 - t0, t2 - t3, v), mix(t3 - t0, t2 - t1, u));
 }
 
-// The same on a triangle: the coordinates of its corner 0 and, by the weights of the other two, their derivatives.
+// Texture coordinates on a triangle: those of its corner 0 and their derivatives by the weights of the other two.
 struct TriangleTexcoord {
     vec2 first;
-    mat2 by_place;
+    mat2 by_uv;
 };
 
 TriangleTexcoord triangle_texcoord(const PatchData data) {
-    vec2 first = data.texture_place[0].xy;
-    return TriangleTexcoord(first, mat2(data.texture_place[0].zw - first, data.texture_place[1].xy - first));
+    vec2 first = data.mapping[0].xy;
+    return TriangleTexcoord(first, mat2(data.mapping[0].zw - first, data.mapping[1].xy - first));
 }
 
-// And in an image of its material.
+// Texture coordinates in an image of its material.
 TriangleTexcoord charted_texcoord(const TriangleCharts charts, const uint chart) {
     vec2 first = charts.corners[3u * chart];
     return TriangleTexcoord(first, mat2(charts.corners[3u * chart + 1u] - first, charts.corners[3u * chart + 2u] - first));
 }
 
-// Texture-space bounds that the taps must stay in: min.xy, max.xy.
+// Texture-space bounds of the taps: min.xy, max.xy.
 vec4 patch_tile(const PatchData data) {
-    return data.texture_place[2];
+    return data.mapping[2];
 }
 
 #endif

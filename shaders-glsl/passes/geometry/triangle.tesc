@@ -19,7 +19,7 @@ void main() {
     if (i == 0) {
         out_patch = in_patch[0];
         uvec4 edge = patches[in_patch[0]].edges >> 1;
-        // The tessellator names an edge by the corner across from it; the third side of a triangle as a patch is none.
+        // The tessellator numbers an edge by the opposite corner; the third side of a triangle stored as a patch has no length.
         vec3 factor = vec3(edge_factors[edge.y], edge_factors[edge.w], edge_factors[edge.x]);
         gl_TessLevelOuter[0] = factor.x;
         gl_TessLevelOuter[1] = factor.y;

@@ -13,29 +13,29 @@ layout(location = 0) in vec3 in_position[];
 layout(location = 1) in vec3 in_normal[];
 layout(location = 2) patch in uint in_patch;
 
-layout(location = 0) out vec2 out_place; // as in geometry.tese
+layout(location = 0) out vec2 out_patch_uv; // as in geometry.tese
 layout(location = 1) out vec3 out_normal;
 layout(location = 2) out flat uint out_patch;
-layout(location = 3) out vec2 out_place_reached;
+layout(location = 3) out vec2 out_patch_uv_reached;
 layout(location = 4) out vec3 out_window;
 
 invariant gl_Position;
 
-// Level of the heights inside a triangle whose longest side has so many texels.
+// Level of the heights inside a triangle whose longest side spans this many texels.
 float height_lod(const float texels) {
     return max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
 }
 
 void main() {
-    vec3 share = gl_TessCoord; // of each corner
+    vec3 share = gl_TessCoord; // weight of each corner
     PatchData data = patches[in_patch];
     uint corner[3] = uint[3](data.vertices.x, data.vertices.y, data.vertices.w);
     vec3 facing[3] = vec3[3](vertices[corner[0]].facing.xyz, vertices[corner[1]].facing.xyz, vertices[corner[2]].facing.xyz);
     bool displaced = (OBJECT.flags & FLAG_DISPLACED) != 0u;
     float height = 0.0;
     vec3 position, normal;
-    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower place), so that all
-    // triangles there compute the same bits, whatever their texture coordinates and normals are.
+    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower position),
+    // so that all adjacent triangles compute the same bits, whatever their texture coordinates and normals.
     if (share.x == 0.0 || share.y == 0.0 || share.z == 0.0) {
         int from = share.z == 0.0 ? 0 : (share.x == 0.0 ? 1 : 2), to = from == 2 ? 0 : from + 1;
         float t = share[to];
@@ -56,29 +56,29 @@ void main() {
     } else {
         position = in_position[0] * share.x + in_position[1] * share.y + in_position[2] * share.z;
         normal = triangle_normal(vec3[3](in_normal[0], in_normal[1], in_normal[2]), facing, share.yz).normal;
-        // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
+        // The height filtered to about the vertex spacing: shading covers bumps too fine for the geometry.
         vec2 size = vec2(textureSize(height_map, 0));
         if (displaced && (OBJECT.flags & FLAG_TRIPLANAR) != 0u) {
             RestTriangle rest = rest_triangle(data);
-            vec3 b = rest.by_place[0], c = rest.by_place[1];
+            vec3 b = rest.by_uv[0], c = rest.by_uv[1];
             float texels = max(max(length(b), length(c)), length(c - b)) * max(size.x, size.y);
             height = triplanar_height(rest, share.yz, height_map, height_lod(texels));
         } else if (displaced) {
             TriangleTexcoord texcoord = triangle_texcoord(data);
-            vec2 b = texcoord.by_place[0] * size, c = texcoord.by_place[1] * size;
+            vec2 b = texcoord.by_uv[0] * size, c = texcoord.by_uv[1] * size;
             float texels = max(max(length(b), length(c)), length(c - b));
-            height = textureLod(height_map, texcoord.first + texcoord.by_place * share.yz, height_lod(texels)).x;
+            height = textureLod(height_map, texcoord.first + texcoord.by_uv * share.yz, height_lod(texels)).x;
         }
     }
     precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = position + normal * scaled;
 
     vec3 facing_here = facing[0] * share.x + facing[1] * share.y + facing[2] * share.z;
-    out_place = share.yz;
+    out_patch_uv = share.yz;
     // Bounded below, since opposite normals may meet.
     out_normal = facing_here * inversesqrt(max(dot(facing_here, facing_here), 1e-12));
     out_patch = in_patch;
     gl_Position = VIEW.clip_from_world * vec4(displaced_position, 1.0);
-    out_place_reached = out_place;
-    out_window = window_place(gl_Position, VIEW.size);
+    out_patch_uv_reached = out_patch_uv;
+    out_window = window_position(gl_Position, VIEW.size);
 }

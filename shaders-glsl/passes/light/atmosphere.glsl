@@ -1,6 +1,6 @@
-// The air, and the tables made of it. crates/leadr-render/src/light/atmosphere.rs and sky.rs have these numbers from here, in 64 bits:
-// the build turns this file into the module crate::render::light::constants, so it holds nothing but comments and
-// lines of the form `const TYPE NAME = VALUE;`. Lengths are in kilometres.
+// The atmosphere and its tables. The build turns this file into the module crate::render::light::constants, in 64 bits, for
+// crates/leadr-render/src/light/atmosphere.rs and sky.rs. It may contain only comments and lines of the form
+// `const TYPE NAME = VALUE;`. Lengths are in kilometres.
 #ifndef ATMOSPHERE_GLSL
 #define ATMOSPHERE_GLSL
 
@@ -19,28 +19,28 @@ const float ATMOSPHERE = 100.0;
 const float AIR_HEIGHT = 8.0;
 // Scale height of aerosol.
 const float HAZE_HEIGHT = 1.2;
-// Ozone is a tent around this altitude.
+// Altitude of the ozone peak; the profile is a triangle.
 const float OZONE_CENTRE = 25.0;
-// Its half width.
+// Half width of the triangle.
 const float OZONE_HALF_WIDTH = 15.0;
-// Scattering of air per km at the ground at 630, 550 and 450 nm, which stand for the Rec.709 primaries: lambda^-4.08 through
-// 0.01356 at 550 nm. (The primaries' dominant wavelengths 612, 549, 465 make the zenith too white; 680, 550, 440, often
-// used, make sunlight too orange.)
+// Scattering of air per km at the ground at 630, 550 and 450 nm, in place of the Rec.709 primaries: lambda^-4.08 through
+// 0.01356 at 550 nm. (The primaries' dominant wavelengths 612, 549, 465 make the zenith too white; 680, 550, 440, often used,
+// make sunlight too orange.)
 const vec3 AIR = vec3(0.00779, 0.01356, 0.03075);
 // Absorption of ozone per km at its centre, at the same wavelengths: the Chappuis band.
 const vec3 OZONE = vec3(0.00190, 0.00188, 0.00014);
 // Aerosol extinction relative to 550 nm (Angstrom exponent 1.3).
 const vec3 HAZE = vec3(0.838, 1.0, 1.298);
-// Its single-scattering albedo.
+// Single-scattering albedo of aerosol.
 const float HAZE_ALBEDO = 0.92;
-// Its asymmetry.
+// Asymmetry of aerosol scattering.
 const float HAZE_ASYMMETRY = 0.76;
-// Angular radius of the sun, radians: how fast it sets.
+// Angular radius of the sun, radians; sets the speed of a sunset.
 const float SUN_RADIUS = 0.00465;
 // Width of the haze band in which the ground fades into the horizon, as a sine of elevation.
 const float HORIZON = 0.02;
-// Radiance of the sky without a sun, over sunlight: airglow, stars and a little moon, far brighter than a real night, so
-// that what it lights can be seen.
+// Radiance of the sky without a sun, relative to sunlight: airglow, stars and a little moon, far brighter than a real night to
+// keep the scene visible.
 const vec3 NIGHT = vec3(2.2e-5, 3.2e-5, 5.5e-5);
 // Steps along a path to the sun.
 const int SUN_STEPS = 24;

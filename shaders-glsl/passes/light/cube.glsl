@@ -1,4 +1,5 @@
-// Cube map geometry (pure functions). Faces in Vulkan's order +x −x +y −y +z −z, read with world directions (z up) as they are.
+// Cube map geometry (pure functions). Faces in Vulkan's order +x −x +y −y +z −z, sampled with world directions (z up)
+// unchanged.
 #ifndef CUBE_GLSL
 #define CUBE_GLSL
 
@@ -22,8 +23,8 @@ float cube_solid_angle_small(const vec2 st, const float d)
     return d * d * inversesqrt(q) / q * (1.0 + d * d / 24.0 * (9.0 * q - 15.0) / (q * q));
 }
 
-// The same of any square. The exact form is a difference of four atan, of which 32 bits leave three digits at 256²; so small
-// squares do without. Either way the error is below 3e-6.
+// Solid angle (sr) of any square. The exact form is a difference of four atan, with three digits left in 32 bits at 256²; small
+// squares use the approximation instead. Either way the error is below 3e-6.
 float cube_solid_angle(const vec2 st, const float d)
 {
     if (d < 0.1) return cube_solid_angle_small(st, d);

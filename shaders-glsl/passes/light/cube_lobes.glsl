@@ -1,6 +1,6 @@
-// One level of the environment blurred for few lookups (leadr/visible/kernel.glsl), from the level before it or, at first, from
-// the box mips: a Gaussian of 19 lookups on a hexagonal lattice about the texel, the middle and three stars of six that are
-// equally far from it. No lookup falls on a texel by plan, so neither texels nor faces nor corners show.
+// One level of the environment blurred for few lookups (leadr/visible/kernel.glsl), from the previous level or, at first, from
+// the box mips: a Gaussian of 19 lookups on a hexagonal lattice about the texel, the centre and three rings of six at equal
+// distances. The lattice is unaligned with the texels, so neither texels nor faces nor corners show.
 #extension GL_EXT_control_flow_attributes : require
 #include "cube.glsl"
 #include "../halves.glsl"
@@ -10,14 +10,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform samplerCube source;
 layout(LEVEL_FORMAT) uniform writeonly image2DArray level;
 layout(push_constant) uniform Push {
-    vec4 weights;   // of the lookup in the middle, and of every lookup of each star; the sum of all is 1
-    vec3 tangents;  // of the angle from the middle to the lookups of each star
-    float lod;      // of the lookups, in the middle of a face
-    float coarsens; // 1 where the source has coarser mips to look up toward the edges of a face, else 0
-    float widening; // else variance of lookups in the middle of a face that shrinks with texels, over that of the lattice
+    vec4 weights;   // of the central lookup, and of each lookup of every ring; they sum to 1
+    vec3 tangents;  // of the angle between the centre and each ring's lookups
+    float lod;      // of the lookups, at the centre of a face
+    float coarsens; // 1 if the source has coarser mips for the edges of a face, else 0
+    float widening; // otherwise, ratio of the lookups' variance at the centre of a face, which shrinks with texels, to the lattice's
 };
 
-// Places of the first star, of the second (sqrt(3) times as far) and of the third (twice as far), at distance 1.
+// Offsets of the first ring, of the second (sqrt(3) times the distance) and of the third (twice the distance), at distance 1.
 const vec2 SIXTHS[6] = vec2[](vec2(1.0, 0.0), vec2(0.5, 0.866025404), vec2(-0.5, 0.866025404),
                               vec2(-1.0, 0.0), vec2(-0.5, -0.866025404), vec2(0.5, -0.866025404));
 const vec2 BETWEEN[6] = vec2[](vec2(0.866025404, 0.5), vec2(0.0, 1.0), vec2(-0.866025404, 0.5),
@@ -37,14 +37,14 @@ void main()
     ivec3 texel = ivec3(gl_GlobalInvocationID);
     if (texel.x >= size || texel.y >= size) return;
     vec3 through = cube_direction(texel.z, (vec2(texel.xy) + 0.5) * (2.0 / float(size)) - 1.0);
-    // Texels shrink toward the edges of a face, to this share of their size along one direction and its square root along the
-    // other. Coarser mips make up for it or, without, a lattice wider by the variance that lookups no longer add.
+    // Texels shrink toward the edges of a face, to this fraction of their size along one direction and its square root along
+    // the other. Coarser mips or, without them, a wider lattice compensate for the lookups' lost variance.
     float share = 1.0 / dot(through, through);
     Frame about = frame_about(through * sqrt(share));
     float mip = lod - 0.75 * coarsens * log2(share);
     float reach = sqrt(1.0 + widening * (1.0 - 0.5 * share * (1.0 + share)));
     vec3 sum = weights[0] * textureLod(source, about.z, mip).rgb;
-    // The finest level is no more than that.
+    // The finest level is a plain copy.
     if (weights[0] == 1.0) {
         store(texel, sum);
         return;
@@ -54,8 +54,8 @@ void main()
         vec3 y = reach * tangents[star] * about.y;
         vec3 ring = vec3(0.0);
         [[unroll]] for (int i = 0; i < 6; ++i) {
-            vec2 place = star == 1 ? BETWEEN[i] : SIXTHS[i];
-            ring += textureLod(source, about.z + place.x * x + place.y * y, mip).rgb;
+            vec2 offset = star == 1 ? BETWEEN[i] : SIXTHS[i];
+            ring += textureLod(source, about.z + offset.x * x + offset.y * y, mip).rgb;
         }
         sum += weights[star + 1] * ring;
     }

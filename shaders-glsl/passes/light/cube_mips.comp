@@ -1,11 +1,11 @@
-// One cube mip level from the next finer one: the mean of 2×2 texels weighted by solid angle, so that the mean
-// radiance over the sphere is the same at every level.
+// One cube mip level from the next finer one: the mean of 2×2 texels weighted by solid angle, which preserves the mean radiance
+// over the sphere.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(constant_id = 0) const bool SMALL = false; // the finer level has texels less than a tenth wide
+layout(constant_id = 0) const bool SMALL = false; // texels of the finer level are narrower than a tenth
 
 layout(rgba32f) uniform readonly image2DArray fine;
 layout(rgba32f) uniform writeonly image2DArray coarse;

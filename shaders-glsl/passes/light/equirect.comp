@@ -8,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D equirect; // linear, repeats; v is kept half a texel from the poles
 layout(rgba32f) uniform writeonly image2DArray cube;
 layout(push_constant) uniform Push {
-    uint samples; // per axis and texel, at least four to a source texel, so that a one-pixel sun keeps its energy
+    uint samples; // per axis and texel, at least four per source texel, to preserve the energy of a one-pixel sun
 };
 
 const float PI = 3.14159265358979;
@@ -27,7 +27,7 @@ void main()
             vec2 st = (vec2(texel.xy * int(samples) + ivec2(i, j)) + 0.5) * d - 1.0;
             vec3 w = cube_direction(texel.z, st);
             float weight = cube_solid_angle(st, d);
-            // atan keeps the digits near the poles that acos loses
+            // atan keeps the precision near the poles that acos loses
             vec2 uv = vec2(0.5 - atan(w.y, w.x) / (2.0 * PI), atan(length(w.xy), w.z) / PI);
             uv.y = clamp(uv.y, 0.5 / height, 1.0 - 0.5 / height);
             sum += weight * textureLod(equirect, uv, 0.0).rgb;

@@ -1,5 +1,6 @@
-// Second half of the SH projection: one invocation per coefficient adds the rows' partial sums in a fixed order (the
-// same bytes every run; LEADR Algorithm 2, with its first line's doubled L00 corrected). Radiance coefficients: the cosine lobe's factors A_l are not applied.
+// Second half of the SH projection: one invocation per coefficient adds the rows' partial sums in a fixed order, so that
+// results are reproducible (LEADR Algorithm 2, with the doubled L00 of its first line corrected). Radiance coefficients: the
+// cosine lobe's factors A_l are not applied.
 #version 460
 layout(local_size_x = 9) in;
 
@@ -13,7 +14,7 @@ void main()
 {
     uint k = gl_LocalInvocationID.x;
     vec3 sum = vec3(0.0);
-    vec3 lost = vec3(0.0); // Kahan's compensation
+    vec3 lost = vec3(0.0); // Kahan summation
     for (uint i = 0u; i < rows; ++i) {
         precise vec3 term = partials[k * rows + i].rgb - lost;
         precise vec3 next = sum + term;

@@ -1,4 +1,5 @@
-// What order-2 irradiance leaves out, into a small cube: the exact sum over a coarse level of the environment. A normal per invocation.
+// Irradiance beyond order 2, into a small cube: the exact sum over a coarse level of the environment. One normal per
+// invocation.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"
@@ -19,7 +20,7 @@ void main()
     vec3 sum = vec3(0.0);
     for (int j = 0; j < across; ++j)
         for (int i = 0; i < across; ++i) {
-            // The same on all faces.
+            // Identical for all faces.
             vec2 st = (vec2(i, j) + 0.5) * d - 1.0;
             float weight = cube_solid_angle(st, d);
             float shortening = inversesqrt(1.0 + dot(st, st));

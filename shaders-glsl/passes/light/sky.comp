@@ -1,4 +1,5 @@
-// The clear sky into the faces of a cube map, from its tables (crates/leadr-render/src/light/sky.rs, `SkyTables::radiance`).
+// Writes the clear sky into the faces of a cube map, from its tables (crates/leadr-render/src/light/sky.rs,
+// `SkyTables::radiance`).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"
@@ -32,7 +33,7 @@ vec3 scattered(const float row, const float column, const float nu)
 
 vec3 radiance(const vec3 direction)
 {
-    // Well below the horizon, nothing of it is left in 32 bits.
+    // Well below the horizon this underflows to 0 in 32 bits.
     float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;
     vec3 night = mix(NIGHT, NIGHT * albedo.rgb, ground);
     if (ground == 1.0) return sunlight.rgb * (tables.ground.rgb + night);

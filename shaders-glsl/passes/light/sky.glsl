@@ -1,4 +1,5 @@
-// The clear sky of crates/leadr-render/src/light/sky.rs in 32 bits: same names, same order; the equations and their sources are there.
+// The clear sky of crates/leadr-render/src/light/sky.rs in 32 bits, with the same names and order. The Rust file gives the
+// equations and sources.
 #ifndef SKY_GLSL
 #define SKY_GLSL
 #include "atmosphere.glsl"

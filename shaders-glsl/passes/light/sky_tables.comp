@@ -9,7 +9,7 @@ layout(std430) buffer Tables { SkyTables tables; };
 layout(push_constant) uniform Push {
     vec4 sun;      // unit direction; w: aerosol extinction per km
     vec4 albedo;   // of the ground
-    vec4 sunlight; // unused here: one block for both passes
+    vec4 sunlight; // unused here: both passes share the block
     uint stage;
 };
 
@@ -133,7 +133,7 @@ void main()
 {
     int lane = int(gl_LocalInvocationID.x);
     int group = int(gl_WorkGroupID.x);
-    // `stage` is the same for the whole dispatch, so the barriers are in uniform control flow
+    // `stage` is uniform over the dispatch, so the barriers are in uniform control flow
     if (stage == 0u) multiple_scattering(group, lane);
     else if (stage == 1u) view_entry(64 * group + lane);
     else light_on_ground(lane);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The unfiltered slope that the reference uses: that of the surface where the pixel's ray hit it, computed from the summed
-// gradients and Jacobians of all cascades rather than from a sum of their slopes.
+// The unfiltered slope for the reference, at the pixel ray's hit point. It is computed from the summed gradients and Jacobians
+// of all cascades, not from a sum of their slopes.
 #include "../constants.glsl"
 #include "cascade.glsl"
 #include "water.glsl"
@@ -14,11 +14,11 @@ uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
 uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 
-// Least area of a surface that folds: as in columns.comp.
+// Least area ratio of a folding surface, as in columns.comp.
 const float LEAST_AREA = 0.1;
 
-// Six-point Lagrange weights at u in [0, 1] between the third and the fourth: a wave of six samples keeps 99 % of its
-// variance; linear interpolation would leave it 84 %.
+// Six-point Lagrange weights at u in [0, 1] between the third and the fourth sample. A wave of six samples keeps 99 % of its
+// variance; linear interpolation would keep 84 %.
 float[6] weights(const float u) {
     float p = u + 2.0, q = u + 1.0, r = u - 1.0, s = u - 2.0, t = u - 3.0;
     return float[6](q * u * r * s * t / -120.0, p * u * r * s * t / 24.0, p * q * r * s * t / -12.0,
@@ -36,9 +36,9 @@ void main() {
     vec4 sum = vec4(0.0); // gradient, dDx/dx, dDy/dy
     float mixed = 0.0, stretch = 1.0;
     for (int i = 0; i < size.z; ++i) {
-        vec2 place = cascade_texcoord(cascades[i], at) * vec2(size.xy) - 0.5;
-        ivec2 base = ivec2(floor(place));
-        float x[6] = weights(place.x - float(base.x)), y[6] = weights(place.y - float(base.y));
+        vec2 coordinates = cascade_texcoord(cascades[i], at) * vec2(size.xy) - 0.5;
+        ivec2 base = ivec2(floor(coordinates));
+        float x[6] = weights(coordinates.x - float(base.x)), y[6] = weights(coordinates.y - float(base.y));
         vec4 here = vec4(0.0);
         for (int k = 0; k < 36; ++k) {
             ivec3 texel = ivec3((base + ivec2(k % 6, k / 6) - 2) & (size.xy - 1), i);
@@ -49,7 +49,7 @@ void main() {
         sum += here;
         stretch += foam_weight(cascades[i]) * (here.z + here.w);
     }
-    // J^-T grad h, and the water's own curve.
+    // J^-T grad h, and the curvature of the earth.
     float jxx = 1.0 + sum.z, jyy = 1.0 + sum.w, area = jxx * jyy - mixed * mixed;
     vec2 slope = vec2(jyy * sum.x - mixed * sum.y, jxx * sum.y - mixed * sum.x) / max(area, LEAST_AREA);
     float covered = stretch < water.foam.w ? 1.0 : 0.0;

@@ -1,27 +1,27 @@
-// Inverse Fourier transform of one line of N samples in shared memory, by one work group, in place. Each sample is a vec4:
-// two complex numbers side by side.
+// Inverse Fourier transform of one line of N samples in shared memory, by one work group, in place. Each sample is a vec4 of
+// two complex numbers.
 #ifndef LEADR_OCEAN_FFT
 #define LEADR_OCEAN_FFT
 
 layout(constant_id = 0) const uint N = 256;     // samples, a power of two from 4 on
 layout(constant_id = 1) const uint LOG_N = 8;
-layout(constant_id = 2) const uint LINES = 1;   // lines side by side in `line`
+layout(constant_id = 2) const uint LINES = 1;   // lines in parallel in `line`
 const uint THREADS = 32;
 
 shared vec4 line[N * LINES];
 
 layout(std430) readonly buffer Twiddles { vec2 twiddles[]; }; // e^{2 pi i j / N}
 
-vec4 turn(const vec4 v, const vec2 w) {
+vec4 complex_product(const vec4 v, const vec2 w) {
     return vec4(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x, v.z * w.x - v.w * w.y, v.z * w.y + v.w * w.x);
 }
 
-// A line is a table of ROWS x COLUMNS samples, and its transform that of the columns followed by that of the rows: each thread
-// transforms one of these in registers, since barriers and trips to shared memory are what costs.
+// A line is a table of ROWS x COLUMNS samples, transformed by columns, then by rows. Each thread transforms one of these in
+// registers, because barriers and shared-memory accesses dominate the cost.
 const uint LOG_ROWS = (LOG_N + 1u) / 2u, LOG_COLUMNS = LOG_N / 2u;
 const uint ROWS = 1u << LOG_ROWS, COLUMNS = 1u << LOG_COLUMNS;
 
-// Where the transform leaves its sample k.
+// Index of sample k after the transform.
 uint found(const uint k) {
     return ((k & (ROWS - 1u)) << LOG_COLUMNS) | (k >> LOG_ROWS);
 }
@@ -31,13 +31,13 @@ uint found(const uint k) {
         [[unroll]] for (uint s = 0u; s < LOG_SIZE; ++s) {                                       \
             [[unroll]] for (uint b = 0u; b < SIZE / 2u; ++b) {                                  \
                 uint j = b & ((1u << s) - 1u), low = ((b >> s) << (s + 1u)) | j, high = low + (1u << s); \
-                vec4 far = turn(v[high], twiddles[j << (LOG_N - s - 1u)]);                      \
+                vec4 far = complex_product(v[high], twiddles[j << (LOG_N - s - 1u)]);           \
                 v[high] = v[low] - far;                                                         \
                 v[low] += far;                                                                  \
             }                                                                                   \
         }                                                                                       \
     }
-// In place, from the order of reversed bits.
+// In place, from bit-reversed order.
 REGISTER_FFT(fft_of_column, ROWS, LOG_ROWS)
 REGISTER_FFT(fft_of_row, COLUMNS, LOG_COLUMNS)
 
@@ -45,8 +45,8 @@ uint reversed(const uint i, const uint bits) {
     return bitfieldReverse(i) >> (32u - bits);
 }
 
-// `line` holds the input in order; call with all threads, after a barrier. Leaves sample k of the result at found(k), behind a
-// barrier.
+// `line` holds the input in order; call with all threads, after a barrier. Leaves sample k of the result at found(k), followed
+// by a barrier.
 void inverse_fft(const uint thread) {
     for (uint item = thread; item < LINES * COLUMNS; item += THREADS) {
         uint column = item & (COLUMNS - 1u), first = (item >> LOG_COLUMNS) * N + column;
@@ -56,7 +56,7 @@ void inverse_fft(const uint thread) {
         }
         fft_of_column(v);
         [[unroll]] for (uint i = 0u; i < ROWS; ++i) {
-            line[first + (i << LOG_COLUMNS)] = turn(v[i], twiddles[(i * column) & (N - 1u)]);
+            line[first + (i << LOG_COLUMNS)] = complex_product(v[i], twiddles[(i * column) & (N - 1u)]);
         }
     }
     barrier();

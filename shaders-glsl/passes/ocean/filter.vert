@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Draws the tiles that show the sea.
+// Draws the tiles that contain the sea.
 #include "../tiles.glsl"
 #include "../visible.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Filters and shades each pixel of the sea. The pixels of others fail the depth test.
+// Filters and shades each pixel of the sea. Other pixels fail the depth test.
 #include "filtered.glsl"
 #include "../shade/shaded.glsl"
 

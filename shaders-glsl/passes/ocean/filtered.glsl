@@ -22,7 +22,7 @@ uniform sampler2DArray joint;  // w sx sy, w, stretch, stretch^2
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(std140) uniform Beach { Shore shore; };
 
-// At a pixel that sees the sea.
+// Filters a pixel of the sea.
 FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
     vec2 away = uintBitsToFloat(seen.yz), at = away + water.centre.xy;
     uvec2 footprint = texelFetch(visible_footprint, pixel, 0).xy;
@@ -30,7 +30,7 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
     int count = textureSize(slopes, 0).z;
     float samples = float(textureSize(slopes, 0).x), last = log2(samples);
 
-    // The curvature of the earth is a slope away from the centre.
+    // The curvature of the earth gives a slope away from the centre.
     vec2 mean = -away * water.centre.z;
     vec3 tail = water.tail.xyz; // of the waves below the finest cascade
     float area = 1.0, area_variance = 0.0, finest = 0.0;
@@ -58,7 +58,7 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
         if (FINEST_LEVEL) {
             lod = 0.0;
         }
-        if (FINEST_LEVEL || lod >= last) { // the last level is the same everywhere
+        if (FINEST_LEVEL || lod >= last) { // the last level is constant
             taps = 1;
         }
         vec4 a = vec4(0.0), b = vec4(0.0);
@@ -68,7 +68,7 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
             a += textureLod(slopes, texcoord, lod);
             b += textureLod(joint, texcoord, lod);
         }
-        float inverse = 1.0 / max(b.y, 1e-6); // per area of the moved sea
+        float inverse = 1.0 / max(b.y, 1e-6); // per area of the displaced sea
         vec2 m = a.xy * inverse;
         mean += calm * m;
         if (!FINEST_LEVEL) {
@@ -82,14 +82,14 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
 
     covariance = technique_covariance(covariance, tail);
 
-    // The fraction of the pixel whose surface is stretched by less than the threshold.
+    // The fraction of the pixel whose stretch is below the threshold.
     float spread = sqrt(area_variance) + 1e-3;
     float covered = normal_cdf((water.foam.w - area) / spread);
 
     vec3 color = water.color.rgb;
     float alpha = water.tail.w;
     if (HAS_BEACH) {
-        // Light that comes up has travelled down to the sand and back.
+        // Light from the sand has passed through the water twice.
         color = mix(color, shore.bed.rgb, exp(-2.0 * shore.extinction.rgb * max(beach.depth, 0.0)));
         alpha = mix(0.1, alpha, smoothstep(0.0, 0.04, beach.depth));
         covered = 1.0 - (1.0 - covered) * (1.0 - shore_foam(beach, FINEST_LEVEL ? 0.0 : major));

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The geometry of the reference: a ray per pixel against the waves of all cascades at full resolution, horizontal movement
-// included. Like the rasterised sea it writes the place at rest that was hit, and its depth.
+// The geometry of the reference: one ray per pixel against the waves of all cascades at full resolution, including horizontal
+// displacement. Like the rasterised sea it writes the rest position of the hit, and its depth.
 #include "../constants.glsl"
 #include "../visible.glsl"
 #include "cascade.glsl"
@@ -12,8 +12,8 @@ layout(std140) uniform View {
     vec4 centre;  // world xy of the eye
 } view;
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
-layout(std430) readonly buffer Limits { vec2 limits[]; }; // per cascade: bound of the heights of those after it,
-                                                                        // and of the slopes of those up to it
+layout(std430) readonly buffer Limits { vec2 limits[]; }; // per cascade: bound of the heights of later cascades,
+                                                                        // and of the slopes up to this one
 uniform sampler2DArray displacement;               // Dx, Dy, height
 
 layout(location = 0) in vec2 in_texcoord;
@@ -35,11 +35,12 @@ vec3 moved(const vec2 rest) {
     return sum;
 }
 
-// Height of the moved sea above a place. Searches for the place at rest that moves there, starting from a guess of the movement.
-float surface_height(const vec2 place, const int turns, inout vec2 shift) {
+// Height of the displaced sea above a point. Searches for the rest position that moves there, starting from a guess of the
+// displacement.
+float surface_height(const vec2 position, const int turns, inout vec2 shift) {
     float height = 0.0;
     for (int i = 0; i < turns; ++i) {
-        vec3 d = moved(place - shift);
+        vec3 d = moved(position - shift);
         shift = d.xy;
         height = d.z;
     }
@@ -66,7 +67,7 @@ void main() {
     vec2 shift = vec2(0.0);
     bool hit = false;
     for (int n = 0; n < MOST_STEPS && s < end; ++n) {
-        vec2 place = u.xy * s, rest = place - shift;
+        vec2 position = u.xy * s, rest = position - shift;
         float height = (a * s + b) * s + c, smallest = 0.004 + 1e-5 * s, advance = 0.0;
         gap = height;
         vec2 sum = vec2(0.0);
@@ -75,7 +76,7 @@ void main() {
             gap -= d.z;
             sum += d.xy;
             vec2 limit = limits[i];
-            // The shorter waves add little compared with the gap, so step by the long waves alone.
+            // The shorter waves are small compared with the gap, so the step uses the long waves alone.
             if (gap > 2.0 * limit.x) {
                 advance = (gap - limit.x) / (abs(b + 2.0 * a * s) + limit.y);
                 if (i + 1 < count && advance > 4.0 * smallest) {
@@ -84,9 +85,9 @@ void main() {
             }
         }
         if (gap <= 0.0) {
-            // The movement was that of the previous place: evaluate again before accepting the hit.
+            // The displacement was that of the previous point: evaluate again before accepting the hit.
             sum = shift;
-            gap = height - surface_height(place, 3, sum);
+            gap = height - surface_height(position, 3, sum);
             if (gap <= 0.0) {
                 hit = true;
                 shift = sum;
@@ -102,7 +103,7 @@ void main() {
     if (!hit) {
         discard;
     }
-    // Bisection and secant steps between the last place above the water and the first below.
+    // Bisection and secant steps between the last point above the water and the first below.
     float low = before, high = s;
     float above = gap_before, below = gap;
     for (int n = 0; n < 6 && high > low; ++n) {

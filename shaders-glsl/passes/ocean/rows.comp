@@ -10,14 +10,14 @@ layout(std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]:
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
 
-// Fraction of the period, 0 to 1, in two parts: 11 bits, whose product with a number of cycles is exact, and the remainder.
+// Fraction of the period, 0 to 1: 11 bits, whose product with a number of cycles is exact, and the remainder.
 layout(push_constant) uniform Push { vec2 moment; };
 
 float wave_phase(const float cycles) {
     return 6.28318530718 * fract(fract(cycles * moment.x) + cycles * moment.y);
 }
 
-vec2 turn2(const vec2 v, const vec2 w) {
+vec2 complex_product(const vec2 v, const vec2 w) {
     return vec2(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x);
 }
 
@@ -30,9 +30,10 @@ void main() {
         vec4 against = waves[tile + ((N - row) & (N - 1)) * N + ((N - i) & (N - 1))];
         float phase = wave_phase(wave.z), back = wave_phase(against.z);
         // a(k) e^{-i w t} + conj(a(-k)) e^{i w t}
-        vec2 h = turn2(wave.xy, vec2(cos(phase), -sin(phase))) + turn2(vec2(against.x, -against.y), vec2(cos(back), sin(back)));
+        vec2 h = complex_product(wave.xy, vec2(cos(phase), -sin(phase)))
+               + complex_product(vec2(against.x, -against.y), vec2(cos(back), sin(back)));
         vec2 n = vec2(ivec2(i, row)) - vec2(i < N / 2 ? 0 : N, row < N / 2 ? 0 : N);
-        vec2 k = c.wave_step * vec2(c.turn.x * n.x - c.turn.y * n.y, c.turn.y * n.x + c.turn.x * n.y);
+        vec2 k = c.wave_step * vec2(c.rotation.x * n.x - c.rotation.y * n.y, c.rotation.y * n.x + c.rotation.x * n.y);
         float inverse = inversesqrt(max(dot(k, k), 1e-20));
         vec2 ih = vec2(-h.y, h.x);
         // Real fields in pairs, f + i g: F + i G. Displacement D = i k/|k| h, its derivatives -k k^T/|k| h, the gradient i k h.

@@ -1,17 +1,17 @@
-// The sea against a beach that rises toward +x (crates/leadr-render/src/surfaces/ocean/shore.rs): where the sand is, how the waves die out over
-// it, the swell that breaks on it, the swash and the foam. Pure functions.
+// The sea at a beach that rises toward +x (crates/leadr-render/src/surfaces/ocean/shore.rs): height of the sand, damping of
+// waves over it, breaking swell, swash and foam. Pure functions.
 #ifndef LEADR_OCEAN_SHORE
 #define LEADR_OCEAN_SHORE
 
 struct Shore {
     vec4 profile;        // slope at the waterline; height of the berm; reach and scale of the deepening, see shore_ground
     vec4 line_amplitude; // of the waterline's bends, metres
-    vec4 line_step;      // their wave numbers along y, rad/m
+    vec4 line_step;      // wave numbers of the bends along y, rad/m
     vec4 line_phase;
-    vec4 swell;          // at the waterline: turns, whole turns before them; period, s; height of the run-up, metres
+    vec4 swell;          // at the waterline: phase in cycles, whole cycles before it; period, s; height of the run-up, metres
     vec4 bed;            // albedo of wet sand
     vec4 extinction;     // of the water, per metre
-    vec4 calm[2];        // per cascade: depth in metres by which its waves have 63 % of their height
+    vec4 calm[2];        // per cascade: depth in metres at which its waves have 63 % of their height
 };
 
 const float SHORE_GRAVITY = 9.81;
@@ -31,12 +31,12 @@ float shore_ground(const Shore shore, const float offshore) {
     return shore.profile.y * (1.0 - exp(offshore * shore.profile.x / shore.profile.y));
 }
 
-// Fraction of its height that a wave of cascade i keeps in water of a depth.
+// Fraction of the height of cascade i's waves in water of this depth.
 float shore_calm(const Shore shore, const int i, const float depth) {
     return 1.0 - exp(-max(depth, 0.0) / shore.calm[(i >> 2) & 1][i & 3]);
 }
 
-// By how many turns the swell is early at a place along the coast, and the derivative of that.
+// Phase lead of the swell along the coast, in cycles, and its derivative.
 vec2 shore_early(const float y) {
     return vec2(0.13 * sin(0.17 * y + 0.7) + 0.07 * sin(0.37 * y + 2.0), 0.0221 * cos(0.17 * y + 0.7) + 0.0259 * cos(0.37 * y + 2.0));
 }
@@ -46,23 +46,23 @@ float shore_set(const float n, const float y) {
     return 0.7 + 0.3 * sin(2.4 * n + 0.11 * y);
 }
 
-// Height of the water at the waterline above its level at rest.
+// Height of the water at the waterline above its rest level.
 float shore_swash(const Shore shore, const float y) {
     float turns = shore.swell.x + shore_early(y).x, n = floor(turns), u = turns - n;
-    // Water that has run up falls back like a thrown body.
+    // Water of the run-up falls back on a parabola.
     return shore.swell.w * (0.25 + 0.75 * shore_set(n + shore.swell.y, y) * 4.0 * u * (1.0 - u));
 }
 
 struct ShoreWater {
-    float height;   // of swash and swell above the level at rest
+    float height;   // of swash and swell above the rest level
     float depth;    // of the water there, down to the sand
     vec2 slope;     // of the height
-    float variance; // of the slopes along x that are lost within `reach`
+    float variance; // of the slopes along x that are averaged away within `reach`
     float foam;     // amount of foam, 0 to 1
     vec2 drift;     // coordinate of the foam texture, which moves with the water
 };
 
-// The water above a place, averaged over `reach` metres.
+// The water above a point, averaged over `reach` metres.
 ShoreWater shore_water(const Shore shore, vec2 point, const float reach) {
     ShoreWater w;
     float s = shore_offshore(shore, point);
@@ -73,13 +73,13 @@ ShoreWater shore_water(const Shore shore, vec2 point, const float reach) {
     w.slope = vec2(s > 0.0 ? -w.height / 6.0 : 0.0, 0.0);
     w.drift = vec2(s + (w.height - 0.4 * shore.swell.w * fade) / shore.profile.x, point.y);
 
-    // Crests of the swell are where the phase is a whole number; in shallow water every wave travels at the speed that the depth sets.
+    // The swell has crests at whole phases. In shallow water the depth sets the speed of every wave.
     float still = max(-ground, 0.0), film = max(w.height - ground, 0.0);
     float scale = sqrt(SHORE_GRAVITY * shore.profile.w);
     vec2 early = shore_early(point.y);
     float turns = shore.swell.x + early.x + 1.5 * still / (shore.profile.w * scale * shore.swell.z);
     float n = floor(turns + 0.5), u = turns - n, set = shore_set(n + shore.swell.y, point.y);
-    float rate = 1.0 / (shore.swell.z * scale * pow(sea + shore.profile.z, 1.0 / 3.0)); // turns per metre
+    float rate = 1.0 / (shore.swell.z * scale * pow(sea + shore.profile.z, 1.0 / 3.0)); // cycles per metre
     float breaking = 1.0 - smoothstep(0.5, 1.3, still / set);
     float front = mix(0.12, 0.035, breaking), back = 0.15, width = u < 0.0 ? front : back;
     float height = 0.6 * set * film / (1.0 + film * sqrt(film));
@@ -93,8 +93,8 @@ ShoreWater shore_water(const Shore shore, vec2 point, const float reach) {
 
     float trail = u < 0.0 ? exp(-u * u / (0.6 * front * front)) : exp(-u / 0.2);
     float edge = exp(-max(w.depth, 0.0) / 0.035);
-    float turned = fract(shore.swell.x + early.x);
-    w.foam = 1.0 - (1.0 - 0.95 * breaking * trail * smoothstep(0.0, 0.25, film)) * (1.0 - edge * mix(0.9, 0.45, turned));
+    float phase = fract(shore.swell.x + early.x);
+    w.foam = 1.0 - (1.0 - 0.95 * breaking * trail * smoothstep(0.0, 0.25, film)) * (1.0 - edge * mix(0.9, 0.45, phase));
     return w;
 }
 
@@ -124,7 +124,7 @@ float shore_bubbles(const vec2 p) {
     return second - first;
 }
 
-// Fraction of `reach` metres that foam covers: a lace of bubbles that closes where there is much foam.
+// Foam coverage of `reach` metres: a lace of bubbles that closes as the foam grows.
 float shore_foam(const ShoreWater w, const float reach) {
     if (w.foam < 0.02) {
         return 0.0;

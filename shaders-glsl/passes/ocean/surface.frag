@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What a pixel of the sea sees: a place on the water at rest, and how far the pixel reaches there. The filter pass reads the maps.
+// The rest position of the sea under a pixel, and the pixel's footprint there. The filter pass reads the maps.
 #include "../constants.glsl"
 #define LEADR_FRAGMENT
 #include "../reached.glsl"
@@ -12,7 +12,7 @@ layout(location = 0) in vec2 in_rest;
 layout(location = 1) centroid in vec2 in_rest_reached;
 layout(location = 2) centroid in vec3 in_window;
 
-layout(location = 0) out uvec4 out_surface;   // the sea's index, and where in a multisampled pixel it was looked at; place at rest, relative to the centre; see visible_surface.rs
+layout(location = 0) out uvec4 out_surface;   // index and point in a multisampled pixel; rest position from the centre: visible_surface.rs
 layout(location = 1) out uvec2 out_footprint; // its derivatives by x and y, metres
 
 void main() {

@@ -24,10 +24,10 @@ layout(std430) readonly buffer VisiblePatches { uint visible_patches[]; };
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 uniform sampler2DArray displacement;
 layout(std140) uniform Beach { Shore shore; };
-layout(constant_id = 2) const bool HAS_BEACH = false; // a constant, because a branch on a uniform costs on CPU drivers
+layout(constant_id = 2) const bool HAS_BEACH = false; // a constant, because a branch on a uniform is slow on CPU drivers
 
-// Where the waves move a place at rest (xy; z: spacing of the vertices there). It depends on nothing but the place, so shared
-// vertices move alike.
+// A rest position displaced by the waves (xy; z: spacing of the vertices there). It depends on the position alone,
+// so shared vertices move alike.
 vec3 carried(const vec3 rest) {
     int count = textureSize(displacement, 0).z;
     float samples = float(textureSize(displacement, 0).x);
@@ -40,7 +40,7 @@ vec3 carried(const vec3 rest) {
     }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
-        // Two vertices per sample of the level: finer waves cannot be drawn, and the moments account for them.
+        // Two vertices per sample of the level: the geometry cannot resolve finer waves, which the moments cover.
         float lod = log2(max(rest.z * samples / c.size, 1.0));
         float calm = HAS_BEACH ? shore_calm(shore, i, depth) : 1.0;
         moved += calm * textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Decides how finely a patch is divided, and drops patches that the waves carry out of the picture.
+// Sets the subdivision of a patch, and culls patches that the waves move out of view.
 #include "../constants.glsl"
 #include "surface.glsl"
 
@@ -13,7 +13,7 @@ layout(location = 0) out vec3 out_rest[];
 layout(location = 1) patch out uint out_patch;
 
 
-// Whether a ball lies outside the picture or nearer than the near plane.
+// Whether a sphere lies outside the view or before the near plane.
 bool outside(const vec3 centre, const float radius) {
     mat4 rows = transpose(view.clip_from_world);
     vec4 x = GUARD_BAND * rows[0], y = GUARD_BAND * rows[1], w = rows[3];
@@ -26,8 +26,7 @@ bool outside(const vec3 centre, const float radius) {
     return false;
 }
 
-// A ball around the corners as the waves move them. Between the corners, waves no steeper than 1 move a point by at most half the
-// diagonal more.
+// A bounding sphere of the displaced corners. Between the corners, waves with slopes of up to 1 add at most half the diagonal.
 bool unseen() {
     vec3 corners[4], centre = vec3(0.0);
     for (int i = 0; i < 4; ++i) {

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the sea by the waves of every cascade, filtered to the spacing of the vertices. Places on an edge are computed from its
+// Displaces the sea by the waves of every cascade, filtered to the vertex spacing. Positions on an edge are computed from its
 // lower vertex, so that both patches of an edge get the same bits.
 #include "surface.glsl"
 #include "../reached.glsl"
@@ -11,8 +11,8 @@ layout(location = 0) in vec3 in_rest[];
 layout(location = 1) patch in uint in_patch;
 
 layout(location = 0) out vec2 out_rest; // relative to the centre
-layout(location = 1) out vec2 out_rest_reached; // the same
-layout(location = 2) out vec3 out_window; // window_place
+layout(location = 1) out vec2 out_rest_reached; // same value as out_rest
+layout(location = 2) out vec3 out_window; // window_position
 
 vec3 between(const vec3 a, const vec3 b, const float t) {
     precise vec3 p = a * (1.0 - t) + b * t;
@@ -34,5 +34,5 @@ void main() {
     out_rest = rest.xy - view.centre.xy;
     gl_Position = view.clip_from_world * vec4(carried(rest), 1.0);
     out_rest_reached = out_rest;
-    out_window = window_place(gl_Position, view.window.xy);
+    out_window = window_position(gl_Position, view.window.xy);
 }

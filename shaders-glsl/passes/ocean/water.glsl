@@ -1,4 +1,4 @@
-// What the filters of the sea need to know about the water (`WaterGpu` in crates/leadr-render/src/passes/ocean/filter.rs).
+// Water parameters for the filters of the sea (`WaterGpu` in crates/leadr-render/src/passes/ocean/filter.rs).
 #ifndef LEADR_OCEAN_WATER
 #define LEADR_OCEAN_WATER
 
@@ -8,10 +8,10 @@ layout(std140) uniform Water {
     vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
     vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
     vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
-    vec4 foam;     // albedo; w: the sea foams where its stretch is below this
+    vec4 foam;     // albedo; w: stretch below which the sea foams
 } water;
 
-// Water of such slopes: up is the displacement direction everywhere, and waves hide no surroundings.
+// Water with these slopes: the displacement direction is up everywhere, and waves occlude no surroundings.
 FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, float f0) {
     FilteredSurface f;
     f.normal = vec3(0.0, 0.0, 1.0);
@@ -21,8 +21,8 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.mixed = MixedRoughness(0.0, material.a, material.a);
     f.fit = 0u;
     f.f0 = vec3(f0);
-    f.body_f0 = f0;
-    f.dip = vec3(0.0);
+    f.diffuse_f0 = f0;
+    f.edge_tint = vec3(0.0);
     f.emission = vec3(0.0);
     f.relief_color = LEADR_NO_RELIEF_COLOR;
     f.accessibility = 1.0;

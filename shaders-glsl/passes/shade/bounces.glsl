@@ -1,4 +1,4 @@
-// Light that the facets of a base reflect more than once (MULTISCATTERING): what it adds to their mirrors, and to the body below them.
+// Light that facets of a base reflect more than once (MULTISCATTERING), specular and from the diffuse base below.
 #ifndef LEADR_SHADE_BOUNCES
 #define LEADR_SHADE_BOUNCES
 #include "energy.glsl"
@@ -7,16 +7,16 @@
 #include "leadr/slopes/grid.glsl"
 
 struct Bounces {
-    vec3 mirrors;        // factor on what facets reflect once (Turquin 2019)
+    vec3 specular;       // factor on single-bounce reflection (Turquin 2019)
     Frame about;         // the mean normal, in the tangent frame
     vec3 wo;             // toward the viewer, in that frame
     float alpha;
     FacetBounces facets;
-    vec3 entered;        // along wo
-    vec3 average;        // over the hemisphere
+    vec3 entered;        // light that enters along wo
+    vec3 average;        // light that enters, mean over the hemisphere
 };
 
-// alpha: of the base. The relief's own bounces are not among them: what is rough as the eye comes nearer is not what is rough now.
+// alpha: of the base. The relief's own bounces are excluded: as the viewer approaches, roughness becomes resolved relief.
 Bounces bounces_of(const Surface surface, float alpha) {
     Bounces b;
     vec3 n = normal_of_slope(surface.mean_slope);
@@ -26,18 +26,18 @@ Bounces bounces_of(const Surface surface, float alpha) {
     b.alpha = alpha;
     b.facets = facet_bounces(alpha);
     vec2 albedo = energy_albedo(alpha, b.wo.z), average = energy_average(alpha);
-    b.mirrors = compensation_scale(surface.f0, albedo.x);
-    b.entered = entered(surface.body_f0, albedo, average.x);
-    b.average = entered(surface.body_f0, average, average.x);
+    b.specular = compensation_scale(surface.f0, albedo.x);
+    b.entered = entered(surface.diffuse_f0, albedo, average.x);
+    b.average = entered(surface.diffuse_f0, average, average.x);
     return b;
 }
 
-// The body's light from wi (tangent frame) over that of a Lambertian body into which as much light enters.
+// Diffuse light from wi (tangent frame) over that of a Lambertian surface with the same entering light.
 vec3 bounced_light(const Bounces b, const Surface surface, const vec3 albedo, const vec3 wi) {
     vec3 towards = to_frame(b.about, wi);
     towards.z = max(towards.z, 1e-3);
-    vec3 entered_i = entered(surface.body_f0, energy_albedo(b.alpha, towards.z), energy_average(b.alpha).x);
-    vec3 value = multiscattering_diffuse(b.wo, towards, b.facets, surface.body_f0, albedo, b.entered, entered_i, b.average);
+    vec3 entered_i = entered(surface.diffuse_f0, energy_albedo(b.alpha, towards.z), energy_average(b.alpha).x);
+    vec3 value = multiscattering_diffuse(b.wo, towards, b.facets, surface.diffuse_f0, albedo, b.entered, entered_i, b.average);
     return value * LEADR_PI / max(albedo * b.entered, 1e-4);
 }
 

@@ -1,4 +1,4 @@
-// What the references draw at random: points of a square, mirrors among the visible ones, directions on a hemisphere.
+// Random draws of the reference: points of a square, visible specular directions, directions on a hemisphere.
 #ifndef LEADR_SHADE_DRAWS
 #define LEADR_SHADE_DRAWS
 #include "leadr/facets/beckmann.glsl"
@@ -7,8 +7,8 @@
 #include "leadr/frame.glsl"
 #include "leadr/visible/specular.glsl"
 
-// Solid angle over which a drawn mirror looks the environment up, relative to its share of the lobe among one sample's draws.
-// Draws of all samples overlap, so a part is enough; the less it is, the less the lobe widens.
+// Solid angle that a drawn specular direction averages in the environment, relative to its share of the lobe among one sample's
+// draws. Draws of all samples overlap, so a fraction suffices; a smaller one widens the lobe less.
 const float DRAW_WIDTH = 0.125;
 
 uint mixed_bits(uint x) {
@@ -19,8 +19,8 @@ uint mixed_bits(uint x) {
     return x ^ (x >> 16);
 }
 
-// Owen's scrambling of binary digits, the first digit the highest bit: each digit is turned depending on those before it. Laine
-// and Karras, "Stratified Sampling for Stochastic Transparency" (2011): products with even numbers only carry upwards.
+// Owen scrambling of binary digits, from the highest bit: each digit is flipped depending on those before it. Laine and Karras,
+// "Stratified Sampling for Stochastic Transparency" (2011): products with even numbers carry only upwards.
 uint owen_scrambled(uint x, const uint seed) {
     x = bitfieldReverse(x) + seed;
     x ^= x * 0x6c50b47cu;
@@ -30,8 +30,8 @@ uint owen_scrambled(uint x, const uint seed) {
     return bitfieldReverse(x);
 }
 
-// Point `index` of a sequence in the unit square that each seed scrambles otherwise: the first two dimensions of Sobol's. Among the
-// first 2^n points, each of 2^n equal boxes of any shape contains one.
+// Point `index` of a sequence in the unit square, scrambled by `seed`: the first two Sobol dimensions. Of the first 2^n points,
+// each of 2^n equal boxes of any shape contains one.
 vec2 drawn_point(const uint index, const uint seed) {
     uint second = 0u, direction = 0x80000000u;
     for (int bit = 0; bit < 32; ++bit) {
@@ -43,7 +43,7 @@ vec2 drawn_point(const uint index, const uint seed) {
     return (vec2(digits >> 8) + 0.5) / 16777216.0;
 }
 
-// The kind of draws that choose a facet; lower ones are of mirrors, the hemisphere and lights.
+// The kind of draws that choose a facet. Lower kinds are specular, hemisphere and lights.
 const uint FACET_DRAW = 0x100u;
 
 // The seed of a pixel for one kind of draws.
@@ -51,26 +51,26 @@ uint draw_seed(const uvec2 pixel, const uint seed, const uint kind) {
     return mixed_bits(pixel.x + mixed_bits(pixel.y + mixed_bits(seed + mixed_bits(kind))));
 }
 
-struct DrawnMirror {
-    vec3 wi;       // direction that is mirrored towards wo, tangent frame
-    float cosine;  // of wo and the mirror's normal
-    float density; // of wi by solid angle
+struct DrawnReflection {
+    vec3 wi;       // direction that reflects towards wo, tangent frame
+    float cosine;  // between wo and the half vector
+    float density; // of wi, per solid angle
 };
 
-// Density of wi by solid angle among the mirrors that wo sees.
-float mirror_density(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const float visible) {
+// Density per solid angle of wi among the specular directions visible from wo.
+float specular_density(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const float visible) {
     vec3 h = wo + wi;
     return 0.25 * beckmann_ndf_over(h * inversesqrt(max(dot(h, h), 1e-20)), m, S, max(visible, LEADR_MIN_AREA));
 }
 
-DrawnMirror drawn_mirror(const vec3 wo, const vec2 u, const vec2 m, const vec3 S, const float visible) {
+DrawnReflection drawn_reflection(const vec3 wo, const vec2 u, const vec2 m, const vec3 S, const float visible) {
     vec3 wn = beckmann_sample_visible(wo, u, m, S);
     float cosine = max(dot(wo, wn), 0.0);
     float density = 0.25 * beckmann_ndf_over(wn, m, S, max(visible, LEADR_MIN_AREA));
-    return DrawnMirror(2.0 * cosine * wn - wo, cosine, density);
+    return DrawnReflection(2.0 * cosine * wn - wo, cosine, density);
 }
 
-// Solid angle over which one of `count` draws of this density looks the environment up.
+// Solid angle that one of `count` draws of this density averages in the environment.
 float drawn_solid_angle(const float density, const int count) {
     return DRAW_WIDTH / (float(count) * max(density, 1e-9));
 }

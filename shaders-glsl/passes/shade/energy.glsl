@@ -1,4 +1,4 @@
-// The energies of facets: tables of GGX, then of Beckmann facets, for leadr/materials/energy.glsl.
+// Energy tables of GGX, then Beckmann facets, for leadr/materials/energy.glsl.
 #ifndef LEADR_SHADE_ENERGY
 #define LEADR_SHADE_ENERGY
 #include "../technique.glsl"

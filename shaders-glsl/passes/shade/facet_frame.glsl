@@ -1,17 +1,17 @@
-// A surface in the frame of its own mean normal.
+// Converts a surface to the frame of its own mean normal.
 #ifndef LEADR_SHADE_FACET_FRAME
 #define LEADR_SHADE_FACET_FRAME
 #include "surface.glsl"
 #include "leadr/slopes/grid.glsl"
-#include "leadr/slopes/turn.glsl"
+#include "leadr/slopes/rotation.glsl"
 
-// For the reference, whose samples see one facet each: its base is rough in this frame.
+// For the reference, whose samples each hit one facet: its base is rough in this frame.
 Surface in_facet_frame(Surface surface) {
     Frame macro = surface.frame;
     surface.frame = frame_about(from_frame(macro, normal_of_slope(surface.mean_slope)));
-    mat3 turn = mat3(to_frame(surface.frame, macro.x), to_frame(surface.frame, macro.y), to_frame(surface.frame, macro.z));
-    surface.wo = turn * surface.wo;
-    surface.slope_covariance = turn_slopes(turn, surface.mean_slope, surface.slope_covariance).covariance;
+    mat3 rotation = mat3(to_frame(surface.frame, macro.x), to_frame(surface.frame, macro.y), to_frame(surface.frame, macro.z));
+    surface.wo = rotation * surface.wo;
+    surface.slope_covariance = rotate_slopes(rotation, surface.mean_slope, surface.slope_covariance).covariance;
     surface.mean_slope = vec2(0.0);
     return surface;
 }

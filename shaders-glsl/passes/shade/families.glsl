@@ -1,4 +1,4 @@
-// The functions that shade a pixel, one for each family of techniques.
+// The functions that shade a pixel, one per family of techniques.
 #ifndef LEADR_SHADE_FAMILIES
 #define LEADR_SHADE_FAMILIES
 #include "energy.glsl"
@@ -15,17 +15,17 @@
 // Values of FAMILY.
 const int FAMILY_UNLIT = 0;       // the albedo
 const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
-const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
+const int FAMILY_TOKSVIG = 2;     // the same, with roughness from the length of the mean normal
 const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
 const int FAMILY_LEADR = 4;       // integrals over the visible slopes
-const int FAMILY_GLOSS = 5;       // a GGX lobe about the mean normal, as rough as normals shortened by roughness are short
+const int FAMILY_GLOSS = 5;       // a GGX lobe about the mean normal, with roughness from shortened normals
 
-// Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
+// Normal distribution of the lobe: about the mean normal for Blinn-Phong, in the tangent frame for LEAN.
 float classic_ndf(const vec3 wh, const vec3 n, const float exponent, const vec2 m, const vec3 S) {
     return FAMILY == FAMILY_LEAN ? beckmann_ndf(wh, m, S) : blinn_phong_ndf(dot(wh, n), exponent);
 }
 
-// The same for light `i`, which widens the lobe by its own size.
+// Normal distribution of the lobe, widened by the size of light `i`.
 float classic_light_ndf(const int i, const Light light, const vec3 wo, const vec3 wh, const vec3 n, float exponent, const vec2 m, vec3 S) {
     if (of_panorama(i)) {
         S = clamp_covariance(S + light_slope_covariance(wo, light.wi, light.variance));
@@ -34,9 +34,9 @@ float classic_light_ndf(const int i, const Light light, const vec3 wo, const vec
     return classic_ndf(wh, n, exponent, m, S);
 }
 
-// Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
-// the cosine, a microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is looked up once, in mirror
-// direction, blurred as widely as the lobe.
+// Techniques before LEADR: a lobe about one mean normal, without projected areas. Specular light is F D / 4 times the cosine, a
+// microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is sampled once, in the reflected
+// direction, blurred to the width of the lobe.
 vec3 classic_radiance(const Surface surface) {
     vec2 m = surface.mean_slope;
     vec3 wo = surface.wo;
@@ -47,25 +47,25 @@ vec3 classic_radiance(const Surface surface) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
     vec3 fresnel = fresnel_of(surface, dot(wo, n));
-    vec3 albedo = surface.albedo * (1.0 - fresnel_schlick(surface.body_f0, dot(wo, n)));
+    vec3 albedo = surface.albedo * (1.0 - fresnel_schlick(surface.diffuse_f0, dot(wo, n)));
     vec3 radiance = vec3(0.0);
 
     if (SPECULAR_ENVIRONMENT) {
         float variance = FAMILY == FAMILY_LEAN ? normal_variance(m, S) : blinn_phong_variance(exponent);
         vec3 wi = 2.0 * dot(wo, n) * n - wo;
-        radiance += ambient_in_mirrors(surface) * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
+        radiance += ambient_in_specular(surface) * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
     }
     if (DIFFUSE_ENVIRONMENT) {
         radiance += albedo * ambient_on_diffuse(surface, albedo) * (1.0 / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
     }
-    if (any_on_diffuse() || any_in_mirrors()) {
+    if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (on_diffuse(i)) {
                 scattered += albedo / LEADR_PI;
             }
-            if (in_mirrors(i)) {
+            if (in_specular(i)) {
                 vec3 h = wo + light.wi;
                 vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
                 scattered += fresnel_of(surface, dot(wo, wh)) * (0.25 * classic_light_ndf(i, light, wo, wh, n, exponent, m, S));
@@ -76,47 +76,47 @@ vec3 classic_radiance(const Surface surface) {
     return radiance;
 }
 
-// What a light is worth in mirrors of GGX facets of roughness sqrt(square) about z, but for the Fresnel term.
-float gloss_mirrors(const vec3 wo, const vec3 wi, const vec3 wh, const float square) {
+// Specular response of GGX facets of roughness sqrt(square) about z to a light, without the Fresnel term.
+float gloss_specular(const vec3 wo, const vec3 wi, const vec3 wh, const float square) {
     vec3 roughness = vec3(vec2(square), 0.0);
     return 0.25 * ggx_ndf(wh, vec2(0.0), roughness) * ggx_masking_shadowing(wo, wi, vec2(0.0), roughness, true);
 }
 
-// Shortened normals (Chan 2018): GGX about the mean normal, of the roughness that stands for its length, of which the relief's and the
-// base's share multiply.
+// Shortened normals (Chan 2018): GGX about the mean normal, with roughness from its length. The length is the product of the
+// relief's and the base's.
 vec3 gloss_radiance(const Surface surface) {
     vec2 m = surface.mean_slope;
     float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
-    float base = normal_lack(LEADR_GGX_MACRO, surface.alpha);
-    float alpha = clamp(alpha_of_lack(LEADR_GGX_MACRO, relief + base - relief * base), 1e-3, 1.0);
+    float base = normal_shortening(LEADR_GGX_MACRO, surface.alpha);
+    float alpha = clamp(alpha_of_shortening(LEADR_GGX_MACRO, relief + base - relief * base), 1e-3, 1.0);
     Bounces b = bounces_of(surface, alpha);
     vec2 energy = energy_albedo(alpha, b.wo.z);
     vec3 reflected = split_albedo(surface.f0, energy);
-    vec3 body = surface.albedo * (1.0 - split_albedo(surface.body_f0, energy) / max(energy.x, 1e-3));
+    vec3 diffuse = surface.albedo * (1.0 - split_albedo(surface.diffuse_f0, energy) / max(energy.x, 1e-3));
     if (MULTISCATTERING) {
-        reflected = mirrored(surface.f0, energy, energy_average(alpha).x);
-        body = surface.albedo * b.entered;
+        reflected = specular_albedo(surface.f0, energy, energy_average(alpha).x);
+        diffuse = surface.albedo * b.entered;
     }
     vec3 albedo = surface.albedo;
     vec3 radiance = vec3(0.0);
     if (SPECULAR_ENVIRONMENT) {
         vec3 wi = from_frame(b.about, lobe_axis(alpha, b.wo));
         vec3 seen = vec3(0.0);
-        // GGX as a mixture of Gaussian lobes, whose reflected directions turn twice as far as normals.
+        // GGX as a mixture of Gaussian lobes. Reflected directions rotate twice as far as normals.
         for (int k = 1; k < LEADR_GGX_LOBES; ++k) {
             GaussianLobe lobe = ggx_lobe(DisplacedGgx(1.0, vec3(vec2(alpha * alpha), 0.0)), k);
             seen += lobe.weight * lobe_radiance(surface, wi, 4.0 * lobe.S.x);
         }
-        radiance += ambient_in_mirrors(surface) * reflected * cone_mirrors(surface, alpha) * seen;
+        radiance += ambient_in_specular(surface) * reflected * cone_specular_share(surface, alpha) * seen;
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 c[9] = environment_sh();
         vec3 irradiance = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(m))), 0.0);
         vec3 bounced = MULTISCATTERING ? first_albedo(b.facets, albedo) : vec3(1.0);
         vec3 ambient = (1.0 / LEADR_PI) * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, c);
-        radiance += body * bounced * ambient * irradiance;
+        radiance += diffuse * bounced * ambient * irradiance;
     }
-    if (any_on_diffuse() || any_in_mirrors()) {
+    if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 wi = to_frame(b.about, light.wi);
@@ -124,14 +124,15 @@ vec3 gloss_radiance(const Surface surface) {
                 vec3 scattered = vec3(0.0);
                 if (on_diffuse(i)) {
                     vec3 bounced = MULTISCATTERING ? bounced_light(b, surface, albedo, light.wi) : vec3(1.0);
-                    scattered += body * bounced * (wi.z / LEADR_PI);
+                    scattered += diffuse * bounced * (wi.z / LEADR_PI);
                 }
-                if (in_mirrors(i)) {
+                if (in_specular(i)) {
                     vec3 h = b.wo + wi;
                     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
                     float cosine = dot(b.wo, wh);
                     float square = alpha * alpha + (of_panorama(i) ? 2.0 * light_normal_variance(cosine, light.variance) : 0.0);
-                    scattered += fresnel_of(surface, cosine) * (MULTISCATTERING ? b.mirrors : vec3(1.0)) * gloss_mirrors(b.wo, wi, wh, min(square, 1.0));
+                    vec3 fresnel = fresnel_of(surface, cosine) * (MULTISCATTERING ? b.specular : vec3(1.0));
+                    scattered += fresnel * gloss_specular(b.wo, wi, wh, min(square, 1.0));
                 }
                 radiance += light.irradiance * scattered;
             }
@@ -140,10 +141,11 @@ vec3 gloss_radiance(const Surface surface) {
     return radiance;
 }
 
-// A facet of a normal map that faces away: <wo, wm> is clamped at 0. It reflects as at grazing incidence, but nothing that is seen.
+// A normal-map facet that faces away: <wo, wm> is clamped at 0. It has its reflectance at grazing incidence, but reflects no
+// visible light.
 Surface facing_away(Surface surface) {
-    surface.albedo *= 1.0 - grazing_reflectance(surface.body_f0);
-    surface.f0 = surface.body_f0 = vec3(0.0);
+    surface.albedo *= 1.0 - grazing_reflectance(surface.diffuse_f0);
+    surface.f0 = surface.diffuse_f0 = vec3(0.0);
     surface.fit = 0u;
     vec3 n = normal_of_slope(surface.mean_slope);
     surface.wo = normalize(surface.wo + n * (1e-3 - dot(surface.wo, n)));

@@ -1,24 +1,23 @@
-// Measured facets themselves, not their lobes: what samples of the reference see.
+// Measured facets themselves, not their lobes, for samples of the reference.
 #ifndef LEADR_SHADE_FITTED_FACETS
 #define LEADR_SHADE_FITTED_FACETS
 #include "draws.glsl"
 #include "surface.glsl"
 
-// Share of the directions that are drawn from the hemisphere, for slopes that lobes have hardly any of.
+// Share of the directions drawn from the hemisphere, for slopes that the lobes hardly cover.
 const float DEFENSIVE = 0.125;
 
-// A measured facet from where it is seen, in the frame of its table.
+// A measured facet and its view direction, in the frame of its table.
 struct FittedFacet {
     uint fit;
     float stretch;
-    mat3 turn;  // from the surface's frame to the table's
+    mat3 rotation;  // rotation from the surface's frame to the table's
     vec3 wo;
-    float area; // that wo sees of its lobes
+    float area; // area of its lobes visible from wo
 };
 
-// The normal of a facet among those that wo sees of slopes m with covariance S, or, of a mapped normal, among all of them. Maps know a
-// texel's slopes by these alone, where a table, unlike a lobe, cannot be widened by them. Fits that are rougher along one direction are
-// brushed along that of S.
+// The normal of a facet visible from wo, with slopes m and covariance S; of a mapped normal, any facet. Maps store a texel's
+// slopes only as these moments, and a table, unlike a lobe, cannot be widened by them. Anisotropic fits follow the axes of S.
 vec3 fitted_normal(const uint fit, const vec3 wo, const vec2 m, const vec3 S, const bool mapped, const vec2 u) {
     if (!fitted_is_round(fit) || S.x + S.y <= 2.0 * LEADR_MIN_VARIANCE) {
         return normal_of_slope(m);
@@ -29,50 +28,50 @@ vec3 fitted_normal(const uint fit, const vec3 wo, const vec2 m, const vec3 S, co
     return normal_of_slope(slope_at(vec2(normal_quantile(u.x), normal_quantile(u.y)), m, slope_cholesky(S)));
 }
 
-// normal: of the facet; widest: covariance of what is rougher along one direction, by which that direction is known.
+// normal: of the facet; widest: covariance that gives the direction of anisotropy.
 FittedFacet fitted_facet(uint fit, const float alpha, vec3 wo, const vec3 normal, const vec3 widest) {
     FittedFacet f;
     f.fit = fit;
     f.stretch = fit_stretch(fit, alpha);
     Frame frame = frame_about(normal);
-    f.turn = transpose(mat3(frame.x, frame.y, frame.z));
+    f.rotation = transpose(mat3(frame.x, frame.y, frame.z));
     if (!fitted_is_round(fit) && abs(widest.x - widest.y) + abs(widest.z) > 1e-7) {
         float angle = 0.5 * atan(2.0 * widest.z, widest.x - widest.y) - fitted_direction(fit);
         float c = cos(angle), s = sin(angle);
-        f.turn = mat3(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0) * f.turn;
+        f.rotation = mat3(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0) * f.rotation;
     }
-    f.wo = f.turn * wo;
+    f.wo = f.rotation * wo;
     f.area = fitted_lobes_area(fit, f.wo, f.stretch);
     return f;
 }
 
 // Radiance towards the viewer per unit of irradiance on a plane that faces wi.
 vec3 fitted_reflected(const FittedFacet f, vec3 wi) {
-    wi = f.turn * wi;
+    wi = f.rotation * wi;
     if (f.wo.z <= 0.0 || wi.z <= 0.0) {
         return vec3(0.0);
     }
-    return fitted_fresnel(f.fit, 0.5 * length(f.wo + wi)) * fitted_mirrors(f.fit, f.wo, wi, f.stretch);
+    return fitted_fresnel(f.fit, 0.5 * length(f.wo + wi)) * fitted_specular(f.fit, f.wo, wi, f.stretch);
 }
 
-// Density by solid angle with which a direction is drawn.
+// Density per solid angle of a drawn direction.
 float fitted_density(const FittedFacet f, vec3 wi) {
-    wi = f.turn * wi;
+    wi = f.rotation * wi;
     vec3 h = f.wo + wi;
     vec3 wn = h * inversesqrt(max(dot(h, h), 1e-20));
     return (1.0 - DEFENSIVE) * fitted_lobes_density(f.fit, f.wo, wn, f.area, f.stretch) + DEFENSIVE / LEADR_PI * max(wi.z, 0.0);
 }
 
-// A direction drawn for its mirrors.
+// Draws a direction from its specular term.
 vec3 fitted_direction_drawn(const FittedFacet f, const vec2 u) {
     if (u.x < DEFENSIVE) {
-        return drawn_cosine(vec2(u.x / DEFENSIVE, u.y)) * f.turn;
+        return drawn_cosine(vec2(u.x / DEFENSIVE, u.y)) * f.rotation;
     }
-    // The choice of a lobe and the place on it share a number, which has digits for both.
+    // One number chooses both the lobe and the point on it; it has enough digits.
     float choice = (u.x - DEFENSIVE) / (1.0 - DEFENSIVE) * 64.0;
     vec3 wn = fitted_lobes_normal(f.fit, f.wo, (floor(choice) + 0.5) / 64.0, vec2(fract(choice), u.y), f.area, f.stretch);
     vec3 wi = 2.0 * max(dot(f.wo, wn), 0.0) * wn - f.wo;
-    return wi * f.turn;
+    return wi * f.rotation;
 }
 
 #endif

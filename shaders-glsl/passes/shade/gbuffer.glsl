@@ -13,7 +13,7 @@ uniform usampler2D gbuffer_reflection;
 uniform usampler2D gbuffer_emission;
 uniform usampler2D gbuffer_relief_color;
 
-// The last texel serves for pixels and for edge samples: what belongs to the others is without meaning.
+// Pixels and edge samples share the last texel; values of the other kind are meaningless.
 FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     uvec4 slopes = texelFetch(gbuffer_slopes, pixel, 0), material = texelFetch(gbuffer_material, pixel, 0);
     uvec2 surface = texelFetch(gbuffer_surface, pixel, 0).xy;
@@ -24,19 +24,19 @@ FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     f.material = material_of(material);
     uvec4 reflection = texelFetch(gbuffer_reflection, pixel, 0);
     f.f0 = f0_of(reflection);
-    f.body_f0 = uintBitsToFloat(reflection.w);
+    f.diffuse_f0 = uintBitsToFloat(reflection.w);
     f.mixed = mixed_of(reflection);
     f.fit = fit_of(reflection);
     uvec2 emission = texelFetch(gbuffer_emission, pixel, 0).xy;
     f.emission = emission_of(emission);
-    f.dip = dip_of(emission);
+    f.edge_tint = edge_tint_of(emission);
     f.relief_color = LEADR_NO_RELIEF_COLOR;
     if (USES_RELIEF_COLOR) {
         f.relief_color = unpack_relief_color(texelFetch(gbuffer_relief_color, pixel, 0), f.covariance);
     }
-    vec2 place = unpackHalf2x16(surface.x);
-    f.accessibility = max(place.x, 0.0);
-    f.inside = place.x < 0.0;
+    vec2 accessibility_lod = unpackHalf2x16(surface.x);
+    f.accessibility = max(accessibility_lod.x, 0.0);
+    f.inside = accessibility_lod.x < 0.0;
     f.horizon = Horizon(vec2(0.0), vec3(0.0));
     f.cone = NO_CONE;
     if (with_horizon || CONES) {
@@ -46,7 +46,7 @@ FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
             f.horizon = unpack_horizon(packed);
         }
     }
-    f.lod = place.y;
+    f.lod = accessibility_lod.y;
     f.joined = joined_part_of(surface);
     f.relief = uintBitsToFloat(surface.y);
     return f;

@@ -1,6 +1,6 @@
-// LEADR: integrals over the visible slopes. Specular lights by eq. 17; specular environment by eq. 19 and 22, on the
-// paper's grid (Algorithm 1) or a few probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed
-// form, or by one lookup for environments with shadows.
+// LEADR: integrals over the visible slopes. Specular lights by eq. 17; specular environment by eq. 19 and 22, on the paper's
+// grid (Algorithm 1) or a few probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed form, or by one
+// lookup for shadowed environments.
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
 #include "draws.glsl"
@@ -10,7 +10,7 @@
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
-#include "leadr/integrals/facet_mirrors.glsl"
+#include "leadr/integrals/facet_specular.glsl"
 #include "leadr/integrals/ggx_lobes.glsl"
 #include "leadr/integrals/light_size.glsl"
 #include "leadr/visible/shadowed_environment.glsl"
@@ -23,26 +23,27 @@
 #include "leadr/visible/relief_color.glsl"
 #include "leadr/visible/specular.glsl"
 
-const float GRID_DEVIATION = 0.05; // of the light of one sample of the grid, as far as the relief's horizon is concerned
-const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
-const bool FACET_MIRRORS = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // of the lights
+const float GRID_DEVIATION = 0.05; // angular deviation of one grid sample's light, for the horizon of the relief
+const int DIFFUSE_TERMS = 2; // of the closed form: see leadr/visible/diffuse.glsl
+const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // of the lights
 
-// Means over the visible mirrors.
-struct Mirrors {
+// Means over the visible specular directions.
+struct SpecularTerm {
     vec3 reflected; // radiance, Fresnel and shadowing included
-    vec3 fresnel;   // of the body, whose light it keeps from entering
-    float area;     // visible area in arbitrary units: the weight among several sets of mirrors
+    vec3 fresnel;   // of the diffuse base: fraction of light that does not enter it
+    float area;     // visible area in arbitrary units: the weight among several lobes
 };
 
-// The mirrors of a normal map from those that face the viewer. The others are black, and reflect as at grazing incidence.
-Mirrors of_facing(const Mirrors mirrors, const Surface surface, const float facing) {
-    vec3 grazing = grazing_reflectance(surface.body_f0);
-    return Mirrors(facing * mirrors.reflected, mix(grazing, mirrors.fresnel, facing), 1.0);
+// The specular term of a normal map from the facets that face the viewer. The others are black, with grazing reflectance.
+SpecularTerm of_facing(const SpecularTerm specular, const Surface surface, const float facing) {
+    vec3 grazing = grazing_reflectance(surface.diffuse_f0);
+    return SpecularTerm(facing * specular.reflected, mix(grazing, specular.fresnel, facing), 1.0);
 }
 
-// One node of the grid; sums weights in `area`. relief: share of a normal map in the variance of the mirrors, whose facets count alike.
-void add_grid_mirror(inout Mirrors sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
-                     const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
+// One node of the grid; sums weights in `area`. relief: share of a normal map in the slope variance; its facets have equal
+// weights.
+void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
+                       const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
     float weight = node.z * e.area;
     if (MAPPED) {
@@ -53,21 +54,21 @@ void add_grid_mirror(inout Mirrors sum, const vec3 node, const Surface surface, 
     float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky))
               * relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
-    sum.fresnel += weight * fresnel_schlick(surface.body_f0, cosine);
+    sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
     sum.area += weight;
 }
 
-// Grids up to this many samples along a side are written out, which makes them a sixth faster (docs/measurements/performance.md).
+// Grids of up to this many samples per side are unrolled, a sixth faster (docs/measurements/performance.md).
 const int WRITTEN_OUT = 5;
 
-// Algorithm 1, with everything that is the same for all samples moved out of the loop.
-Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
+// Algorithm 1, with loop invariants moved out of the loop.
+SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = area_for(SHADOWING, wo, m, S, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
-    Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     MappedSlopes mapped;
     if (MAPPED) {
         mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
@@ -75,31 +76,31 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     float relief = MAPPED ? mapped.relief : 0.0;
     if (SAMPLES <= WRITTEN_OUT) {
         [[unroll]] for (int i = 0; i < min(SAMPLES, WRITTEN_OUT) * min(SAMPLES, WRITTEN_OUT); ++i) {
-            add_grid_mirror(sum, grid_node(i / SAMPLES, i % SAMPLES, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
+            add_grid_specular(sum, grid_node(i / SAMPLES, i % SAMPLES, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
         }
     } else {
         for (int j = 0; j < SAMPLES; ++j) {
             for (int k = 0; k < SAMPLES; ++k) {
-                add_grid_mirror(sum, grid_node(j, k, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
+                add_grid_specular(sum, grid_node(j, k, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
             }
         }
     }
     float scale = 1.0 / max(sum.area, 1e-12);
-    Mirrors mean = Mirrors(sum.reflected * scale, sum.fresnel * scale, o.visible);
+    SpecularTerm mean = SpecularTerm(sum.reflected * scale, sum.fresnel * scale, o.visible);
     return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
-// Probes of each of three lobes or more (docs/measurements/fitting.md has what they err by).
+// Probes per lobe, for three lobes or more (docs/measurements/fitting.md gives the error).
 const int PROBES_OF_LOBE = 5;
 
-// Where the probes of a lobe lie, and what is seen of it.
+// Positions of a lobe's probes and its visible area.
 struct ProbedLobe {
     VisibleProbes probes;
     DirectionArea o;
     float facing; // share of the facets of a normal map that face the viewer
 };
 
-// kernel: of its rule.
+// kernel: of its quadrature rule.
 ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const vec3 kernel) {
     ProbedLobe lobe;
     lobe.facing = 1.0;
@@ -114,17 +115,17 @@ ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const
     return lobe;
 }
 
-// What probes see. Their weights sum to one.
+// Sums over probes. Their weights add up to one.
 struct ProbeSums {
-    vec3 at_normal;  // as if they reflected all of it
-    vec3 by_angle;   // the same times Schlick's term, or, under a table of reflectances, times the cosine
+    vec3 at_normal;  // as if all of it were reflected
+    vec3 by_angle;   // the same times Schlick's term, or times the cosine for a table of reflectances
     float lit;
     float grazing;   // Schlick's term
     float cosine;
     float cosine2;
 };
 
-// fitted: whether a table of reflectances multiplies what they see.
+// fitted: whether a table of reflectances multiplies the radiance.
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
@@ -138,58 +139,58 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     sums.cosine2 += p.weight * p.cosine * p.cosine;
 }
 
-// The mirrors that probes stand for.
-Mirrors probes_mirrors(const ProbeSums sums, const Surface surface, const ProbedLobe lobe, const bool fitted) {
+// The specular term from sums over probes.
+SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const ProbedLobe lobe, const bool fitted) {
     vec3 reflected;
     if (fitted) {
-        // The table is nearly straight over a lobe: a line through it at a deviation of the cosines on either side.
+        // The table is nearly linear over a lobe: a line through its values one deviation of the cosines on either side.
         float spread = max(sqrt(max(sums.cosine2 - sums.cosine * sums.cosine, 0.0)), 1e-3);
         float high = min(sums.cosine + spread, 1.0), low = max(high - 2.0 * spread, 0.0);
         vec3 at_low = fitted_fresnel(surface.fit, low), slope = (fitted_fresnel(surface.fit, high) - at_low) / (high - low);
         reflected = max((at_low - low * slope) * sums.at_normal + slope * sums.by_angle, 0.0);
     } else {
-        // A dip is wide: that of the mean mirror is the mean of theirs.
+        // The edge tint is wide: its mean over the lobe is its value at the mean.
         vec3 rise = grazing_reflectance(surface.f0) - surface.f0;
-        reflected = (surface.f0 - surface.dip * dip_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
+        reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
     }
-    vec3 body_f0 = surface.body_f0;
-    vec3 fresnel = body_f0 + (grazing_reflectance(body_f0) - body_f0) * sums.grazing;
-    Mirrors mean = Mirrors(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
+    vec3 diffuse_f0 = surface.diffuse_f0;
+    vec3 fresnel = diffuse_f0 + (grazing_reflectance(diffuse_f0) - diffuse_f0) * sums.grazing;
+    SpecularTerm mean = SpecularTerm(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
     return MAPPED ? of_facing(mean, surface, lobe.facing) : mean;
 }
 
-// A few probes among the visible slopes, `count` of them.
-Mirrors probe_mirrors(Surface surface, vec3 wo, const vec3 S, int count) {
+// The specular term from `count` probes among the visible slopes.
+SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     bool fitted = is_fitted(surface.fit);
     ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     [[unroll]] for (int i = 0; i < count; ++i) {
         add_probe(sums, surface, wo, lobe, probe_node(count, i, lobe.probes.wide), fitted);
     }
-    return probes_mirrors(sums, surface, lobe, fitted);
+    return probes_specular(sums, surface, lobe, fitted);
 }
 
-// As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.
-Mirrors drawn_mirrors(const Surface surface, const vec3 wo, const vec3 S) {
+// The specular term from random visible directions. Its mean over the samples of the reference converges to the integral.
+SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
     DirectionArea o = direction_area(wo, m, slope_cholesky(S));
     uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     for (int i = 0; i < SAMPLES; ++i) {
         vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);
-        DrawnMirror d = drawn_mirror(wo, u, m, S, o.visible);
+        DrawnReflection d = drawn_reflection(wo, u, m, S, o.visible);
         vec3 f = fresnel_of(surface, d.cosine);
         float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // per axis, of an even disc
         float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
-        fresnel += fresnel_schlick(surface.body_f0, d.cosine);
+        fresnel += fresnel_schlick(surface.diffuse_f0, d.cosine);
     }
-    return Mirrors(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
+    return SpecularTerm(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
 }
 
-// The same of measured facets.
-Mirrors drawn_facets(const Surface surface, const FittedFacet facet) {
+// The specular term of measured facets from random directions.
+SpecularTerm drawn_facets(const Surface surface, const FittedFacet facet) {
     uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
     vec3 reflected = vec3(0.0);
     for (int i = 0; i < SAMPLES; ++i) {
@@ -199,27 +200,27 @@ Mirrors drawn_facets(const Surface surface, const FittedFacet facet) {
         float lit = relief_visibility(surface, wi, sqrt(variance));
         reflected += fitted_reflected(facet, wi) * (lit / max(density, 1e-9)) * lobe_radiance(surface, wi, variance);
     }
-    return Mirrors(reflected / float(SAMPLES), vec3(0.0), 1.0);
+    return SpecularTerm(reflected / float(SAMPLES), vec3(0.0), 1.0);
 }
 
-// probes: of the lobe, where it is looked up by these.
-Mirrors gaussian_mirrors(const Surface surface, const vec3 wo, const vec3 S, const int probes) {
-    if (DRAWN_MIRRORS) {
-        return drawn_mirrors(surface, wo, S);
+// probes: number per lobe, where probes are used.
+SpecularTerm gaussian_specular(const Surface surface, const vec3 wo, const vec3 S, const int probes) {
+    if (DRAWN_SPECULAR) {
+        return drawn_specular(surface, wo, S);
     }
     if (VISIBLE_SLOPES) {
-        return probe_mirrors(surface, wo, S, probes);
+        return probe_specular(surface, wo, S, probes);
     }
-    return grid_mirrors(surface, wo, S);
+    return grid_specular(surface, wo, S);
 }
 
-// Mirrors of a GGX base: a mixture of Gaussian ones, each weighted by its visible area.
-Mirrors ggx_mirrors(const Surface surface, const vec3 wo, const DisplacedGgx d) {
-    Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+// Specular term of a GGX base: a mixture of Gaussian lobes, each weighted by its visible area.
+SpecularTerm ggx_specular(const Surface surface, const vec3 wo, const DisplacedGgx d) {
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
         if (lobe.weight > 0.0) {
-            Mirrors part = gaussian_mirrors(surface, wo, lobe.S, PROBES_OF_LOBE);
+            SpecularTerm part = gaussian_specular(surface, wo, lobe.S, PROBES_OF_LOBE);
             float weight = lobe.weight * part.area;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
@@ -227,28 +228,28 @@ Mirrors ggx_mirrors(const Surface surface, const vec3 wo, const DisplacedGgx d) 
         }
     }
     float scale = 1.0 / max(sum.area, 1e-12);
-    return Mirrors(sum.reflected * scale, sum.fresnel * scale, sum.area);
+    return SpecularTerm(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
-// Mean Fresnel reflectance of the body for mirrors of covariance S.
-vec3 body_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
+// Mean Fresnel reflectance over the diffuse base for a specular covariance S.
+vec3 diffuse_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
-    return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.body_f0)
-                  : visible_fresnel(wo, m, S, surface.body_f0);
+    return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.diffuse_f0)
+                  : visible_fresnel(wo, m, S, surface.diffuse_f0);
 }
 
-// The mean Fresnel reflectance alone, for when no environment is looked up.
+// The mean Fresnel reflectance alone, without an environment.
 vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
         float area = MAPPED ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
-        sum += lobe.weight * area * vec4(body_fresnel(surface, wo, lobe.S), 1.0);
+        sum += lobe.weight * area * vec4(diffuse_fresnel(surface, wo, lobe.S), 1.0);
     }
     return sum.rgb / max(sum.w, 1e-12);
 }
 
-// Irradiance that order 2 leaves out, for a normal n of any length; none with the grid of the paper, which is of order 2.
+// Irradiance beyond SH order 2, for a normal n of any length; zero with the paper's grid, which uses order 2.
 vec3 rest_irradiance(const Surface surface, const vec3 n) {
     return VISIBLE_SLOPES ? textureLod(irradiance_rest, from_frame(surface.frame, n), 0.0).rgb : vec3(0.0);
 }
@@ -257,7 +258,7 @@ vec3 rest_irradiance(const Surface surface, const vec3 n) {
 vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 c[9] = environment_sh();
     vec3 whole;
-    float open = 1.0; // bumps hide what facets do not hide from each other already
+    float open = 1.0; // fraction of the light that the facets do not shadow
     if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         whole = shadowed_diffuse_environment(bent, surface.frame, c, rest_irradiance(surface, bent.normal));
@@ -273,24 +274,24 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     return diffuse_past_horizon(whole, open, horizon_hidden(m, surface.horizon), m, surface.frame, c);
 }
 
-// Share of the environment's light in all mirrors that a cone leaves.
-float mirrors_in_cone(const Surface surface) {
+// Share of the environment's specular light that a cone leaves.
+float specular_in_cone(const Surface surface) {
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
-    return cone_mirrors(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
+    return cone_specular_share(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
 }
 
-// Albedo of what is seen, weighted by the environment's irradiance where slopes decide. c: its coefficients.
+// Visible albedo, weighted by the environment's irradiance where the albedo depends on slopes. c: SH coefficients.
 vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     vec3 S = surface.slope_covariance, wo = surface.wo;
     vec2 m = surface.mean_slope;
-    // Relief of a normal map hides nothing: its facets count by their area on the surface, as if seen from above.
+    // The relief of a normal map hides nothing: its facets count by their area on the surface, as from above.
     float open = SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
     SlopesScore score = SlopesScore(vec2(0.0), vec3(0.0));
     if (!MAPPED) {
         score = seen_slopes_score(wo, m, S);
     }
     vec2 seen = score.moved;
-    // The change of the irradiance with the slope, by differences over a deviation.
+    // The derivative of the irradiance by slope, from differences over one deviation.
     vec2 middle = m + vec2(S.x * seen.x + S.z * seen.y, S.z * seen.x + S.y * seen.y), step = sqrt(max(S.xy, 1e-6));
     vec3 c[9] = environment_sh();
     vec3 irradiance[4];
@@ -304,7 +305,7 @@ vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     return relief_color(surface.albedo, surface.relief_color, MAPPED ? 0.0 : seen_height(o, open), change);
 }
 
-// Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
+// Diffuse radiance per unit of albedo from an unshadowed light of unit irradiance.
 float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments normals, const vec2 faced, const float lambda,
                     const vec3 wi) {
     vec3 S = surface.slope_covariance;
@@ -318,7 +319,7 @@ float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments no
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
 
-// What measured facets reflect of a light, per unit of irradiance; of one with a size, from a direction that is drawn.
+// Light reflected by measured facets, per unit of irradiance. A light with a size is sampled at a drawn direction.
 vec3 facet_light(const Surface surface, const FittedFacet facet, const int number, const Light light) {
     vec3 wi = light.wi;
     if (of_panorama(number)) {
@@ -330,7 +331,7 @@ vec3 facet_light(const Surface surface, const FittedFacet facet, const int numbe
     return fitted_reflected(facet, wi);
 }
 
-// Roughness and weight of each of the bases that share the surface; weights sum to one. A measured material has as many as lobes.
+// Roughness and weight of each base that shares the surface; weights sum to one. A measured material has one per lobe.
 const int OWN_BASES = MIXED_ROUGHNESS ? 2 : 1;
 const int BASES = FIT_LOBES > OWN_BASES ? FIT_LOBES : OWN_BASES;
 const int MOST_BASES = 4;
@@ -344,7 +345,7 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
         bases[1] = vec2(surface.mixed.rough_alpha, surface.mixed.share);
     }
     if (is_fitted(surface.fit)) {
-        // Lobes count as the viewer sees their facets.
+        // Lobes are weighted by their visible facets.
         float stretch = fit_stretch(surface.fit, surface.alpha), all = 0.0;
         int lobes = fitted_lobes(surface.fit);
         for (int i = 0; i < MOST_BASES; ++i) {
@@ -359,13 +360,13 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
     }
 }
 
-// The mirrors of a base of one roughness on the relief.
+// The specular lobe of a base of one roughness on the relief.
 struct Base {
     float alpha;
-    vec3 S;           // covariance of the mirrors
-    DisplacedGgx ggx; // instead, where the base is GGX
+    vec3 S;           // covariance of the specular lobe
+    DisplacedGgx ggx; // used instead for a GGX base
     vec3 cholesky;
-    DirectionArea o;  // area seen by the viewer
+    DirectionArea o;  // area visible to the viewer
 };
 
 Base base_of(const Surface surface, float alpha) {
@@ -377,14 +378,14 @@ Base base_of(const Surface surface, float alpha) {
     if (GGX_BASE) {
         base.ggx = displaced_ggx(vec3(vec2(alpha * alpha), 0.0), relief);
     }
-    if (any_on_diffuse() || any_in_mirrors()) {
+    if (any_on_diffuse() || any_in_specular()) {
         base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : base.S);
         base.o = GGX_BASE ? displaced_ggx_area(wo, m, base.ggx, base.cholesky) : area_for(SHADOWING, wo, m, base.S, base.cholesky);
     }
     return base;
 }
 
-// Specular radiance of a light with a size, per unit of irradiance: its directions widen the lobe. o: area seen by the viewer.
+// Specular radiance of a light with a size, per unit of irradiance. Its size widens the lobe. o: area visible to the viewer.
 vec3 sized_light(const Surface surface, const DirectionArea o, const Light light, const vec3 S, const DisplacedGgx ggx,
                  const vec3 cholesky) {
     vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
@@ -404,31 +405,32 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
 
-// What a base reflects of the environment.
-Mirrors environment_mirrors(const Surface surface, const Base base) {
+// The base's specular reflection of the environment.
+SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
-        return ggx_mirrors(surface, surface.wo, base.ggx);
+        return ggx_specular(surface, surface.wo, base.ggx);
     }
-    return gaussian_mirrors(surface, surface.wo, base.S, SAMPLES);
+    return gaussian_specular(surface, surface.wo, base.S, SAMPLES);
 }
 
-// The body's mean Fresnel reflectance alone.
+// The mean Fresnel reflectance alone, for the diffuse base.
 vec3 mean_fresnel(const Surface surface, const Base base) {
-    return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : body_fresnel(surface, surface.wo, base.S);
+    return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : diffuse_fresnel(surface, surface.wo, base.S);
 }
 
-// What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.
-vec3 mirrored_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
+// The base's specular reflection of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief
+// without its base.
+vec3 specular_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
                     const DirectionArea diffuse_i,
                     const vec3 diffuse_cholesky) {
     vec3 wo = surface.wo, f0 = surface.f0;
     vec2 m = surface.mean_slope;
-    if (!in_mirrors(number)) {
+    if (!in_specular(number)) {
         return vec3(0.0);
     }
-    if (FACET_MIRRORS) {
-        FacetMirrors mirrors = facet_mirrors(wo, light.wi, base.alpha, light.variance);
-        return facet_mirrors_light(SHADOWING, diffuse_o, diffuse_i, mirrors, m, diffuse_cholesky, f0);
+    if (FACET_SPECULAR) {
+        FacetSpecular specular = facet_specular(wo, light.wi, base.alpha, light.variance);
+        return facet_specular_light(SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
     }
     if (of_panorama(number)) {
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
@@ -449,20 +451,20 @@ vec3 mirrored_light(const Surface surface, const Base base, const int number, co
     return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
-// Passes that shade all kinds of surfaces take those of one lobe through the loop of measured ones, since drivers in software take both
-// sides of every branch: nodes of each turn, those of a lobe's rule, and of one rule of SAMPLES nodes that is spread over the turns.
-const bool SHARES_PROBES = FIT_LOBES > OWN_BASES && VISIBLE_SLOPES && !DRAWN_MIRRORS;
+// Passes for all kinds of surfaces shade single lobes in the loop over measured lobes, since software drivers run both sides of
+// every branch. Each iteration takes the nodes of one lobe's rule, or a slice of one rule of SAMPLES nodes.
+const bool SHARES_PROBES = FIT_LOBES > OWN_BASES && VISIBLE_SLOPES && !DRAWN_SPECULAR;
 const int LOBE_NODES = FIT_LOBES == 2 ? 9 : FIT_LOBES == 3 ? 6 : 5;
 const int LOBE_RULE = FIT_LOBES == 2 ? 9 : PROBES_OF_LOBE;
 const int SPREAD_NODES = FIT_LOBES == 2 ? (SAMPLES + 1) / 2 : FIT_LOBES == 3 ? (SAMPLES + 2) / 3 : (SAMPLES + 3) / 4;
 
-// The environment in lobes of measured materials, each by a rule of its own, and in bases of one lobe.
-Mirrors shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
+// The environment in the lobes of measured materials, each with its own rule, and in bases of one lobe.
+SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 wo = surface.wo;
     bool fitted = is_fitted(surface.fit);
     bool several = fitted || (MIXED_ROUGHNESS && bases[1].y > 0.0);
     vec3 kernel = several ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
-    Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     for (int i = 0; i < FIT_LOBES; ++i) {
         ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[several ? i : 0].x).S, kernel);
@@ -478,7 +480,7 @@ Mirrors shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
             add_probe(sums, surface, wo, lobe, node, fitted);
         }
         if (several || i == FIT_LOBES - 1) {
-            Mirrors part = probes_mirrors(sums, surface, lobe, fitted);
+            SpecularTerm part = probes_specular(sums, surface, lobe, fitted);
             float weight = several ? bases[i].y : 1.0;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
@@ -488,30 +490,30 @@ Mirrors shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     return sum;
 }
 
-// The environment in the mirrors of all bases.
-Mirrors mirrors_of(const Surface surface, const vec2 bases[MOST_BASES]) {
+// The environment reflected by all bases.
+SpecularTerm specular_of(const Surface surface, const vec2 bases[MOST_BASES]) {
     if (SHARES_PROBES) {
         return shared_probes(surface, bases);
     }
-    Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     if (BASES > 2) {
         for (int i = 0; i < BASES; ++i) {
-            Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
+            SpecularTerm part = environment_specular(surface, base_of(surface, bases[i].x));
             sum.reflected += bases[i].y * part.reflected;
             sum.fresnel += bases[i].y * part.fresnel;
         }
         return sum;
     }
-    // One or two are written out, which is faster; for more, drivers would take ten seconds to compile that.
+    // One or two bases are unrolled, which is faster. More would take drivers ten seconds to compile.
     [[unroll]] for (int i = 0; i < min(BASES, 2); ++i) {
-        Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
+        SpecularTerm part = environment_specular(surface, base_of(surface, bases[i].x));
         sum.reflected += bases[i].y * part.reflected;
         sum.fresnel += bases[i].y * part.fresnel;
     }
     return sum;
 }
 
-// The body's mean Fresnel reflectance under the mirrors of all bases.
+// Mean Fresnel reflectance of all bases, over the diffuse base.
 vec3 fresnel_under(const Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 sum = vec3(0.0);
     for (int i = 0; i < BASES; ++i) {
@@ -520,7 +522,7 @@ vec3 fresnel_under(const Surface surface, const vec2 bases[MOST_BASES]) {
     return sum;
 }
 
-// The body's mean Fresnel reflectance without relief, as one bounce has it.
+// Mean Fresnel reflectance over the diffuse base without relief, as a single bounce has it.
 vec3 smooth_fresnel(Surface surface, const Bounces bounces) {
     surface.mean_slope = vec2(0.0);
     surface.slope_covariance = vec3(0.0);
@@ -528,32 +530,32 @@ vec3 smooth_fresnel(Surface surface, const Bounces bounces) {
     return mean_fresnel(surface, base_of(surface, bounces.alpha));
 }
 
-// A light in the mirrors of all bases, per unit of irradiance; the arguments as in mirrored_light.
-vec3 light_in_mirrors(const Surface surface, const vec2 bases[MOST_BASES], const int number, const Light light,
-                      const DirectionArea diffuse_o, const DirectionArea diffuse_i,
+// Specular reflection of a light by all bases, per unit of irradiance; arguments as in specular_light.
+vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], const int number, const Light light,
+                       const DirectionArea diffuse_o, const DirectionArea diffuse_i,
                       const vec3 diffuse_cholesky) {
     vec3 sum = vec3(0.0);
     if (BASES > 2) {
         for (int i = 0; i < BASES; ++i) {
             if (bases[i].y > 0.0) {
                 Base base = base_of(surface, bases[i].x);
-                sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+                sum += bases[i].y * specular_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
             }
         }
     } else {
         [[unroll]] for (int i = 0; i < min(BASES, 2); ++i) {
             Base base = base_of(surface, bases[i].x);
-            sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+            sum += bases[i].y * specular_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
         }
     }
-    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.dip, 0.5 * length(surface.wo + light.wi));
+    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, 0.5 * length(surface.wo + light.wi));
 }
 
 vec3 leadr_radiance(Surface surface) {
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
-    // Bases that share the surface have mirrors of their own.
+    // Each base that shares the surface has its own specular lobe.
     vec2 bases[MOST_BASES];
     bases_of(surface, bases);
     bool exact = FINEST_LEVEL && is_fitted(surface.fit);
@@ -569,20 +571,20 @@ vec3 leadr_radiance(Surface surface) {
     }
     vec3 radiance = vec3(0.0);
 
-    // Light that the visible mirrors do not reflect enters the surface; the diffuse term returns no more than that.
+    // Light that the specular term does not reflect enters the surface and bounds the diffuse term.
     vec3 entering = vec3(1.0);
     if (SPECULAR_ENVIRONMENT) {
-        Mirrors mirrors;
+        SpecularTerm specular;
         if (exact) {
-            mirrors = drawn_facets(surface, facet);
+            specular = drawn_facets(surface, facet);
         } else {
-            mirrors = mirrors_of(surface, bases);
+            specular = specular_of(surface, bases);
         }
         if (MULTISCATTERING) {
-            mirrors.reflected *= bounces.mirrors;
+            specular.reflected *= bounces.specular;
         }
-        radiance += ambient_in_mirrors(surface) * mirrors_in_cone(surface) * mirrors.reflected;
-        entering = 1.0 - mirrors.fresnel;
+        radiance += ambient_in_specular(surface) * specular_in_cone(surface) * specular.reflected;
+        entering = 1.0 - specular.fresnel;
     } else if (DIFFUSE && !exact) {
         entering = 1.0 - fresnel_under(surface, bases);
     }
@@ -608,12 +610,12 @@ vec3 leadr_radiance(Surface surface) {
         vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
-    if (any_on_diffuse() || any_in_mirrors()) {
+    if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
             Light light = light_at(number, surface);
             vec3 scattered = vec3(0.0);
             DirectionArea diffuse_i;
-            if (on_diffuse(number) || (FACET_MIRRORS && in_mirrors(number))) {
+            if (on_diffuse(number) || (FACET_SPECULAR && in_specular(number))) {
                 diffuse_i = area_for(SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
             }
             if (on_diffuse(number)) {
@@ -630,16 +632,16 @@ vec3 leadr_radiance(Surface surface) {
                     scattered *= bounced_light(bounces, surface, albedo, light.wi);
                 }
             }
-            vec3 mirrored = vec3(0.0);
+            vec3 specular = vec3(0.0);
             if (exact) {
-                mirrored = in_mirrors(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
+                specular = in_specular(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
             } else {
-                mirrored = light_in_mirrors(surface, bases, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+                specular = light_in_specular(surface, bases, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
                 if (MULTISCATTERING) {
-                    mirrored *= bounces.mirrors;
+                    specular *= bounces.specular;
                 }
             }
-            radiance += light.irradiance * (scattered + mirrored);
+            radiance += light.irradiance * (scattered + specular);
         }
     }
     return radiance;

@@ -10,24 +10,24 @@
 #include "sky_visibility.glsl"
 #include "sun.glsl"
 
-layout(set = 1) uniform samplerCube environment_cube;  // without the panorama's suns, box mips
-layout(set = 1) uniform samplerCube environment_lobes; // the same, levels of a smooth kernel
-layout(set = 1) uniform samplerCube irradiance_rest;   // what order 2 leaves out of its irradiance
-layout(set = 1) uniform samplerCube background_cube;   // with the suns
+layout(set = 1) uniform samplerCube environment_cube;  // without the panorama's suns; mips filtered by boxes
+layout(set = 1) uniform samplerCube environment_lobes; // the same, filtered by a smooth kernel
+layout(set = 1) uniform samplerCube irradiance_rest;   // its irradiance beyond SH order 2
+layout(set = 1) uniform samplerCube background_cube;   // includes the suns
 
 struct Light {
     vec3 wi;         // tangent frame, toward the light
     vec3 irradiance; // on a plane facing it
-    float variance;  // of the directions that it comes from
+    float variance;  // of its directions
 };
 
-// Width over which a shadow map is averaged at least, in pixels of this image.
+// Minimum filter width of a shadow map, in pixels of this image.
 float shadow_width(const Surface surface) {
     float edge = EDGES == EDGES_ARE_SHADED ? edge_shadow_width(surface.position, surface.relief) : 1.0;
     return lighting.viewport.z * edge;
 }
 
-// Light `i` as it would arrive with nothing in its way.
+// Light `i` without shadows.
 Light light_sent(const int i, const Surface surface) {
     if (i < SUNS) {
         return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w);
@@ -39,7 +39,7 @@ Light light_sent(const int i, const Surface surface) {
     return Light(to_frame(surface.frame, direction), lighting.point_intensity[i - SUNS].rgb * (reach / square), 0.0);
 }
 
-// Fraction of it that passes the relief and what throws shadows.
+// Fraction of the light that passes the relief and the shadow casters.
 float light_passed(const int i, const Surface surface, const Light light) {
     float seen = relief_visibility(surface, light.wi, sqrt(light.variance));
     if (!MAPPED_SHADOWS) {
@@ -47,7 +47,7 @@ float light_passed(const int i, const Surface surface, const Light light) {
     }
     vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
     float width = shadow_width(surface);
-    // The shadow map and the horizon know the same bumps.
+    // The shadow map and the horizon contain the same bumps.
     if (i < SUNS) {
         float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
         return min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
@@ -61,7 +61,7 @@ Light light_at(const int i, const Surface surface) {
     return light;
 }
 
-// Of what suns and lamps send to a surface, the share that passes; 1 where they send nothing.
+// Unshadowed fraction of the light from suns and lamps; 1 without such light.
 float light_share(const Surface surface) {
     float sent = 0.0, passed = 0.0;
     for (int i = 0; i < LIGHTS; ++i) {
@@ -73,24 +73,24 @@ float light_share(const Surface surface) {
     return sent > 0.0 ? passed / sent : 1.0;
 }
 
-// The environment's part that reaches a diffuse body of this albedo.
+// Ambient visibility for a diffuse surface of this albedo.
 vec3 ambient_on_diffuse(const Surface surface, const vec3 albedo) {
     return SKY_OCCLUSION ? sky_on_diffuse(surface.sky, surface.accessibility, albedo) : vec3(surface.accessibility);
 }
 
-// The same in mirrors about the mean normal.
-float ambient_in_mirrors(const Surface surface) {
+// Ambient visibility for the specular term about the mean normal.
+float ambient_in_specular(const Surface surface) {
     if (!SKY_OCCLUSION) {
         return surface.accessibility;
     }
     vec3 n = normal_of_slope(surface.mean_slope);
     vec3 towards = from_frame(surface.frame, 2.0 * dot(surface.wo, n) * n - surface.wo);
-    return sky_in_mirrors(surface.sky, surface.accessibility, towards);
+    return sky_in_specular(surface.sky, surface.accessibility, towards);
 }
 
 // Ray through a point of the image, as surface_at expects it.
-vec3 pixel_ray(const vec2 place) {
-    vec2 ndc = (place / lighting.viewport.xy) * 2.0 - 1.0;
+vec3 pixel_ray(const vec2 pixel) {
+    vec2 ndc = (pixel / lighting.viewport.xy) * 2.0 - 1.0;
     return lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
 }
 
@@ -105,7 +105,7 @@ vec3 environment_radiance(const Surface surface, const vec3 wi, const float lod)
     return textureLod(environment_cube, from_frame(surface.frame, wi), lod).rgb;
 }
 
-// The same seen through a smooth kernel of this variance.
+// Radiance from wi filtered by a smooth kernel of this variance.
 vec3 lobe_radiance(const Surface surface, const vec3 wi, const float variance) {
     float size = float(textureSize(environment_lobes, 0).x);
     return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, size)).rgb;

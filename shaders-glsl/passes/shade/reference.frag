@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Shades a sample of the reference, shadows of the relief included: the base material on the facet that the pixel sees, under the sun,
-// point lights and lights of the panorama, and under directions drawn from the environment, from the facet's mirrors and from its
-// hemisphere. Every direction is weighted by how often any of the three draws it (the balance heuristic of Veach).
+// Shades a sample of the reference, with shadows of the relief: the base material on the facet at the pixel. Lights are the
+// sun, point lights, lights of the panorama, and directions drawn from the environment, the facet's specular term and its
+// hemisphere. Drawn directions are weighted by the density of all three (Veach's balance heuristic).
 #include "facet_frame.glsl"
 #include "gbuffer.glsl"
 #include "../constants.glsl"
@@ -16,24 +16,24 @@
 #include "leadr/visible/fresnel.glsl"
 
 layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
-layout(constant_id = 31) const bool FACET_FRAME = false; // in which the base is rough
+layout(constant_id = 31) const bool FACET_FRAME = false; // frame in which the base is rough
 layout(constant_id = 81) const bool DISPLACED = true;    // heights move the surface
-layout(constant_id = 82) const bool DRAWN = true;        // the environment has directions that are drawn
+layout(constant_id = 82) const bool DRAWN = true;        // directions are drawn from the environment
 
-const int MIRROR_DRAWS = 8;
+const int SPECULAR_DRAWS = 8;
 const int HEMISPHERE_DRAWS = 16;
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
 
 uniform sampler2D visible_depth; // reversed, 0 where nothing was drawn
 uniform samplerCube background_cube;
-// Radiance of the environment, and density of its draws relative to the area of a face of side 2: faces and rows of a cube as in
-// environment_lights.rs. Weights are right only if draws of every kind find the same light in a direction, so none is filtered.
+// Radiance of the environment, and density of its draws relative to a face area of 2^2: faces and rows of a cube as in
+// environment_lights.rs. It is unfiltered: the weights require that all kinds of draws see the same light in a direction.
 layout(std430) readonly buffer EnvironmentTexels { vec4 environment_texels[]; };
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
-// What one kind of light may do.
+// Effects enabled for one kind of light.
 struct Transport {
     bool specular;
     bool diffuse;
@@ -47,18 +47,18 @@ Transport transport_of_environment() {
     return Transport((TERMS & TERM_SPECULAR_ENVIRONMENT) != 0, (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0);
 }
 
-// What the facet is made of and how it is seen, tangent frame.
+// Material of the facet and its view direction, tangent frame.
 struct Facet {
     vec3 wo;
     vec2 m;
     vec3 diffuse_s;
     vec3 specular_s;
-    vec3 albedo; // without what mirrors reflect
+    vec3 albedo; // of the light that the specular term leaves
     vec3 f0;
-    vec3 dip; // of a conductor's reflectance
-    bool fitted; // it was measured:
+    vec3 edge_tint; // F82 tint of a conductor's reflectance
+    bool fitted; // whether it was measured:
     FittedFacet facet;
-    float visible; // area of its mirrors
+    float visible; // visible area of its specular lobe
     Frame frame;   // about its normal
 };
 
@@ -72,16 +72,16 @@ vec3 scattered(const Facet facet, const vec3 wi, const Transport transport) {
         sum += fitted_reflected(facet.facet, wi);
     } else if (transport.specular) {
         sum += leadr_specular_directional(facet.wo, wi, facet.m, facet.specular_s, facet.f0, true)
-             * fresnel_over_schlick(0u, facet.f0, facet.dip, 0.5 * length(facet.wo + wi));
+             * fresnel_over_schlick(0u, facet.f0, facet.edge_tint, 0.5 * length(facet.wo + wi));
     }
     return sum;
 }
 
-// Radiance of the environment in a world direction; w: density by solid angle with which its draws have it.
+// Radiance of the environment in a world direction; w: density per solid angle of its draws there.
 vec4 environment_at(const vec3 d) {
     vec3 a = abs(d);
     int face;
-    vec3 p; // place on the face, and distance of the face's plane
+    vec3 p; // position on the face, and distance of the face's plane
     if (a.x >= a.y && a.x >= a.z) {
         face = d.x > 0.0 ? 0 : 1;
         p = vec3(d.x > 0.0 ? -d.z : d.z, -d.y, a.x);
@@ -100,12 +100,12 @@ vec4 environment_at(const vec3 d) {
     return vec4(light.rgb, light.a * square * sqrt(square));
 }
 
-// Expected number of draws per solid angle in a direction, those of all kinds together; the environment's have this density. It is the
-// same whatever terms a picture contains, so that pictures of single terms add up.
+// Expected number of draws of all kinds per solid angle in a direction; the environment's draws have the given density. It is
+// independent of the rendered terms, so that images of single terms add up.
 float draws_per_angle(const Facet facet, const vec3 wi, const float density) {
     float sum = float(lighting.counts.y) * density
-              + float(MIRROR_DRAWS) * (facet.fitted ? fitted_density(facet.facet, wi)
-                                                    : mirror_density(facet.wo, wi, facet.m, facet.specular_s, facet.visible))
+              + float(SPECULAR_DRAWS) * (facet.fitted ? fitted_density(facet.facet, wi)
+                                                    : specular_density(facet.wo, wi, facet.m, facet.specular_s, facet.visible))
               + float(HEMISPHERE_DRAWS) * max(dot(wi, facet.frame.z), 0.0) / LEADR_PI;
     return max(sum, 1e-9);
 }
@@ -120,19 +120,19 @@ vec3 drawn_light(const Facet facet, const Surface surface, const vec3 normal, co
     return scattered(facet, wi, transport) * light.rgb / draws_per_angle(facet, wi, light.a);
 }
 
-// The environment in directions drawn from the facet's mirrors and from its hemisphere.
+// The environment in directions drawn from the facet's specular term and its hemisphere.
 vec3 drawn_environment(const Facet facet, const Surface surface, const vec3 normal) {
     Transport transport = transport_of_environment();
     if (!transport.specular && !transport.diffuse) {
         return vec3(0.0);
     }
     uvec2 pixel = uvec2(gl_FragCoord.xy);
-    uint mirrors = draw_seed(pixel, lighting.seed.x, 0u), hemisphere = draw_seed(pixel, lighting.seed.x, 1u);
+    uint lobe = draw_seed(pixel, lighting.seed.x, 0u), hemisphere = draw_seed(pixel, lighting.seed.x, 1u);
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < MIRROR_DRAWS; ++i) {
-        vec2 u = drawn_point(uint(lighting.counts.w * MIRROR_DRAWS + i), mirrors);
+    for (int i = 0; i < SPECULAR_DRAWS; ++i) {
+        vec2 u = drawn_point(uint(lighting.counts.w * SPECULAR_DRAWS + i), lobe);
         vec3 wi = facet.fitted ? fitted_direction_drawn(facet.facet, u)
-                               : drawn_mirror(facet.wo, u, facet.m, facet.specular_s, facet.visible).wi;
+                               : drawn_reflection(facet.wo, u, facet.m, facet.specular_s, facet.visible).wi;
         sum += drawn_light(facet, surface, normal, wi, transport);
     }
     for (int i = 0; i < HEMISPHERE_DRAWS; ++i) {
@@ -157,14 +157,14 @@ void main() {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
-    // What was drawn is known of a height field, triangle by triangle; for other casters the maps speak.
+    // For a height field the drawn triangles are exact; for other casters the maps give the facets.
     bool drawn_facet = HEIGHT_FIELD && DISPLACED;
     if (drawn_facet) {
         vec3 facing = to_frame(surface.frame, field_normal(surface.position));
         surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
     }
     if (MIXED_ROUGHNESS) {
-        // Samples share both roughnesses as the surface does.
+        // Samples choose one of both roughnesses by the surface's shares.
         float u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, 2u)).x;
         surface.alpha = u < surface.mixed.share ? surface.mixed.rough_alpha : surface.mixed.smooth_alpha;
     }
@@ -173,7 +173,7 @@ void main() {
     if (FACET_FRAME || fitted) {
         surface = in_facet_frame(surface);
     }
-    // The drawn facet has no slopes beside its own. Those of the map still tell how it was brushed.
+    // The drawn facet has no slopes beyond its own. Those of the map still give the direction of anisotropy.
     vec3 widest = surface.slope_covariance;
     if (drawn_facet) {
         surface.slope_covariance = vec3(0.0);
@@ -184,26 +184,26 @@ void main() {
     facet.diffuse_s = surface.slope_covariance;
     facet.specular_s = add_roughness(surface.slope_covariance, surface.alpha);
     facet.f0 = surface.f0;
-    facet.dip = surface.dip;
+    facet.edge_tint = surface.edge_tint;
     facet.fitted = fitted;
     if (fitted) {
         vec2 u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, FACET_DRAW));
         vec3 normal = fitted_normal(surface.fit, facet.wo, facet.m, facet.diffuse_s, false, u);
         facet.facet = fitted_facet(surface.fit, surface.alpha, facet.wo, normal, widest);
     }
-    facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.body_f0));
+    facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.diffuse_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));
-    // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.
+    // The plane in the depth maps: the facet, or the smooth geometry for normal maps.
     vec3 normal = DISPLACED ? from_frame(surface.frame, facet.frame.z) : macronormal;
     vec3 radiance = DRAWN ? drawn_environment(facet, surface, normal) : vec3(0.0);
-    // The depth adds nothing: it keeps the end of the loop from being a uniform's (visibility.glsl).
+    // The depth adds nothing, but stops the loop bound from being a uniform's (visibility.glsl).
     int lights = lighting.counts.x + int(depth);
     for (int i = 0; i < lights; ++i) {
         Light light = lighting.lights[i];
-        vec3 towards = light.place.xyz, irradiance = light.power.rgb;
+        vec3 towards = light.position.xyz, irradiance = light.power.rgb;
         float reach = 1e9;
-        if (light.place.w > 0.5) {
+        if (light.position.w > 0.5) {
             vec3 d = towards - surface.position;
             float square = max(dot(d, d), 1e-8);
             reach = sqrt(square);
@@ -225,8 +225,9 @@ void main() {
             radiance += reached ? weight * irradiance * scattered(facet, wi, transport) : vec3(0.0);
             continue;
         }
-        // Maps know no other directions than those of their lights. The draws above are therefore taken as if nothing hid them, and what
-        // is hidden is subtracted as the draws of the environment alone find it: never in a narrow lobe, which they seldom meet.
+        // Depth maps cover only the directions of their lights. The draws above therefore ignore shadows, and the shadowed
+        // light is subtracted as the environment's own draws find it. These seldom hit narrow lobes, which therefore stay
+        // unshadowed.
         radiance += weight * irradiance * scattered(facet, wi, transport);
         transport.specular = transport.specular && surface.alpha >= MIRROR_ALPHA;
         if (!reached) {

@@ -1,5 +1,5 @@
-// What the relief around a pixel hides from it: leadr/visible/horizon.glsl for techniques that know of it, or the cone of its material,
-// which all techniques follow (leadr/masking/occlusion.glsl).
+// Shadowing by the relief around a pixel: leadr/visible/horizon.glsl for techniques that support it, or the cone of its
+// material, which all techniques use (leadr/masking/occlusion.glsl).
 #ifndef LEADR_SHADE_RELIEF
 #define LEADR_SHADE_RELIEF
 #include "surface.glsl"
@@ -12,7 +12,7 @@ bool has_cone(const Surface surface) {
     return CONES && surface.cone.w >= 0.0;
 }
 
-// Share of the light about wi (tangent frame) that the surrounding relief lets through. deviation: of the light, radians.
+// Fraction of the light about wi (tangent frame) that passes the surrounding relief. deviation: of the light, radians.
 float relief_visibility(const Surface surface, const vec3 wi, const float deviation) {
     if (has_cone(surface)) {
         return cone_light_smooth(cone_of_vector(surface.cone.xyz), wi);
@@ -20,9 +20,9 @@ float relief_visibility(const Surface surface, const vec3 wi, const float deviat
     return USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
 }
 
-// What a cone leaves of the environment's diffuse light, of a body of this albedo: the share of the surroundings that is seen, light
-// from the hidden ones as bright as the place itself (Chan 2018, eq. 49), and how much brighter or darker it is about the axis of the
-// cone than about the normal.
+// Factor of a cone on the environment's diffuse light, for a surface of this albedo: the visible share of the surroundings,
+// with hidden directions as bright as the surface itself (Chan 2018, eq. 49), times the brightness about the axis of the cone
+// relative to that about the normal.
 vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     if (!has_cone(surface)) {
         return vec3(1.0);
@@ -33,8 +33,8 @@ vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     return interreflected_visibility(surface.cone.w, albedo) * min(about / whole, 2.0);
 }
 
-// Share of the environment's light in mirrors of GGX roughness alpha about the mean normal that a cone leaves.
-float cone_mirrors(const Surface surface, const float alpha) {
+// Fraction of the environment's specular light, of GGX roughness alpha about the mean normal, that a cone leaves.
+float cone_specular_share(const Surface surface, const float alpha) {
     if (!has_cone(surface)) {
         return 1.0;
     }

@@ -26,7 +26,7 @@ void main() {
     vec3 ray = pixel_ray(gl_FragCoord.xy);
     float depth = texelFetch(visible_depth, pixel, 0).x;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
-        // Sky behind pixels is drawn afterwards (sky.frag): lavapipe would look it up for every pixel.
+        // The sky pass (sky.frag) draws the sky behind pixels: lavapipe would look it up for every pixel here.
         out_radiance = EDGES == EDGES_ARE_SHADED ? vec4(sky_radiance(ray), 0.0) : vec4(0.0);
         return;
     }

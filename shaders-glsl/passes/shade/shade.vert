@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Draws the tiles that need shading: for edge samples, those with a sample that must be shaded; for pixels, those with objects.
+// Draws the tiles that need shading: for edge samples, those with a sample to shade; for pixels, those with objects.
 #include "settings.glsl"
 #include "../tiles.glsl"
 

@@ -5,7 +5,7 @@
 #include "lighting.glsl"
 #include "../visible.glsl"
 
-layout(constant_id = 60) const bool MULTISAMPLED = false; // the pixels are listed, the sky's too
+layout(constant_id = 60) const bool MULTISAMPLED = false; // lists of pixels are drawn, also for the sky
 
 uniform usampler2D visible_surface;
 

@@ -1,17 +1,17 @@
-// What large shapes hide of a place's surroundings (crates/leadr-render/src/light/sky_visibility.rs), and what stands in for it.
+// Occlusion by large shapes (crates/leadr-render/src/light/sky_visibility.rs), and the light of what they hide.
 #ifndef LEADR_SHADE_SKY_VISIBILITY
 #define LEADR_SHADE_SKY_VISIBILITY
 #include "../constants.glsl"
 #include "settings.glsl"
 #include "leadr/masking/occlusion.glsl"
 
-// Part of its light that what is hidden reflects into mirrors: bodies and ground reflect about a fifth.
+// Fraction of its light that hidden geometry adds to specular reflection: objects and ground reflect about a fifth.
 const float HIDDEN_ALBEDO = 0.2;
 
 layout(set = 1, std430) readonly buffer SkyVisibility {
     vec4 sky_corner; // xyz: lowest corner of the volume, its floor, metres
     vec4 sky_rates;  // xy: nodes per metre across; zw: one over the reach of the layers above and below the floor
-    vec2 sky_across; // nodes across
+    vec2 sky_across; // number of nodes
     uint sky_nodes[];
 };
 
@@ -19,18 +19,20 @@ vec4 sky_node(const uvec3 at, const uvec2 size) {
     return unpackSnorm4x8(sky_nodes[(at.z * size.y + at.y) * size.x + at.x]);
 }
 
-// What a place of the macrosurface sees of its surroundings. w: the share of a constant environment, weighted by the cosine about its
-// normal; xyz: by how much more that is in a direction, without the part along the normal, which is the surface's own horizon.
+// Visibility of the surroundings at a point of the macrosurface. w: visible fraction of a constant environment, cosine-weighted
+// about the normal; xyz: its increase towards a direction, without the part along the normal, which is the surface's own
+// horizon.
 //
-// The normal is that of the macrosurface, which hides half of the directions from its bumps in any case: their slope statistics know.
-// Places are looked up a node away from the surface, so that it does not darken itself; nodes are close where matter stands on ground.
+// The normal is that of the macrosurface. The half-space behind it is hidden from its bumps in any case; the slope statistics
+// account for that. The lookup is one node away from the surface to avoid self-occlusion; nodes are dense where objects meet
+// the ground.
 vec4 sky_seen(const vec3 position, const vec3 normal) {
     const float below = float(SKY_LAYERS_BELOW), above = float(SKY_LAYERS - 1u - SKY_LAYERS_BELOW);
     float up = position.z - sky_corner.z;
     float layer = sqrt(abs(up) * (up < 0.0 ? sky_rates.w : sky_rates.z));
     vec3 at = vec3((position.xy - sky_corner.xy) * sky_rates.xy, below + (up < 0.0 ? -layer * below : layer * above)) + normal;
     vec3 last = vec3(sky_across, float(SKY_LAYERS)) - 1.0;
-    // It fades to its rim.
+    // Fades out at the rim.
     vec3 beside = clamp(min(at, last - at) / vec3(0.2 * last.xy, 1.5), 0.0, 1.0);
     float weight = min(min(beside.x, beside.y), beside.z);
     at = clamp(at, vec3(0.0), last - 1e-3);
@@ -51,16 +53,16 @@ vec4 sky_seen(const vec3 position, const vec3 normal) {
     return mix(vec4(0.0, 0.0, 0.0, 1.0), vec4(b - along * normal, share), weight);
 }
 
-// What is left of the environment's light on a diffuse body, where `known` of it is seen past what the surface itself knows to hide the
-// rest: both know the same large shapes. Hidden directions are as bright as the place itself, so ground lights what stands on it and
-// bodies the ground (Chan 2018, eq. 49).
+// Factor on the environment's diffuse light; `known` is the fraction visible past occluders that the surface itself stores.
+// Both contain the same large shapes. Hidden directions are as bright as the point itself: the ground lights objects and they
+// light the ground (Chan 2018, eq. 49).
 vec3 sky_on_diffuse(const vec4 sky, const float known, const vec3 albedo) {
     return known * interreflected_visibility(min(1.0, sky.w / max(known, 1e-3)), albedo);
 }
 
-// The same in mirrors towards a world direction, which differ from the whole only where something is hidden: what lies beyond the rim of a
-// plate is lower than all that its mirrors see.
-float sky_in_mirrors(const vec4 sky, const float known, const vec3 towards) {
+// The factor for specular reflection towards a world direction. It differs from 1 only where something is hidden: geometry
+// beyond the rim of a plate lies below all its reflected directions.
+float sky_in_specular(const vec4 sky, const float known, const vec3 towards) {
     float seen = clamp(sky.w + min(1.0, 6.0 * (1.0 - sky.w)) * dot(sky.xyz, towards), 0.0, 1.0);
     return known * mix(HIDDEN_ALBEDO, 1.0, min(1.0, seen / max(known, 1e-3)));
 }

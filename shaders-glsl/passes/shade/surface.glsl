@@ -16,25 +16,25 @@ struct Surface {
     vec3 slope_covariance;
     vec3 albedo;
     float alpha;
-    MixedRoughness mixed; // the two that alpha stands for, where MIXED_ROUGHNESS says so
-    uint fit;            // where the measured material begins that its base is, or 0
+    MixedRoughness mixed; // the two roughnesses behind alpha, if MIXED_ROUGHNESS
+    uint fit;            // start of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
-    vec3 body_f0;        // of the part that has albedo: metal beside it has none
-    vec3 dip;            // of a conductor's reflectance
+    vec3 diffuse_f0;     // of the diffuse base: metal beside it has no albedo
+    vec3 edge_tint;      // F82 tint of a conductor's reflectance
     vec3 emission;       // radiance, to be scaled
-    ReliefColor relief_color; // how albedo follows the relief
+    ReliefColor relief_color; // dependence of albedo on the relief
     float accessibility;
     bool inside;
-    float relief;        // of the object of an edge sample, metres
-    float sunlit;        // fraction of the joined edge samples that the first sun reaches
-    vec4 more_sunlit;    // and the others
+    float relief;        // relief of an edge sample's object, metres
+    float sunlit;        // fraction of the joined edge samples lit by the first sun
+    vec4 more_sunlit;    // the same for the other suns
     float joined;        // weight of `sunlit`, 0 to 1
     Horizon horizon;     // of its relief
-    vec4 sky;            // what large shapes leave of the surroundings, see sky_seen
-    vec4 cone;           // in its place, where CONES says so; w below 0 without one
+    vec4 sky;            // environment left by large shapes, see sky_seen
+    vec4 cone;           // used instead, if CONES; w below 0 without one
 };
 
-// Whether the base is a measured material. Facets of normal maps that face away lose theirs, on the finest level.
+// Whether the base is a measured material. At the finest level, normal-map facets that face away are not.
 bool is_fitted(const uint fit) {
     return FIT_LOBES > 0 && (ALL_FITTED && !FINEST_LEVEL || fit > 0u);
 }
@@ -43,18 +43,18 @@ vec3 fresnel_of(const Surface s, const float cosine) {
     if (is_fitted(s.fit)) {
         return fitted_fresnel(s.fit, cosine);
     }
-    return fresnel_dipped(s.f0, s.dip, cosine);
+    return fresnel_edge_tint(s.f0, s.edge_tint, cosine);
 }
 
-// The Fresnel term over its Schlick form: what a dip leaves of it, or all of a measured one, whose f0 is 1.
-vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 dip, const float cosine) {
+// Fresnel term over its Schlick form: the F82 tint, or the whole term of a measured material, whose f0 is 1.
+vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 edge_tint, const float cosine) {
     if (is_fitted(fit)) {
         return fitted_fresnel(fit, cosine);
     }
-    return 1.0 - dip * (dip_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
+    return 1.0 - edge_tint * (edge_tint_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
 }
 
-// ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Without joined edge samples.
+// ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Excludes joined edge samples.
 Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, const float near, const float depth) {
     Surface s;
     s.pixel = uvec2(0u);
@@ -67,15 +67,15 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.alpha = f.material.a;
     s.mixed = f.mixed;
     s.f0 = f.f0;
-    s.body_f0 = vec3(f.body_f0);
-    s.dip = f.dip;
+    s.diffuse_f0 = vec3(f.diffuse_f0);
+    s.edge_tint = f.edge_tint;
     s.fit = 0u;
     if (is_fitted(f.fit)) {
-        // Its own table of reflectances multiplies all that it mirrors, and its body is what was measured beside that.
+        // Its own table of reflectances multiplies the specular term. The diffuse base is the measured diffuse part.
         s.fit = fit_at(f.fit);
         s.f0 = vec3(1.0);
-        s.body_f0 = vec3(0.0);
-        s.dip = vec3(0.0);
+        s.diffuse_f0 = vec3(0.0);
+        s.edge_tint = vec3(0.0);
     }
     s.emission = f.emission;
     s.relief_color = f.relief_color;

@@ -1,26 +1,25 @@
-// Which light reaches a facet past the relief: by depth maps of the lights, or by a march over the casters where they are a height
-// field.
+// Visibility of lights from a facet past the relief: by their depth maps, or by marching over casters that are a height field.
 #ifndef LEADR_SHADE_VISIBILITY
 #define LEADR_SHADE_VISIBILITY
 #include "../constants.glsl"
 
-// Constants, since lavapipe compiles a shader anew for every draw whose branches depend on uniforms alone.
+// Constants, because lavapipe recompiles a shader for every draw if branches depend on uniforms alone.
 layout(constant_id = 80) const bool HEIGHT_FIELD = false; // the casters are one
 
 const float MAP_BIAS = 1.0;      // offset towards the light before the comparison, in texels of its map
 const float FIELD_BIAS = 0.06;   // offset along the normal before the march, in texels of the field
-const float FIELD_REACH = 0.5;   // of differences of heights, in texels of the field: about a sixth of one of the relief
-const int FIELD_STEPS = 1024;    // of a march; the relief is left long before
-const float FIELD_STRIDE = 2.0;  // longest step in texels: less than a texel of the relief
+const float FIELD_REACH = 0.5;   // span of height differences, in texels of the field: about a sixth of a relief texel
+const int FIELD_STEPS = 1024;    // of a march, which leaves the relief much earlier
+const float FIELD_STRIDE = 2.0;  // longest step in texels: less than a relief texel
 const float FIELD_GROWTH = 0.01; // of the steps, in texels per step
 
 struct Light {
     mat4 texture_from_world; // of its map: [0,1] texture coordinates and reversed depth
     mat4 world_from_texture;
-    vec4 place; // xyz: towards it, or its position; w: 1 for a point light
+    vec4 position; // xyz: direction towards it, or its position; w: 1 for a point light
     vec4 power; // rgb: irradiance on a plane facing it, or intensity; w: LIGHT_ constant
     vec4 falloff; // of a point light, see point_reach
-    vec4 range;   // x: one over the square of it, or 0
+    vec4 range;   // x: 1 / range^2, or 0
     vec4 map;   // layer; world size of a texel, for a point light at distance 1; density of the draw; 1 if it has a map
 };
 
@@ -37,13 +36,13 @@ layout(std140) uniform Lighting {
 
 uniform sampler2DArray depth_maps;
 
-// Whether a light with a map reaches a facet. The map holds depths at the centres of its texels, so the facet's plane is evaluated
-// there too, not where the pixel met it: then a facet never shadows itself, at any angle.
+// Whether a light with a map reaches a facet. The map holds depths at texel centres, so the facet's plane is evaluated there
+// too, not at the pixel's hit point. A facet therefore never shadows itself, at any angle.
 bool reaches_by_map(const Light light, const vec3 position, const vec3 normal, const vec3 towards) {
     if (light.map.w < 0.5) {
         return true;
     }
-    float texel = light.map.y * (light.place.w > 0.5 ? distance(light.place.xyz, position) : 1.0);
+    float texel = light.map.y * (light.position.w > 0.5 ? distance(light.position.xyz, position) : 1.0);
     vec3 lifted = position + towards * (texel * MAP_BIAS);
     vec4 s = light.texture_from_world * vec4(lifted, 1.0);
     vec4 further = light.texture_from_world * vec4(position + towards * (8.0 * texel), 1.0);
@@ -62,9 +61,9 @@ bool reaches_by_map(const Light light, const vec3 position, const vec3 normal, c
 
 // Depth of the field, linear between the centres of its texels: exact inside a triangle.
 float field_depth(const vec2 st) {
-    vec2 place = st * lighting.field.z - 0.5;
-    vec2 f = fract(place);
-    vec4 d = textureGather(depth_maps, vec3((floor(place) + 1.0) / lighting.field.z, 0.0), 0);
+    vec2 texel = st * lighting.field.z - 0.5;
+    vec2 f = fract(texel);
+    vec4 d = textureGather(depth_maps, vec3((floor(texel) + 1.0) / lighting.field.z, 0.0), 0);
     return mix(mix(d.w, d.z, f.x), mix(d.x, d.y, f.x), f.y);
 }
 
@@ -80,7 +79,7 @@ vec3 field_normal(const vec3 position) {
     return normalize(z - rise.x * x - rise.y * y);
 }
 
-// Whether nothing of the height field lies within `reach` metres in a direction.
+// Whether the height field leaves a direction free within `reach` metres.
 bool reaches_over_field(const vec3 position, const vec3 normal, const vec3 towards, const float reach) {
     vec3 start = (lighting.field_from_world * vec4(position + normal * (FIELD_BIAS * lighting.field.x), 1.0)).xyz;
     vec3 along = mat3(lighting.field_from_world) * towards; // per metre

@@ -1,22 +1,22 @@
-// Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture
-// coordinate (the whole image is [0, 1]²), of the triangles between the texels' centres over the texel.
-// crates/leadr-maps/src/moments.rs does the same in the same order and finds the same bits.
-// The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
+// Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture coordinate (the
+// whole image is [0, 1]²), over the texel, on triangles between the texels' centres. crates/leadr-maps/src/moments.rs computes
+// the same bits in the same order. The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need
+// literal formats).
 #include "../constants.glsl"
 #define LEADR_PRECISE precise
 #include "leadr/slopes/moments.glsl"
 #include "moments_store.glsl"
-// Rows: several threads never write into one line of the cache.
+// Rows, so that no two threads write to one cache line.
 layout(local_size_x = 64, local_size_y = 1) in;
 
-layout(constant_id = 0) const uint EDGES = MOMENTS_REPEAT; // what lies beyond the edges: one of the MOMENTS_ constants
+layout(constant_id = 0) const uint EDGES = MOMENTS_REPEAT; // neighbours of the edge texels: a MOMENTS_ constant
 
 layout(r32f) uniform readonly image2D heights;
 layout(SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
 layout(JOINT_FORMAT) uniform writeonly image2D joint;   // E[hs·ht]
 layout(push_constant) uniform Push {
     uint tile;    // texels, a power of two; atlas only
-    float limit;  // largest magnitude that the format holds
+    float limit;  // largest magnitude of the format
 };
 
 float height_at(const ivec2 p) { return imageLoad(heights, p).r; }
@@ -44,10 +44,10 @@ void main()
     vec2 across = vec2(height_at(ivec2(s.x, p.y)), height_at(ivec2(s.y, p.y)));
     vec2 along = vec2(height_at(ivec2(p.x, t.x)), height_at(ivec2(p.x, t.y)));
     vec4 corners = vec4(height_at(ivec2(s.x, t.x)), height_at(ivec2(s.y, t.x)), height_at(ivec2(s.x, t.y)), height_at(ivec2(s.y, t.y)));
-    // Beyond the edge of a tile there is no cell.
+    // There is no cell beyond the edge of a tile.
     vec2 ws = vec2(inside_s), wt = vec2(inside_t);
     vec4 weights = vec4(ws * wt.x, ws * wt.y);
-    // Per texel: only what is exact is divided by, here and below.
+    // Units of texels: here and below, divisors are exact.
     SlopeMoments a = moments_of_corner(vec4(here, across.x, along.x, corners.x), vec2(-1.0, -1.0));
     SlopeMoments b = moments_of_corner(vec4(here, across.y, along.x, corners.y), vec2(1.0, -1.0));
     SlopeMoments c = moments_of_corner(vec4(here, across.x, along.y, corners.z), vec2(-1.0, 1.0));

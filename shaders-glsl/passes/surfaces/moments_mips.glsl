@@ -1,12 +1,12 @@
-// One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
-// odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
-// crates/leadr-maps/src/moments.rs does the same in the same order and finds the same bits.
-// The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
+// One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of odd size n =
+// 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n. crates/leadr-maps/src/moments.rs
+// computes the same bits in the same order. The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage
+// images need literal formats).
 #include "moments_store.glsl"
 // Rows, as in moments.glsl.
 layout(local_size_x = 64, local_size_y = 1) in;
 
-layout(constant_id = 0) const bool EVEN = false; // both sides of the finer level are even
+layout(constant_id = 0) const bool EVEN = false; // width and height of the finer level are even
 
 layout(SLOPES_FORMAT) uniform readonly image2D fine_slopes;
 layout(JOINT_FORMAT) uniform readonly image2D fine_joint;
@@ -15,7 +15,7 @@ layout(SLOPES_FORMAT) uniform writeonly image2D slopes;
 layout(JOINT_FORMAT) uniform writeonly image2D joint;
 layout(r32f) uniform writeonly image2D mean_height;
 layout(push_constant) uniform Push {
-    float share[2]; // one over the texels of the finer level, across and down
+    float share[2]; // 1 / texels of the finer level, across and down
 };
 
 vec3 taps(const int i, const int n, const float share)

@@ -1,10 +1,11 @@
-// How moments are rounded to the format that holds them. The including file defines HALF where that is 16 bits.
+// Rounds moments to their storage format. The including file defines HALF for 16 bits.
 #ifndef LEADR_SURFACES_MOMENTS_STORE
 #define LEADR_SURFACES_MOMENTS_STORE
 
 #include "../halves.glsl"
 
-// Variance is a difference of what is stored: where the mean is rounded, second moments follow, so that only their own rounding is lost.
+// Variance is a difference of stored values. Second moments are adjusted to the rounded mean, so that only their own rounding
+// remains.
 void as_stored(inout vec4 moments, inout float joint)
 {
 #ifdef HALF

@@ -12,5 +12,5 @@ void main() {
     at = gl_GlobalInvocationID.x * 7;
     put(fresnel_schlick(f0, cosine));
     put(fresnel_dielectric(cosine, eta));
-    put(fresnel_dipped(f0, vec3(4.0, 1.0, 0.0), cosine));
+    put(fresnel_edge_tint(f0, vec3(4.0, 1.0, 0.0), cosine));
 }

@@ -6,10 +6,10 @@
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
     at = gl_GlobalInvocationID.x * 2;
-    float lack = next();
+    float shortening = next();
     float exponent = next();
     at = gl_GlobalInvocationID.x * 3;
-    put(vmf_kappa_estimate(lack));
-    put(toksvig_factor(lack, exponent));
-    put(toksvig_normal_variance(lack));
+    put(vmf_kappa_estimate(shortening));
+    put(toksvig_factor(shortening, exponent));
+    put(toksvig_normal_variance(shortening));
 }

@@ -8,13 +8,13 @@ void main() {
     at = gl_GlobalInvocationID.x * 3;
     float alpha = next();
     float other = next();
-    float lack = next();
+    float one_minus_length = next();
     at = gl_GlobalInvocationID.x * 17;
     for (int shortening = 0; shortening < 4; shortening++) {
-        put(normal_lack(shortening, alpha));
+        put(normal_shortening(shortening, alpha));
         put(normal_length(shortening, alpha));
-        put(alpha_of_lack(shortening, lack));
+        put(alpha_of_shortening(shortening, one_minus_length));
         put(combine_alpha(shortening, alpha, other));
     }
-    put(ggx_alpha_of_lack_fit(lack));
+    put(ggx_alpha_of_shortening_fit(one_minus_length));
 }

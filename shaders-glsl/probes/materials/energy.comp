@@ -19,6 +19,6 @@ void main() {
     put(compensation_color(f0, average.x));
     put(compensation_lobe(o.x, i.x, average.x));
     put(compensation_scale(f0, o.x));
-    put(mirrored(f0, o, average.x));
+    put(specular_albedo(f0, o, average.x));
     put(entered(f0, o, average.x));
 }

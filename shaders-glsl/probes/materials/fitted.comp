@@ -16,7 +16,7 @@ void main() {
     put(fitted_ndf(0u, wi, stretch));
     put(fitted_area(0u, wo, stretch));
     put(fitted_fresnel(0u, cosine));
-    put(fitted_mirrors(0u, wo, wi, stretch));
+    put(fitted_specular(0u, wo, wi, stretch));
     float area = fitted_lobes_area(0u, wo, stretch);
     put(area);
     put(fitted_lobes_density(0u, wo, wi, area, stretch));

@@ -16,7 +16,7 @@ void main() {
     half_difference_to_directions(p, o, i);
     put(o);
     put(i);
-    // The arguments read as half and difference vectors.
+    // Treats the arguments as half and difference vectors.
     half_difference_to_directions(HalfDifference(wo, wi), o, i);
     put(o);
     put(i);

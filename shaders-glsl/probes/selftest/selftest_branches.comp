@@ -1,5 +1,5 @@
 #version 460
-// Every way in which a constant can decide where the program goes on.
+// Every way in which a constant can affect control flow.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const int WAY = 0;
 layout(constant_id = 1) const bool EARLY = false;
@@ -13,12 +13,12 @@ layout(std430) readonly buffer In { float x[]; };
 layout(std430) writeonly buffer Out { float y[]; };
 layout(push_constant) uniform P { uint count; };
 
-// What takes comparing floats is no constant of the language.
+// A comparison of floats is no constant expression in GLSL.
 bool is_far() {
     return LIMIT > 2.0 || WAY == 3;
 }
 
-// Ways through a switch, one of which goes on into the next, with a way out from within.
+// A switch with a fall-through and a nested break.
 float switched(float v) {
     switch (WAY) {
         case 0: v += 1.0; break;
@@ -35,7 +35,7 @@ float switched(float v) {
     return v + 0.5;
 }
 
-// A loop that constants may leave at once, after some turns, or never but by a value.
+// A loop that constants may leave at once, after some iterations, or only by a run-time value.
 float looped(float v) {
     for (uint i = 0u; i < TURNS; ++i) {
         if (EARLY && i == 1u) {
@@ -84,7 +84,7 @@ void choose(const int way, inout bool chosen, out int steps) {
     steps = way + 1;
 }
 
-// Constants that reach a choice through calls, parameters that are written, and variables of several values.
+// Constants that reach a branch through calls, written parameters, and variables with several values.
 float called(float v) {
     bool chosen = EARLY;
     int steps;

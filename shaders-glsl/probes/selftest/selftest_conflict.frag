@@ -1,5 +1,5 @@
 #version 460
-// Declares a texture with the name that selftest.vert gives to a buffer.
+// Declares a texture with the name of a buffer in selftest.vert.
 uniform sampler2D Corners;
 layout(location = 0) out vec4 target;
 

@@ -1,5 +1,5 @@
 #version 460
-// Declares more than it uses.
+// Declares unused resources.
 layout(local_size_x = 1) in;
 layout(constant_id = 0) const float UNUSED_FACTOR = 1.0;
 layout(std430) readonly buffer In { float x[]; };

@@ -3,7 +3,7 @@
 #include "leadr/slopes/tiling.glsl"
 #include "probes/leadr_probe.glsl"
 
-// A map of one wave, and its slope: what is blended does not change where the looks of a place do.
+// A map of one wave, and its slope. The blend is continuous where the variants of a point change.
 vec3 example(const vec2 at) {
     vec2 phase = 6.28318530718 * at;
     return vec3(sin(phase.x + 2.0 * phase.y), 6.28318530718 * cos(phase.x + 2.0 * phase.y) * vec2(1.0, 2.0));
@@ -12,21 +12,21 @@ vec3 example(const vec2 at) {
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
     at = gl_GlobalInvocationID.x * 6;
-    vec2 place = next2();
+    vec2 texcoord = next2();
     float cells = next();
     float lod = next();
     ivec2 corner = ivec2(floor(next2()));
     at = gl_GlobalInvocationID.x * 10;
     float part = tiling_fade(lod, 16.0, cells);
-    TilingLooks looks = merged_looks(tiling_looks(place, cells), lod);
-    TilingLook all[3] = TilingLook[](looks.a, looks.b, looks.c);
+    TilingVariants variants = merged_variants(tiling_variants(texcoord, cells), lod);
+    TilingVariant all[3] = TilingVariant[](variants.a, variants.b, variants.c);
     float height = 0.0, squares = 0.0;
     SlopeMoments blend = SlopeMoments(vec2(0.0), vec3(0.0));
     for (int i = 0; i < 3; ++i) {
-        vec3 seen = example(fract(place) + look_offset(all[i].corner));
+        vec3 seen = example(fract(texcoord) + variant_offset(all[i].corner));
         height += all[i].weight * seen.x;
         squares += all[i].weight * all[i].weight;
-        blend = add_look(blend, SlopeMoments(seen.yz, vec3(90.0, 300.0, 120.0)), all[i].weight, part);
+        blend = add_variant(blend, SlopeMoments(seen.yz, vec3(90.0, 300.0, 120.0)), all[i].weight, part);
         blend.first += all[i].slope * seen.x;
     }
     put(height);
@@ -34,5 +34,5 @@ void main() {
     put(blend.first);
     put(blend.second);
     put(part);
-    put(look_offset(corner));
+    put(variant_offset(corner));
 }

@@ -13,5 +13,5 @@ void main() {
     at = gl_GlobalInvocationID.x * 5;
     put(cone_specular(alpha, wo, cone));
     put(lobe_in_cone(alpha, 3.0 * wo.z, 1.5 * cone.w));
-    put(cone_table_place(wo.z, alpha, cone.w));
+    put(cone_table_texcoord(wo.z, alpha, cone.w));
 }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "leadr/integrals/facet_mirrors.glsl"
+#include "leadr/integrals/facet_specular.glsl"
 #include "leadr/visible/mapped.glsl"
 #include "probes/leadr_probe.glsl"
 
@@ -42,7 +42,7 @@ void main() {
     put(mean);
     put(lod);
     put(cosine);
-    FacetMirrors f = facet_mirrors(wo, wi, alpha, 0.0);
-    put(facet_mirror_density(f, m, slope_cholesky(relief), LEADR_SHADOWING_NORMAL_MAP));
+    FacetSpecular f = facet_specular(wo, wi, alpha, 0.0);
+    put(facet_specular_density(f, m, slope_cholesky(relief), LEADR_SHADOWING_NORMAL_MAP));
     put(facet_visibility(LEADR_SHADOWING_NORMAL_MAP, wo.z, wi.z, dot(wo, wi), f.base));
 }

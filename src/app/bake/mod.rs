@@ -1,4 +1,4 @@
-//! `leadr bake`: heights, normals or the folder of a material become filtered maps with all mip levels.
+//! `leadr bake`: filters heights, normals or a material folder into maps with all mip levels.
 
 pub mod args;
 mod report;
@@ -19,10 +19,10 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
 
-/// Texels from which a bar is shown: smaller maps take less than a second.
+/// Maps with at least this many texels show a progress bar; smaller ones take less than a second.
 const LONG: u64 = 1 << 20;
 
-/// Where a map goes.
+/// The file format of a map.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Container {
     Ktx2,
@@ -37,12 +37,12 @@ struct Job {
     file: NewFile,
 }
 
-/// The maps that are asked for, with files that can be written.
+/// Returns the maps to bake, with their opened files.
 fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
     let precision = arguments.format;
     let kinds = &arguments.kind;
     if let Some(twice) = kinds.iter().enumerate().find(|(i, kind)| kinds[..*i].contains(kind)) {
-        return Err(AppError::Usage(format!("--kind names {} twice", twice.1.name())));
+        return Err(AppError::Usage(format!("--kind names {} twice: name it once", twice.1.name())));
     }
     let output = &arguments.output;
     let container = match extension(output).as_deref() {
@@ -53,16 +53,16 @@ fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
     };
     let of_one = |container, kind, path: &Path| {
         if container == Container::Exr && precision == Precision::Bc {
-            return Err(AppError::Usage("--format bc is for .ktx2; an .exr holds --format f32 or f16".into()));
+            return Err(AppError::Usage("--format bc is for .ktx2: choose f32 or f16 for an .exr".into()));
         }
         if container == Container::Png && !PngFile::holds(kind) {
             let what = "a .png holds the finest level of --kind height, occlusion, normal, gloss or cones";
             return Err(AppError::Usage(format!("{what}; for kind {} write .ktx2 or .exr", kind.name())));
         }
         if container == Container::Png && precision != Precision::F32 {
-            return Err(AppError::Usage("--format is for .ktx2 and .exr; a .png has 16 bits".into()));
+            return Err(AppError::Usage("a .png always has 16 bits: leave --format out".into()));
         }
-        // Before any work: a folder that refuses the result is found at once.
+        // The file is opened first, so an unwritable folder is reported before any work.
         Ok(Job { kind, container, file: begin(path)? })
     };
     match (container, kinds.as_slice()) {
@@ -71,9 +71,10 @@ fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
             let what = "several kinds make several files";
             Err(AppError::Usage(format!("{what}: name a folder, not '{}'", output.display())))
         }
-        (None, &[_]) if !names_a_folder(output) => {
-            Err(AppError::Usage(format!("'{}' must end in .ktx2, .exr or .png, or name a folder", output.display())))
-        }
+        (None, &[_]) if !names_a_folder(output) => Err(AppError::Usage(format!(
+            "'{}' must end in .ktx2, .exr or .png, or in / for a folder",
+            output.display()
+        ))),
         (None, _) => {
             let name = arguments.input.as_ref().or(arguments.normal.as_ref()).and_then(|path| path.file_stem());
             let name = name.map_or_else(|| "map".into(), |name| name.to_string_lossy().into_owned());
@@ -88,7 +89,7 @@ fn names_a_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
 }
 
-/// Bakes maps and prints what they are like.
+/// Bakes the maps and prints their statistics.
 pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let start = Instant::now();
     let (layout, precision) = (arguments.layout, arguments.format);
@@ -96,11 +97,10 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let jobs = jobs(arguments)?;
     if layout == Layout::Oiio {
         if jobs.iter().any(|job| job.container != Container::Exr || job.kind != Kind::Leadr) {
-            return Err(AppError::Usage("--layout oiio is an .exr of --kind leadr".into()));
+            return Err(AppError::Usage("--layout oiio needs --kind leadr and an .exr file".into()));
         }
         if arguments.roughness.is_some() || arguments.gloss.is_some() || arguments.color.is_some() {
-            let what =
-                "--layout oiio has six channels for heights and slopes, none for --roughness, --gloss or --color";
+            let what = "--layout oiio has no channels for --roughness, --gloss or --color: leave them out";
             return Err(AppError::Usage(what.into()));
         }
     }
@@ -110,7 +110,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
     let mut inputs = sources.load(arguments, output)?;
     inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
-    // Of what the files tell, before heights are found.
+    // Compares the heights and normals of the files, before heights are computed.
     let agreement = inputs.agree();
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
@@ -141,21 +141,21 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
 }
 
-/// Finds what the files do not tell.
+/// Computes the heights and the occlusion that the kinds need and the files lack.
 fn derive(inputs: &mut Inputs, kinds: &[Kind], sources: &Sources, output: &Output) -> Result<(), AppError> {
     let size = inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
     let long = u64::from(size[0]) * u64::from(size[1]) >= LONG / 4;
     let in_main = |fault: MapFault| fault.in_file(sources.main());
     if kinds.iter().any(|kind| matches!(kind, Kind::Height | Kind::Occlusion | Kind::Cones)) && inputs.heights.is_none()
     {
-        let progress = output.share(long.then_some("finding heights"));
+        let progress = output.share(long.then_some("computing heights"));
         let found = inputs.find_heights(&progress).map_err(in_main)?;
         drop(progress);
-        output.say(&format!("heights of normals: {found}"));
+        output.say(&format!("heights from normals: {found}"));
     }
     if kinds.iter().any(|kind| matches!(kind, Kind::Occlusion | Kind::Cones)) {
-        let progress = output.share(long.then_some("looking around"));
-        inputs.look_around(&progress).map_err(in_main)?;
+        let progress = output.share(long.then_some("computing occlusion"));
+        inputs.compute_occlusion(&progress).map_err(in_main)?;
     }
     Ok(())
 }
@@ -185,7 +185,7 @@ fn write(inputs: &Inputs, plan: &Plan, job: &mut Job, progress: &dyn Fn(f32)) ->
     }
 }
 
-/// Refuses flags that nothing of what is baked would follow.
+/// Refuses flags that would not affect any of the baked kinds.
 fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
     let a = arguments;
     let has_gloss = a.gloss.is_some() || a.detail_gloss.is_some();
@@ -197,31 +197,31 @@ fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
             "--smoothness",
             a.smoothness.is_some(),
             heights,
-            "height, occlusion and cones, where those are found of normals",
+            "height, occlusion and cones, when heights are computed from normals",
         ),
         ("--texels", a.texels != Texels::Facets, &[Kind::Gloss], "gloss"),
-        ("--gloss-scale", a.gloss_scale != Gloss::Perceptual && !has_gloss, &[Kind::Gloss], "gloss, and for --gloss"),
+        ("--gloss-scale", a.gloss_scale != Gloss::Perceptual && !has_gloss, &[Kind::Gloss], "gloss and --gloss"),
     ] {
         if is_given && !a.kind.iter().any(|kind| kinds.contains(kind)) {
-            return Err(AppError::Usage(format!("{flag} is for --kind {for_what}")));
+            return Err(AppError::Usage(format!("{flag} is for --kind {for_what}: leave it out")));
         }
     }
     Ok(())
 }
 
-/// Says so if a level loses more of the variance than pictures may of themselves.
+/// Returns a warning if the error of the slope variance is over the limit for pictures.
 fn beyond_the_goal(precision: Precision, baked: &Report) -> Option<String> {
     let (most, remedy) = match precision {
         Precision::F32 => return None,
-        Precision::F16 => (1e-3, "--format f32 keeps it"),
-        Precision::Bc => (1e-2, "--format f16 keeps more"),
+        Precision::F16 => (1e-3, "use --format f32"),
+        Precision::Bc => (1e-2, "--format f16 is closer"),
     };
     let finite =
         baked.errors.iter().map(|error| error.variance).enumerate().filter(|(_, variance)| variance.is_finite());
     let (level, worst) = finite.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let name = precision.name();
     (worst > most).then(|| {
-        format!("warning: {name} loses {worst:.1e} of the variance of slopes on level {level}, and should not lose {most:.0e}: {remedy}")
+        format!("warning: {name} has an error of {worst:.1e} in the slope variance of level {level}, over {most:.0e}: {remedy}")
     })
 }
 
@@ -231,7 +231,7 @@ mod tests {
     use leadr_maps::bake::LevelError;
 
     #[test]
-    fn what_loses_much_is_told() {
+    fn large_losses_are_reported() {
         let error = |variance| LevelError { channels: 0.1, variance };
         let report = |errors: &[f64]| Report {
             levels: Vec::new(),
@@ -243,11 +243,14 @@ mod tests {
             errors: errors.iter().map(|&v| error(v)).collect(),
         };
         let steep = report(&[2e-4, 2e-3, 1e-3]);
-        let said = beyond_the_goal(Precision::F16, &steep).unwrap();
-        assert!(said.contains("2.0e-3") && said.contains("level 1") && said.contains("--format f32"), "{said}");
+        let message = beyond_the_goal(Precision::F16, &steep).unwrap();
+        assert!(
+            message.contains("2.0e-3") && message.contains("level 1") && message.contains("--format f32"),
+            "{message}"
+        );
         assert_eq!(beyond_the_goal(Precision::Bc, &steep), None);
         assert_eq!(beyond_the_goal(Precision::F32, &report(&[1.0])), None);
-        // Nothing is lost of what is flat.
+        // A flat level has no variance, so its relative error is infinite and ignored.
         assert_eq!(beyond_the_goal(Precision::F16, &report(&[f64::INFINITY])), None);
     }
 }

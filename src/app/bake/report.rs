@@ -1,4 +1,4 @@
-//! What `leadr bake` prints.
+//! The output of `leadr bake`.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -23,22 +23,22 @@ pub struct BakeReport {
     size: [u32; 2],
     levels: usize,
     channels: Vec<&'static str>,
-    /// Factor that heights were multiplied by.
+    /// Factor on heights.
     height_scale: f32,
     mean_slope: [f64; 2],
     /// Variances along s and t, and the covariance, per unit of texture coordinate.
     slope_variance: [f64; 3],
     slope_range: [[f64; 2]; 2],
     height_range: [f64; 2],
-    /// How heights and normals agree; null without both.
+    /// Agreement of heights and normals; null unless both are given.
     agreement: Option<AgreementReport>,
-    /// Relative error of the worst channel, for each level, against 32-bit floats.
+    /// Relative error of the worst channel against 32-bit floats, for each level.
     error: Vec<f64>,
-    /// Relative error of the variance that texels tell.
+    /// Relative error of the slope variance, for each level.
     variance_error: Vec<f64>,
     bytes: u64,
     seconds: f64,
-    /// Most memory that the program held; null where the system does not say.
+    /// Peak memory of the program, bytes; null if the system does not report it.
     peak_bytes: Option<u64>,
 }
 
@@ -107,7 +107,7 @@ impl fmt::Display for BakeReport {
             writeln!(f, "normals         {}", agreement.sentence)?;
         }
         if self.format != "f32" {
-            writeln!(f, "level   error     of the variance")?;
+            writeln!(f, "level   error     variance error")?;
             for (level, (error, variance)) in self.error.iter().zip(&self.variance_error).enumerate() {
                 writeln!(f, "{level:5}   {error:.2e}  {variance:.2e}")?;
             }

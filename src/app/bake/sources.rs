@@ -1,4 +1,4 @@
-//! Which files are baked, from flags, names and folders; and reading them.
+//! Selects the files to bake from flags, names and folders, and reads them.
 
 use std::path::{Path, PathBuf};
 
@@ -28,12 +28,12 @@ pub struct Sources {
     channel: usize,
     #[serde(skip)]
     meaning: RoughnessMeaning,
-    /// What was left aside, in a sentence each.
+    /// Remarks about unused files, one sentence each.
     #[serde(skip)]
     pub remarks: Vec<String>,
 }
 
-/// What the name of a normal map says of its green.
+/// The direction of the green channel according to the name of a normal map.
 fn green_of(role: Option<Role>) -> Option<GreenAxis> {
     match role {
         Some(Role::NormalUp) => Some(GreenAxis::Up),
@@ -42,22 +42,22 @@ fn green_of(role: Option<Role>) -> Option<GreenAxis> {
     }
 }
 
-/// What is wrong with the normals of a map, if anything is.
+/// Describes the invalid normals of a map, if there are any.
 fn sentence(faults: &SlopeFaults) -> Option<String> {
     let SlopeFaults { broken, below_horizon, steep, not_unit } = *faults;
-    let said = [
-        (broken, "have no length and count as upright"),
-        (below_horizon, "point into the surface and count as the steepest that are kept"),
-        (steep, "are steeper than slopes of 8 and are cut there"),
-        (not_unit, "are longer or shorter than 1 by a twentieth and more: their direction counts"),
+    let message = [
+        (broken, "have no length and are replaced by (0, 0, 1)"),
+        (below_horizon, "point into the surface and are replaced by slopes of 8"),
+        (steep, "have slopes above 8 and are clamped to 8"),
+        (not_unit, "differ from unit length by over 5 % and are normalised"),
     ];
-    let said: Vec<String> =
-        said.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} normals {what}")).collect();
-    (!said.is_empty()).then(|| said.join("; "))
+    let message: Vec<String> =
+        message.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} normals {what}")).collect();
+    (!message.is_empty()).then(|| message.join("; "))
 }
 
 impl Sources {
-    /// Settles the files. `slopes_only`: the result has no place for roughness and colour.
+    /// Selects the files. With `slopes_only`, the result has no channels for roughness and colour.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
         let mut found = Self::default();
         if let Some(input) = &arguments.input {
@@ -81,12 +81,16 @@ impl Sources {
         (found.detail, found.detail_gloss) = (arguments.detail.clone(), arguments.detail_gloss.clone());
         if let Some(way) = arguments.normal_y {
             if found.normal.is_none() {
-                return Err(AppError::Usage("--normal-y is for a normal map, and there is none".into()));
+                return Err(AppError::Usage(
+                    "--normal-y needs a normal map: add --normal, or leave --normal-y out".into(),
+                ));
             }
             found.green = Some(way);
         }
         if arguments.height_scale.is_some() && found.height.is_none() {
-            return Err(AppError::Usage("--height-scale is for heights, and there are none".into()));
+            return Err(AppError::Usage(
+                "--height-scale needs heights: add a height map, or leave --height-scale out".into(),
+            ));
         }
         Ok(found)
     }
@@ -103,11 +107,11 @@ impl Sources {
 
     fn look_into(&mut self, folder: &Path, scale: Gloss, slopes_only: bool) -> Result<(), AppError> {
         let material = MaterialFolder::open(folder)?;
-        self.remarks = material.remarks.iter().filter(|remark| remark.contains("tells no part")).cloned().collect();
+        self.remarks = material.remarks.iter().filter(|remark| remark.contains("matches no role")).cloned().collect();
         for (role, file) in material.pictures {
             let beside = matches!(role, Role::Color | Role::Roughness | Role::Gloss | Role::Packed);
             if beside && slopes_only {
-                self.remarks.push(format!("{} is not baked: the layout has no place for it", file.display()));
+                self.remarks.push(format!("{} is not baked: the layout has no channel for it", file.display()));
                 continue;
             }
             match role {
@@ -122,23 +126,25 @@ impl Sources {
                 }
                 Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
                 Role::Metalness | Role::Occlusion | Role::Cones | Role::Opacity | Role::Emission => {
-                    self.remarks.push(format!("{} is not baked: it has no part in slopes", file.display()));
+                    self.remarks.push(format!("{} is not baked: it does not affect slopes", file.display()));
                 }
             }
         }
         if self.height.is_none() && self.normal.is_none() {
             let what = format!("'{}' holds neither a height map nor a normal map", folder.display());
-            return Err(AppError::Failed(format!("{what}; name one like NAME_Displacement.png or NAME_NormalGL.png")));
+            return Err(AppError::Failed(format!(
+                "{what}: add one named like NAME_Displacement.png or NAME_NormalGL.png"
+            )));
         }
         Ok(())
     }
 
-    /// The file that others must fit.
+    /// The file whose size the others must have: heights, else normals.
     pub fn main(&self) -> &Path {
         self.height.as_deref().or(self.normal.as_deref()).unwrap_or(Path::new(""))
     }
 
-    /// Reads the files, and says what is wrong with their normals.
+    /// Reads the files, and prints remarks about invalid normals.
     pub fn load(&self, arguments: &BakeArgs, output: &Output) -> Result<Inputs, AppError> {
         let normals_of = |file: &Path, green| -> Result<NormalMap, AppError> {
             let mut material = Material::new("normals");

@@ -1,4 +1,4 @@
-//! Arguments of `leadr bench`, and what they ask for.
+//! Arguments of `leadr bench` and the configuration that they resolve to.
 
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
@@ -16,84 +16,87 @@ use leadr_tools::bench::{BenchConfig, Quad, Table};
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
-/// Shown below the help.
+/// Printed below the help.
 pub const EXAMPLES: &str = "Examples:
-  leadr bench                                  everything: minutes without a GPU
-  leadr bench --paper --frames 9 --json        a full-screen quad over a LEADR map of its size, and the goals
-  leadr bench --forward --size 512x512         the renderer against a plain forward pass
-  leadr bench --scene trex                     a frame of its near, mid and far views at three sizes
+  leadr bench                                  measure everything; takes minutes without a GPU
+  leadr bench --paper --frames 9 --json        measure the paper's tables and check the goals
+  leadr bench --forward --size 512x512         compare the renderer with a plain forward pass
+  leadr bench --scene trex                     time the near, mid and far views at three sizes
   leadr bench --scene trex --tables resolution,triangles,maps
   leadr bench --scene sphere --tables techniques,distance --size 256x256
   leadr bench --scene trex --json > old.json   later: leadr bench --scene trex --against old.json
   leadr bench --measured new.json --against old.json
-  leadr bench --scene ocean --frames 9         every pass of the sea, by size of transform and of picture
+  leadr bench --scene ocean --frames 9         time every pass of the sea at several FFT and picture sizes
   leadr bench --scene ocean --soak 5000 --size 64x48 --fft 64
 
-Times are medians over frames, measured on the device itself. Every round draws one frame of each row, and ratios are
-taken within rounds: a program that runs beside it slows the rows down but hardly changes the ratios.";
+Times are medians over frames, measured on the GPU. Each round draws one frame of every row, and each ratio compares
+two rows of the same round. Other programs on the machine therefore slow down all rows but hardly change the ratios.";
 
 /// Arguments of `leadr bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// Measure only this scene or glTF model [default: the paper's tables, sphere and trex]
+    /// Measure only this scene or glTF model [default: the tables of the paper, and the scenes sphere and trex]
     #[arg(long, help_heading = MEASURED, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = value_of("scene"))]
     pub scene: Option<OsString>,
-    /// Measure only this technique in scenes [default: all in techniques, LEADR in the other tables]
+    /// Measure only this technique in scenes [default: all techniques in the table techniques, LEADR in the other tables]
     #[arg(long, help_heading = MEASURED, value_name = "NAME", value_parser = choice(Technique::Leadr))]
     pub technique: Option<Technique>,
-    /// Measure these tables of scenes, separated by commas [default: views, and waves of the open sea; without --scene techniques, distance]
+    /// Measure these tables of the scenes [default: with --scene, views and, for the ocean, waves; without --scene, techniques and distance]
     #[arg(long, help_heading = MEASURED, value_name = "NAMES", value_enum, value_delimiter = ',')]
     pub tables: Vec<Table>,
-    /// Set the size of the pictures in pixels [default: 1024x1024 for the paper's tables; for views 128x128, 480x270 and 1024x1024; else
-    /// 512x512]
+    /// Set the size of the pictures in pixels [default: 1024x1024 for --paper and --forward; 128x128, 480x270 and 1024x1024 for views;
+    /// else 512x512]
     #[arg(long, help_heading = MEASURED, value_name = "WxH")]
     pub size: Option<Size>,
-    /// Draw N frames of every row, except of rows that take over a second
+    /// Draw N frames of every row, or fewer if a frame takes over a second
     #[arg(long, help_heading = MEASURED, value_name = "N", default_value = "15", value_parser = |text: &str| whole(text, 1_u32, 10_000))]
     pub frames: u32,
-    /// Measure the paper's tables, its Figure 11 and variants of both, in addition to --scene or --technique
+    /// Measure the tables and Figure 11 of the paper, and variants, in addition to --scene or --technique
     #[arg(long, help_heading = MEASURED)]
     pub paper: bool,
-    /// Measure the renderer against a plain forward pass of the paper's shaders over the same quad, and the goals, in addition to
-    /// anything else
+    /// Compare the renderer with a plain forward pass that runs the paper's shaders on the same quad, in addition to other tables
     #[arg(long, help_heading = MEASURED)]
     pub forward: bool,
-    /// Measure only the rows of the paper's tables that the goals compare: takes seconds
+    /// Measure only the rows of the paper's tables that the performance goals compare; takes seconds
     #[arg(long, help_heading = MEASURED, hide_short_help = true, requires = "paper")]
     pub goals: bool,
-    /// Use this height map of the plane or the sphere, PNG or EXR
+    /// Use this height map for the plane or the sphere: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`
     #[arg(long, help_heading = SCENES_OF, value_name = "FILE", requires = "scene")]
     pub height_map: Option<OsString>,
-    /// Set the samples along the edge of a tile of waves: 64, 128, 256 or 512 [default: 256]
+    /// Set the number of samples along an edge of each wave tile: 64, 128, 256 or 512 [default: 256]
     #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "N", value_parser = value_of("fft"), requires = "scene")]
     pub fft: Option<OsString>,
-    /// Instead of timing, draw this many frames of a scene, near and far over one day, and watch the memory
+    /// Draw FRAMES frames of a scene without timing, and fail if the memory in buffers and images grows
+    ///
+    /// The sun moves through one day, and the camera moves near and far. Each frame uses the next technique, unless --technique
+    /// selects one. The resident memory and the number and size of buffers and images are measured ten times. Growth is measured
+    /// from the second measurement.
     #[arg(long, help_heading = MEASURED, hide_short_help = true, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = |text: &str| whole(text, 1, u32::MAX))]
     pub soak: Option<u32>,
-    /// Compare with an earlier run, row by row: what leadr bench --json printed then. Ratios below 1 are faster now
+    /// Compare each row with an earlier run, the output of leadr bench --json; a ratio below 1 means that this run is faster
     #[arg(long, help_heading = AGAINST, value_name = "OLD.json", conflicts_with = "soak")]
     pub against: Option<PathBuf>,
-    /// With --against: compare this run instead of measuring
+    /// Compare the run in this file with the run in --against, instead of measuring
     #[arg(long, help_heading = AGAINST, hide_short_help = true, value_name = "NEW.json", requires = "against",
         conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "map_precision", "edge_samples", "msaa", "device",
             "validation"])]
     pub measured: Option<PathBuf>,
-    /// With --against: compare runs on different devices
+    /// Allow --against to compare runs on different devices
     #[arg(long, help_heading = AGAINST, hide_short_help = true, requires = "against")]
     pub any_device: bool,
-    /// With --against: exit with 1 if the geometric mean of the ratios of least total times is above this
+    /// Exit with code 1 if the ratio of the minimum total times in --against exceeds X (geometric mean over the rows)
     #[arg(long, help_heading = AGAINST, hide_short_help = true, value_name = "X", requires = "against", value_parser = positive)]
     pub max_ratio: Option<f32>,
-    /// Set the texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128 [default: 64]
+    /// Set the number of texels along an edge of each patch tile in the displacement atlas: 8, 16, 32, 64 or 128 [default: 64]
     #[arg(long, help_heading = SCENES_OF, value_name = "N", value_parser = value_of("atlas-tile"))]
     pub atlas_tile: Option<OsString>,
-    /// Store the slopes of maps on the device in this format [default: f32]
+    /// Store the slopes of the maps in GPU memory in this number format [default: f32]
     #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "PRECISION", value_parser = value_of("map-precision"))]
     pub map_precision: Option<OsString>,
-    /// Sample the geometry of scenes so many times per pixel (see leadr capture --help)
+    /// Draw scenes with N geometry samples per pixel (see leadr capture --help)
     #[arg(long, help_heading = SCENES_OF, value_name = "N", default_value = "1", value_parser = value_of("msaa"))]
     pub msaa: OsString,
-    /// Use edge samples in scenes, for every technique but the reference (see leadr capture --help)
+    /// Draw scenes with N edge samples, except with the technique reference (see leadr capture --help)
     #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "N", default_value = "1", value_parser = value_of("edge-samples"))]
     pub edge_samples: OsString,
     /// The device.
@@ -101,7 +104,7 @@ pub struct BenchArgs {
     pub device: DeviceArgs,
 }
 
-const MEASURED: &str = "What is measured";
+const MEASURED: &str = "Measurements";
 const AGAINST: &str = "Comparison with an earlier run";
 const SCENES_OF: &str = "Scenes";
 
@@ -112,13 +115,13 @@ const VIEW_SIZES: [Size; 3] =
     [Size { width: 128, height: 128 }, Size { width: 480, height: 270 }, Size { width: 1024, height: 1024 }];
 /// Size of the scenes' other pictures.
 const SCENE_SIZE: Size = Size { width: 512, height: 512 };
-/// The scenes that are measured when none is named.
+/// The default scenes.
 const SCENES: [&str; 2] = ["sphere", "trex"];
 
 impl BenchArgs {
-    /// What is measured.
+    /// Checks the arguments and returns the measurements that they select.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
-        // The tables come alone, along with the scenes, or not at all.
+        // The paper's tables are measured alone, together with scenes, or not at all.
         let about_scenes = self.technique.is_some() || !self.tables.is_empty();
         let everything = !self.paper && !self.forward && self.scene.is_none() && !about_scenes;
         let quad = self.paper || everything;
@@ -144,7 +147,7 @@ impl BenchArgs {
             && tables.contains(&Table::Maps)
         {
             let name = config.scene.name;
-            let fault = format!("--tables maps makes the height maps of {name} itself: leave --height-map out");
+            let fault = format!("--tables maps generates the height maps of {name}: leave --height-map out");
             return Err(AppError::Usage(fault));
         }
         Ok(BenchConfig {
@@ -158,7 +161,7 @@ impl BenchArgs {
         })
     }
 
-    /// The tables that are asked for, in the order in which they are measured.
+    /// The selected tables, in the order of measurement.
     fn tables_of_scenes(&self) -> Vec<Table> {
         let wanted: &[Table] = match (self.tables.as_slice(), &self.scene) {
             ([], Some(_)) => &[Table::Views, Table::Waves],
@@ -168,7 +171,7 @@ impl BenchArgs {
         Table::value_variants().iter().copied().filter(|table| wanted.contains(table)).collect()
     }
 
-    /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.
+    /// The configuration of a scene: the defaults of `leadr capture`, changed by the flags of the bench.
     fn scene_config(&self, scene: &OsStr) -> Result<SceneConfig, AppError> {
         let mut given = CommandLine::default();
         given.set("--scene", Some(scene));
@@ -183,7 +186,7 @@ impl BenchArgs {
         given.set("--atlas-tile", self.atlas_tile.as_ref());
         given.set("--map-precision", self.map_precision.as_ref());
         let mut config = SceneArgs { given }.resolve()?;
-        // What surrounds a surface would be timed with it.
+        // The surroundings of a surface would be timed with it.
         config.bare = config.scene.offers(Choice::Bare);
         Ok(config)
     }

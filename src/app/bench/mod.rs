@@ -1,5 +1,5 @@
-//! `leadr bench`: the time of every pass on the device, alone or against an earlier run; or what many frames of a scene leave
-//! in memory.
+//! `leadr bench`: measures the time of every pass on the device, with an optional comparison to an earlier run; or the memory use over
+//! many frames (`--soak`).
 
 pub mod args;
 
@@ -12,7 +12,7 @@ use leadr_tools::bench::{BenchConfig, Comparison, Times, bench, soak};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
-/// Measures what the arguments ask for and prints it.
+/// Runs the measurements of the arguments and prints the report.
 pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve()?;
     if let Some(frames) = arguments.soak {
@@ -30,7 +30,7 @@ pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
         output.result(&ComparisonReport { command: "bench", against: &comparison })?;
         return check_ratio(&comparison, arguments.max_ratio);
     }
-    // A run takes minutes: what forbids a comparison is found out before.
+    // A run takes minutes, so errors that prevent the comparison are reported first.
     let open = || {
         let gpu = arguments.device.open()?;
         check_device(gpu.device_name())?;
@@ -42,7 +42,7 @@ pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     check_ratio(&comparison?, arguments.max_ratio)
 }
 
-/// The result where nothing is measured.
+/// The result of comparing two files without measuring.
 #[derive(Serialize)]
 struct ComparisonReport<'a> {
     command: &'static str,
@@ -59,13 +59,17 @@ fn check_ratio(comparison: &Comparison, most: Option<f32>) -> Result<(), AppErro
     let Some(most) = most else { return Ok(()) };
     match comparison.total() {
         Some(ratio) if ratio <= f64::from(most) => Ok(()),
-        Some(ratio) => Err(AppError::Failed(format!("the total took {ratio:.6} times as long, over {most}"))),
-        None => Err(AppError::Failed("no row has a total in both runs, so --max-ratio cannot be checked".to_owned())),
+        Some(ratio) => {
+            Err(AppError::Failed(format!("the total time is {ratio:.6} times that of the earlier run, over {most}")))
+        }
+        None => Err(AppError::Failed("--max-ratio cannot be checked: no row has a total in both runs".to_owned())),
     }
 }
 
 fn run_soak(arguments: &BenchArgs, config: &BenchConfig, frames: u32, output: &Output) -> Result<(), AppError> {
-    let [scene] = config.scenes.as_slice() else { return Err(AppError::Usage("--soak needs one --scene".into())) };
+    let [scene] = config.scenes.as_slice() else {
+        return Err(AppError::Usage("--soak needs exactly one scene: add --scene".into()));
+    };
     let report = soak(scene, &arguments.device.open()?, frames, arguments.technique, output)?;
     output.result(&report)
 }

@@ -1,4 +1,4 @@
-//! Arguments of `leadr capture`, and what they ask for.
+//! Arguments of `leadr capture` and the configuration that they resolve to.
 
 use std::path::PathBuf;
 
@@ -19,9 +19,9 @@ use leadr_scenes::view::ViewChoice;
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
-/// Shown below the help.
+/// Printed below the help.
 pub const EXAMPLES: &str = "Examples:
-  leadr capture                                       the T-rex, into out/
+  leadr capture                                       draw the T-rex into out/
   leadr capture --camera far --samples 16 -o far.png
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
@@ -46,80 +46,80 @@ pub struct CaptureArgs {
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Draw this moment of the animation, seconds; with --frames only where the camera moves instead [default: 0]
+    /// Draw the animation at this time, in seconds; with --frames, only for --sweep and --turntable [default: 0]
     #[arg(long, help_heading = SEQUENCE, value_name = "SECONDS", value_parser = not_negative)]
     pub time: Option<f32>,
-    /// Render frames A to B-1; frame F shows the time F / fps
+    /// Render frames A to B-1; frame F shows the animation at F / fps seconds
     #[arg(long, help_heading = SEQUENCE, value_name = "A..B")]
     pub frames: Option<FrameRange>,
     /// Set the frames per second, such as 24, 29.97 or 30000/1001 [default: 30]
     #[arg(long, help_heading = SEQUENCE, value_name = "F", requires = "frames")]
     pub fps: Option<Rate>,
-    /// Instead of time, change the distance of the camera from its target, metres, by the same factor per frame; --fps is
-    /// then how fast a moving picture plays
+    /// Move the camera from NEAR to FAR metres from its target, by a constant factor per frame, instead of advancing time; --fps then
+    /// sets only the playback rate of a .webp or .y4m
     #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "NEAR..FAR", requires = "frames", conflicts_with = "distance", value_parser = sweep)]
     pub sweep: Option<Sweep>,
-    /// Instead of time, move the camera once round its target
+    /// Move the camera once around its target instead of advancing time
     #[arg(long, help_heading = SEQUENCE, requires = "frames")]
     pub turntable: bool,
-    /// Put COLUMNS times ROWS moments of --frames, evenly spaced, into one .png; --size is that of each
+    /// Arrange COLUMNS x ROWS evenly spaced frames of --frames in one .png; --size is the size of each frame
     #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "COLUMNSxROWS", requires = "frames")]
     pub sheet: Option<Sheet>,
-    /// Render only every N-th frame, starting with the I-th
+    /// Render only every N-th frame, starting with frame number I (the first frame is 1)
     #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
-    /// Keep the files of an earlier run that are complete and carry the fingerprint of the same program, settings and files
+    /// Keep the complete files of an earlier run if the program, the settings and the input files are the same
     #[arg(long, help_heading = SEQUENCE, hide_short_help = true)]
     pub resume: bool,
-    /// Play a moving picture N times; 0 repeats it without end [default: 0]
+    /// Play a .webp N times; 0 repeats it forever [default: 0]
     #[arg(long = "loop", help_heading = SEQUENCE, hide_short_help = true, value_name = "N", requires = "frames")]
     pub plays: Option<u16>,
-    /// Draw the right side of the picture by another technique
+    /// Draw the right side of the picture with this technique
     #[arg(long, help_heading = OUTPUT, value_name = "TECHNIQUE", value_parser = choice(Technique::Leadr), conflicts_with = "layers")]
     pub beside: Option<Technique>,
-    /// Start position of the right side, as a share of the width; A..B moves it there and back in a sequence [default: 0.5]
+    /// Set the left edge of the right side, as a share of the width; in a sequence, A..B moves the edge from A to B and back [default: 0.5]
     #[arg(long, help_heading = OUTPUT, hide_short_help = true, value_name = "SHARE|A..B", requires = "beside")]
     pub split: Option<Split>,
-    /// Write further layers (EXR only)
+    /// Write these layers in addition to the colours (EXR only)
     #[arg(long, help_heading = OUTPUT, value_name = "NAME,...", value_parser = choice(Layer::Depth), value_delimiter = ',')]
     pub layers: Vec<Layer>,
-    /// Write this file: .png or .exr, with {frame} in its name for a sequence; or .webp or .y4m, a moving picture
-    /// of all frames; or - for a .y4m on standard output [default: out/SCENE-TECHNIQUE-CAMERA...]
+    /// Write this file: a .png or .exr, with {frame} in its name for a sequence; one .webp or .y4m for an animation; or - for a .y4m on
+    /// standard output [default: out/SCENE-TECHNIQUE-CAMERA...]
     #[arg(long, short, help_heading = OUTPUT, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
 
 const SEQUENCE: &str = "Time and sequences";
-/// Files that a command writes, and what it prints.
+/// Heading of the flags for files and printed results.
 pub const OUTPUT: &str = "Output";
 
-/// Everything that `leadr capture` needs to know; units as in [`CaptureArgs`].
+/// The complete configuration of `leadr capture`; units as in [`CaptureArgs`].
 #[derive(Clone, Debug, Serialize)]
 pub struct CaptureConfig {
-    /// What is drawn and how.
+    /// The scene and its render settings.
     #[serde(flatten)]
     pub scene: SceneConfig,
     /// The device.
     #[serde(flatten)]
     pub device: DeviceArgs,
-    /// The moments of the whole capture, of which a sheet shows some.
+    /// The moments of the whole capture; a sheet shows some of them.
     pub timeline: Timeline,
-    /// Frames per second of a moving picture.
+    /// Frames per second of an animation file.
     #[serde(skip)]
     pub rate: Rate,
-    /// How often a moving picture plays; 0 is without end.
+    /// How often an animated WebP plays; 0 repeats it forever.
     #[serde(rename = "loop")]
     pub plays: u16,
-    /// Layers to write beside the colour, each once, in a fixed order.
+    /// Layers to write in addition to the colour: sorted, without repeats.
     pub layers: Vec<Layer>,
-    /// Another technique on the right, and the start position of its side.
+    /// The technique on the right side, and the start position of that side.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of_beside")]
     pub beside: Option<(Technique, Split)>,
     /// The files to write.
     pub output: OutputPattern,
-    /// Whether to keep the same frames of an earlier run.
+    /// Whether to keep matching frames of an earlier run.
     pub resume: bool,
-    /// The command that makes these pictures, for the files to say.
+    /// The command that makes these pictures, recorded in the files.
     #[serde(skip)]
     pub command: String,
 }
@@ -138,14 +138,14 @@ impl CaptureConfig {
         }
     }
 
-    /// Samples of a frame, with those of the picture beside it.
+    /// Samples of a frame, including those of the right side.
     pub fn samples_of_frame(&self) -> u32 {
         self.scene.picture.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
     }
 }
 
 impl CaptureArgs {
-    /// Checks the arguments, which are those of `line`, against each other and reads the camera file, if one is named.
+    /// Checks the arguments against each other and reads the camera file, if one is given. `line` holds the same arguments as text.
     pub fn resolve(&self, line: CommandLine) -> Result<CaptureConfig, AppError> {
         let rate = self.fps.unwrap_or(Rate::DEFAULT);
         let timeline = self.timeline(rate)?;
@@ -162,7 +162,7 @@ impl CaptureArgs {
         let split = self.split.unwrap_or_default();
         if split.start != split.end && self.frames.is_none() {
             return Err(AppError::Usage(
-                "--split A..B moves from frame to frame: give --frames, or one share".to_owned(),
+                "--split A..B moves the line from frame to frame: add --frames, or give one share".to_owned(),
             ));
         }
         Ok(CaptureConfig {
@@ -179,7 +179,7 @@ impl CaptureArgs {
         })
     }
 
-    /// How the camera moves, if it does instead of time.
+    /// The camera motion that replaces time, if any.
     fn travel(&self) -> Option<Travel> {
         let time = f64::from(self.time.unwrap_or(0.0));
         let (sweep, turntable) = (self.sweep, self.turntable);
@@ -190,7 +190,7 @@ impl CaptureArgs {
         let travel = self.travel();
         match self.frames {
             Some(_) if self.time.is_some() && travel.is_none() => Err(AppError::Usage(
-                "--time is one moment and --frames are many; only with --sweep or --turntable does time stand still"
+                "--time and --frames exclude each other without --sweep or --turntable: leave one of them out"
                     .to_owned(),
             )),
             Some(frames) => Ok(Timeline::Sequence { frames, fps, shard: self.shard, travel }),
@@ -198,42 +198,45 @@ impl CaptureArgs {
         }
     }
 
-    /// Whether the kind of output, `shown`, can do what the flags ask for.
+    /// Checks that the kind of the output `shown` supports the flags.
     fn check_output(&self, kind: FileKind, shown: &str) -> Result<(), String> {
         if kind != FileKind::Still(StillKind::Exr) && !self.layers.is_empty() {
-            return Err(format!("--layers needs an .exr output, not '{shown}'"));
+            return Err(format!("--layers needs an .exr output, and '{shown}' is none: name an .exr file"));
         }
         if self.plays.is_some() && kind != FileKind::Moving(MovingKind::Webp) {
-            return Err(format!("--loop needs a moving picture (.webp), not '{shown}'"));
+            return Err(format!("--loop needs an animated .webp output, and '{shown}' is none: name a .webp file"));
         }
         if let FileKind::Moving(kind) = kind {
             let (rates, rate) = (kind.rates(), self.fps.unwrap_or(Rate::DEFAULT).per_second());
             if !rates.contains(&rate) {
                 let (least, most) = rates.into_inner();
-                let what = format!("'{shown}' shows {least} to {most} frames per second, not {rate}");
-                return Err(format!("{what}; choose another --fps or format"));
+                let what = format!("'{shown}' supports {least} to {most} frames per second, not {rate}");
+                return Err(format!("{what}: choose another --fps or format"));
             }
         } else if self.travel().is_some() && self.fps.is_some() {
-            let what = "--fps says nothing of stills of a --sweep or --turntable, in which time stands still";
+            let what =
+                "--fps has no effect on stills of a --sweep or --turntable: leave it out, or write a .webp or .y4m";
             return Err(what.to_owned());
         }
         if let (FileKind::Sheet { sheet }, Some(frames)) = (kind, self.frames) {
             let (cells, frames) = (sheet.cells(), frames.end - frames.start);
             if cells > frames {
-                return Err(format!("--sheet shows {cells} moments, and --frames has {frames}"));
+                return Err(format!(
+                    "--sheet needs {cells} frames, and --frames has {frames}: give more frames or fewer cells"
+                ));
             }
         }
         let parts = [("--resume", self.resume), ("--shard", self.shard.is_some())];
         match parts.iter().find(|part| part.1) {
             Some((flag, _)) if !matches!(kind, FileKind::Still(_)) => Err(format!(
-                "{flag} is for frames in files of their own, and '{shown}' is one file; write {FRAME} stills instead"
+                "{flag} needs one file per frame, and '{shown}' is one file: name a .png or .exr with {FRAME} in it"
             )),
             _ => Ok(()),
         }
     }
 }
 
-/// The command of `line` without what says only where, on what and in which parts the pictures are made.
+/// The command of `line` without the flags that do not change the pictures.
 fn command_of(mut line: CommandLine) -> String {
     for flag in ["--output", "--device", "--validation", "--resume", "--shard"] {
         line.remove(flag);

@@ -1,4 +1,4 @@
-//! Where a capture's pictures come from: the renderer, or in tests something that needs no device.
+//! The source of a capture's pictures: the renderer, or a test double that needs no device.
 
 use serde::Serialize;
 
@@ -9,10 +9,10 @@ use leadr_render::light::panorama::EnvironmentLight;
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 
-/// How long one pass took.
+/// The time of one pass.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTime {
-    /// The pass.
+    /// Name of the pass.
     pub pass: String,
     /// Milliseconds on the device.
     pub ms: f64,
@@ -27,7 +27,7 @@ pub struct Frame {
     pub height: u32,
     /// Linear Rec. 709 radiance and coverage, `width · height` long.
     pub color: Vec<[f32; 4]>,
-    /// The layers that were asked for; each plane is `width · height` long, in the order of [`Layer::channels`].
+    /// The requested layers; planes are `width · height` long, in the order of [`Layer::channels`].
     pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
     /// Factor on the radiance for display.
     pub exposure: f32,
@@ -39,13 +39,13 @@ pub struct Frame {
 pub struct FrameSource<'a> {
     /// The device that renders.
     pub device: DeviceInfo,
-    /// The files that its pictures are made from.
+    /// The input files of its pictures.
     pub files: Vec<FileRead>,
-    /// The lights that were taken out of its environment.
+    /// The lights extracted from the environment image.
     pub lights: Vec<EnvironmentLight>,
-    /// How long it took before it could render, seconds.
+    /// Seconds of the set-up.
     pub set_up_seconds: f64,
-    /// Renders one moment, and tells after each sample how many are done. The same moment always gives the same bits.
+    /// Renders one moment, and reports the number of finished samples after each. The same moment always gives the same bits.
     pub render: Box<Render<'a>>,
 }
 

@@ -1,4 +1,4 @@
-//! Which moments a capture shows.
+//! The moments of a capture.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ pub struct Moment {
     /// Metres between camera and target, in a sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f32>,
-    /// Degrees that the camera has gone round its target, of a turntable.
+    /// Degrees that the camera has moved around its target, in a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn_degrees: Option<f32>,
 }
@@ -35,16 +35,16 @@ pub enum Timeline {
         frames: FrameRange,
         /// Frames per second.
         fps: Rate,
-        /// The part of the range that this call renders.
+        /// The part of the range that this process renders.
         shard: Option<Shard>,
-        /// How the camera moves, instead of time.
+        /// The camera motion that replaces time.
         #[serde(flatten, skip_serializing_if = "Option::is_none")]
         travel: Option<Travel>,
     },
 }
 
-/// `count` of `moments` at equal steps. The first is one of them, and of a sweep the last as well; otherwise what would follow
-/// the last begins again or goes on, and has no place.
+/// Selects `count` of `moments` at equal steps, starting with the first. A sweep also includes its last moment. Other sequences do not,
+/// because they continue or repeat after it.
 pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
     let closed = moments.last().is_some_and(|moment| moment.distance.is_some());
     let at = |i: usize| {
@@ -62,16 +62,16 @@ pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
 pub struct Travel {
     /// Seconds since the start of the animation.
     pub time: f64,
-    /// Away from its target, or to it.
+    /// Motion away from the target, or towards it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
-    /// Once round its target.
+    /// Whether the camera moves once around its target.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub turntable: bool,
 }
 
 impl Timeline {
-    /// The frames of the whole capture, shards together; a still is frame 0.
+    /// The frames of the whole capture, including all shards; a still is frame 0.
     pub fn frames(&self) -> FrameRange {
         match *self {
             Self::Still { .. } => FrameRange { start: 0, end: 1 },
@@ -79,7 +79,7 @@ impl Timeline {
         }
     }
 
-    /// The moments of this call, in order. Shards of one range are disjoint and cover it.
+    /// The moments of this process, in order. The shards of a range are disjoint and cover it.
     pub fn moments(&self) -> Vec<Moment> {
         match *self {
             Self::Still { time } => vec![Moment { frame: 0, time, distance: None, turn_degrees: None }],
@@ -88,7 +88,7 @@ impl Timeline {
                 let numbers = (frames.start..frames.end).skip(index as usize - 1).step_by(count as usize);
                 let moment = |frame| {
                     let (step, steps) = (frame - frames.start, frames.end - frames.start);
-                    // Divided, not accumulated: a frame's time does not depend on the shard it is in.
+                    // Division instead of accumulation makes a frame's time independent of its shard.
                     let running = f64::from(frame) / fps.per_second();
                     Moment {
                         frame,
@@ -138,7 +138,7 @@ pub mod tests {
         assert_eq!(second.moments(), moments[1..2]);
     }
     #[test]
-    fn a_turntable_turns_and_the_time_stands_still() {
+    fn turntable_rotates_with_frozen_time() {
         let travel = Some(Travel { time: 0.5, sweep: None, turntable: true });
         let frames = FrameRange { start: 4, end: 8 };
         let timeline = Timeline::Sequence { frames, fps: fps(), shard: None, travel };

@@ -1,4 +1,4 @@
-//! `leadr capture`: renders moments of a scene and writes each to a file, or all to one, under another name until it is whole.
+//! `leadr capture`: renders moments of a scene into one file each, or all into one file. Files have temporary names until complete.
 
 pub mod args;
 pub mod frame_source;
@@ -31,19 +31,19 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 use leadr_tools::command::output::Output;
 
-/// What a capture made.
+/// The result of a capture.
 #[derive(Debug, Serialize)]
 pub struct CaptureReport<'a> {
     command: &'static str,
     #[serde(flatten)]
     device: DeviceInfo,
     settings: &'a CaptureConfig,
-    /// Taken out of the picture of the environment.
+    /// Lights extracted from the environment image.
     lights: Vec<EnvironmentLight>,
     frames: Vec<FrameReport>,
-    /// Wall-clock seconds until the first frame could be drawn: files read, maps baked and uploaded, pipelines made.
+    /// Wall-clock seconds of the set-up: reading files, baking and uploading maps, and creating pipelines.
     set_up_seconds: f64,
-    /// Wall-clock seconds of drawing and writing all frames after that.
+    /// Wall-clock seconds of drawing and writing all frames, without the set-up.
     seconds: f64,
 }
 
@@ -52,11 +52,11 @@ pub struct CaptureReport<'a> {
 pub struct FrameReport {
     #[serde(flatten)]
     moment: Moment,
-    /// Its own file, or that of all frames.
+    /// The file of this frame, or of all frames.
     file: PathBuf,
     /// Whether the file is from an earlier run (`--resume`).
     kept: bool,
-    /// Whether an earlier run left another frame in its place, made with other settings (`--resume`).
+    /// Whether the existing file had a different fingerprint and was replaced (`--resume`).
     outdated: bool,
     passes: Vec<PassTime>,
 }
@@ -73,12 +73,12 @@ impl fmt::Display for CaptureReport<'_> {
         }
         match self.frames.iter().filter(|frame| frame.outdated).count() {
             0 => Ok(()),
-            outdated => write!(f, ", {outdated} of them drawn again, because the files there were made in another way"),
+            outdated => write!(f, ", {outdated} of them drawn again, because the existing files did not match"),
         }
     }
 }
 
-/// Renders what the arguments ask for, which are those of `line`, prints the name of each file that is whole and at last the report.
+/// Renders the moments of the arguments, prints the name of each completed file, and then the report. `line` holds the arguments as text.
 pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve(line)?;
     check_stdout(&config, output)?;
@@ -90,44 +90,43 @@ pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Resul
     output.summary(&capture(&config, source, output)?)
 }
 
-/// Refuses a video on standard output where it would meet other things.
+/// Refuses a video on standard output if that is a terminal, or if `--json` writes there too.
 fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError> {
     if !config.output.is_stdout() {
         return Ok(());
     }
     if output.is_json() {
-        return Err(AppError::Usage(
-            "--json and the video of '-o -' both want standard output; write a file".to_owned(),
-        ));
+        return Err(AppError::Usage("--json and '-o -' both write to standard output: give -o a file name".to_owned()));
     }
     if io::stdout().is_terminal() {
-        return Err(AppError::Usage("'-o -' is a video for another program; pipe it, or name a .y4m file".to_owned()));
+        return Err(AppError::Usage("'-o -' writes a video to the terminal: pipe it, or name a .y4m file".to_owned()));
     }
     Ok(())
 }
 
-/// What is chosen about the display of a file that keeps radiance. The same command may be run for a PNG, so it is no fault.
+/// Returns a remark if display settings have no effect, because the file holds radiance. It is no error, because the same flags are valid
+/// for a PNG.
 fn unheeded(config: &CaptureConfig) -> Option<&'static str> {
     let chosen = config.scene.picture.exposure != 0.0 || config.scene.picture.tonemap != Tonemap::SHOWN;
     let is_exr = config.output.kind == FileKind::Still(StillKind::Exr);
-    (is_exr && chosen).then_some("an EXR keeps linear radiance: --exposure and --tonemap change only a PNG")
+    (is_exr && chosen).then_some("an EXR holds linear radiance: --exposure and --tonemap affect only a PNG")
 }
 
-/// Finds out before any work whether the files can be written, and removes what killed runs left of them.
+/// Checks before any work that the files can be written, and removes the partial files of killed runs.
 fn check_files(config: &CaptureConfig) -> Result<(), AppError> {
     if config.output.is_stdout() {
         return Ok(());
     }
     let files: Vec<PathBuf> = config.moments().iter().map(|moment| config.output.path(moment.frame)).collect();
     remove_abandoned(files.iter().map(PathBuf::as_path));
-    // The others differ by a number.
+    // The other files are in the same folder.
     files.first().map_or(Ok(()), |first| begin(first).map(drop))
 }
 
 /// Renders and writes every moment of `config` with `source`.
 ///
 /// # Errors
-/// If rendering or writing fails, naming the frame; files written before stay.
+/// If rendering or writing fails; the message names the frame. Files written before stay.
 pub fn capture<'a>(
     config: &'a CaptureConfig,
     mut source: FrameSource<'_>,
@@ -213,7 +212,7 @@ pub mod tests {
     use leadr_scenes::view::Size;
     use std::path::Path;
 
-    /// Draws a gradient that depends on the time, counts its calls, and fails at a chosen frame.
+    /// A renderer for tests: draws a gradient that depends on the time, counts calls, and fails at a chosen frame.
     #[derive(Default)]
     pub struct Double {
         pub size: (u32, u32),
@@ -224,7 +223,7 @@ pub mod tests {
     }
 
     impl Double {
-        /// Draws what `config` asks for.
+        /// Draws with the size and layers of `config`.
         pub fn new(config: &CaptureConfig) -> Self {
             let Size { width, height } = config.scene.size;
             Self { size: (width, height), layers: config.layers.clone(), ..Self::default() }
@@ -262,7 +261,7 @@ pub mod tests {
         }
     }
 
-    /// Pictures of 5x3 pixels into a file in `folder`.
+    /// The configuration of pictures of 5x3 pixels, written to `name` in `folder`.
     pub fn configure(folder: &Path, name: &str, flags: &[&str]) -> CaptureConfig {
         let path = folder.join(name);
         resolve(&[&["--size", "5x3", "-o", path.to_str().unwrap()], flags].concat()).unwrap()
@@ -321,7 +320,7 @@ pub mod tests {
     }
 
     #[test]
-    fn a_failed_range_resumes_where_it_stopped_and_renders_damaged_frames_again() {
+    fn failed_range_resumes_and_redraws_damaged_frames() {
         let folder = tempfile::tempdir().unwrap();
         for kind in ["png", "exr"] {
             let config = configure(folder.path(), &format!("{{frame}}.{kind}"), &["--frames", "0..5", "--resume"]);
@@ -346,7 +345,7 @@ pub mod tests {
     }
 
     #[test]
-    fn frames_of_other_settings_or_of_nobody_knows_what_are_drawn_again() {
+    fn frames_of_other_or_unknown_settings_are_redrawn() {
         let folder = tempfile::tempdir().unwrap();
         for kind in ["png", "exr"] {
             let name = format!("{{frame}}.{kind}");
@@ -356,13 +355,19 @@ pub mod tests {
                 let report = capture(&config, double.source(), &Output::new(true, true)).unwrap();
                 (double.calls, report.to_string())
             };
-            let (calls, said) = drawn(&["--technique", "constant"]);
-            assert!(calls == 3 && !said.contains("again"), "{calls}: {said}");
-            let (calls, said) = drawn(&["--technique", "leadr"]);
-            assert!(calls == 3 && said.contains("3 of them drawn again") && !said.contains("kept"), "{calls}: {said}");
-            let (calls, said) = drawn(&[]);
-            assert!(calls == 0 && said.contains("3 of them kept") && !said.contains("again"), "{calls}: {said}");
-            // A picture from another program, of the right size.
+            let (calls, message) = drawn(&["--technique", "constant"]);
+            assert!(calls == 3 && !message.contains("again"), "{calls}: {message}");
+            let (calls, message) = drawn(&["--technique", "leadr"]);
+            assert!(
+                calls == 3 && message.contains("3 of them drawn again") && !message.contains("kept"),
+                "{calls}: {message}"
+            );
+            let (calls, message) = drawn(&[]);
+            assert!(
+                calls == 0 && message.contains("3 of them kept") && !message.contains("again"),
+                "{calls}: {message}"
+            );
+            // A picture of the right size from another program has no fingerprint.
             let config = configure(folder.path(), &name, &["--frames", "0..3"]);
             let texels = vec![[0.5; 3]; 15];
             match kind {
@@ -370,8 +375,8 @@ pub mod tests {
                 _ => save_exr_rgb(config.output.path(1), &RgbImage::new(5, 3, texels).unwrap()),
             }
             .unwrap();
-            let (calls, said) = drawn(&[]);
-            assert!(calls == 1 && said.contains("1 of them drawn again"), "{calls}: {said}");
+            let (calls, message) = drawn(&[]);
+            assert!(calls == 1 && message.contains("1 of them drawn again"), "{calls}: {message}");
         }
     }
 
@@ -392,7 +397,7 @@ pub mod tests {
     }
 
     #[test]
-    fn targets_are_found_wrong_and_leavings_removed_before_any_work() {
+    fn targets_are_checked_and_leftovers_removed_first() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("far.png"), "").unwrap();
         let fault = check_files(&configure(folder.path(), "far.png/x.png", &[])).unwrap_err().to_string();
@@ -406,7 +411,7 @@ pub mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_the_old_file_and_no_other() {
+    fn failed_write_keeps_the_old_file() {
         let folder = tempfile::tempdir().unwrap();
         let blocked = folder.path().join("folder.png");
         std::fs::create_dir(&blocked).unwrap();
@@ -417,10 +422,10 @@ pub mod tests {
     }
 
     #[test]
-    fn what_an_exr_does_not_heed_is_said() {
-        let said = |name: &str, flags: &[&str]| unheeded(&configure(Path::new("out"), name, flags)).is_some();
-        assert!(said("a.exr", &["--exposure", "1"]) && said("a.exr", &["--tonemap", "clamp"]));
-        assert!(!said("a.exr", &[]) && !said("a.png", &["--exposure", "1", "--tonemap", "clamp"]));
+    fn flags_ignored_by_exr_are_reported() {
+        let message = |name: &str, flags: &[&str]| unheeded(&configure(Path::new("out"), name, flags)).is_some();
+        assert!(message("a.exr", &["--exposure", "1"]) && message("a.exr", &["--tonemap", "clamp"]));
+        assert!(!message("a.exr", &[]) && !message("a.png", &["--exposure", "1", "--tonemap", "clamp"]));
     }
 
     #[test]
@@ -433,7 +438,7 @@ pub mod tests {
     }
 
     #[test]
-    fn radiance_that_is_not_finite_is_refused_with_its_place() {
+    fn non_finite_radiance_reports_its_pixel() {
         let folder = tempfile::tempdir().unwrap();
         let config = configure(folder.path(), "a.png", &[]);
         let mut double = Double { poison: true, ..Double::new(&config) };
@@ -452,7 +457,7 @@ pub mod tests {
     }
 
     #[test]
-    fn the_report_says_what_was_made_on_what() {
+    fn report_states_device_and_revision() {
         let folder = tempfile::tempdir().unwrap();
         let config = configure(folder.path(), "a.png", &["--time", "0.5"]);
         let report = run(&config, &mut Double::new(&config)).unwrap();

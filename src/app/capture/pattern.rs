@@ -1,4 +1,4 @@
-//! The names of the files that a capture writes, and their formats.
+//! Names and formats of the files of a capture.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -11,26 +11,26 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::extension;
 
-/// Pixels between two pictures.
+/// Pixels between two pictures of a sheet.
 pub const GUTTER: u32 = 4;
 
-/// Pixels of a sheet of pictures of size `cell`.
+/// Returns the size of a sheet of pictures of size `cell`, or an error if it is over the limits.
 pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
-    // At most 1000 sides of 2¹⁴ and gutters: no overflow.
+    // At most 1000 sides of 2¹⁴ pixels plus gutters, so this cannot overflow.
     let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
     let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
     let (most_side, most_pixels) = (Size::MAX_SIDE, Size::MAX_PIXELS);
     if whole.width.max(whole.height) > most_side || u64::from(whole.width) * u64::from(whole.height) > most_pixels {
         return Err(format!(
-            "a --sheet of {}x{} pictures of {cell} has {whole} pixels; a side may have {most_side} and the whole \
-             {most_pixels}: choose a smaller --size or fewer pictures",
+            "a --sheet of {}x{} pictures of {cell} has {whole} pixels, over the limit of {most_side} per side or \
+             {most_pixels} in total: choose a smaller --size or fewer pictures",
             sheet.columns, sheet.rows
         ));
     }
     Ok(whole)
 }
 
-/// What a capture writes.
+/// The kind of files that a capture writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum FileKind {
@@ -40,7 +40,7 @@ pub enum FileKind {
     Moving(MovingKind),
     /// One PNG of several frames side by side.
     Sheet {
-        /// How they are laid out.
+        /// Columns and rows.
         sheet: Sheet,
     },
 }
@@ -55,7 +55,7 @@ pub enum StillKind {
     Exr,
 }
 
-/// The format of a moving picture; all are tonemapped, sRGB, 8 bits.
+/// The format of an animation; all are tonemapped, sRGB, 8 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MovingKind {
@@ -66,10 +66,10 @@ pub enum MovingKind {
 }
 
 impl MovingKind {
-    /// Frames per second that programs show.
+    /// Supported frames per second.
     pub fn rates(self) -> RangeInclusive<f64> {
         match self {
-            // A delay of 16 bits lasts no longer, and programs take one of ten thousandths for a mistake and show a tenth of a second.
+            // The lower limit keeps delays within 16 bits of milliseconds. Viewers replace delays of 10 ms or less by 100 ms.
             Self::Webp => 0.02..=90.0,
             Self::Y4m => 0.0..=f64::INFINITY,
         }
@@ -87,11 +87,11 @@ pub struct OutputPattern {
 /// Placeholder of the frame number in a path.
 pub const FRAME: &str = "{frame}";
 
-/// What stands for standard output in the place of a path.
+/// The path that means standard output.
 const STDOUT: &str = "-";
 
 impl OutputPattern {
-    /// Checks a pattern against what is to be written.
+    /// Checks a pattern against the timeline and the sheet.
     pub fn new(path: &Path, timeline: &Timeline, sheet: Option<Sheet>) -> Result<Self, AppError> {
         let shown = path.display();
         let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));
@@ -104,37 +104,37 @@ impl OutputPattern {
             None if path == Path::new(STDOUT) => FileKind::Moving(MovingKind::Y4m),
             Some("gif" | "apng") => {
                 return refuse(format!(
-                    "is not supported: write a .webp, stills such as '{FRAME}.png', or a .y4m that an encoder such as \
-                     ffmpeg converts"
+                    "is not supported: write a .webp, stills such as '{FRAME}.png', or a .y4m for an encoder such as \
+                     ffmpeg"
                 ));
             }
-            _ => return refuse("must end in .png or .exr, or for a moving picture in .webp or .y4m".into()),
+            _ => return refuse("must end in .png or .exr, or in .webp or .y4m for an animation".into()),
         };
         if let Some(odd) = path.to_str().and_then(odd_placeholder) {
-            return refuse(format!("has {odd}, and only {FRAME} stands for something"));
+            return refuse(format!("has {odd}, but only {FRAME} is a placeholder: correct it"));
         }
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
         match (kind, timeline) {
-            (FileKind::Moving(_), Timeline::Still { .. }) => refuse("is a moving picture, which needs --frames".into()),
+            (FileKind::Moving(_), Timeline::Still { .. }) => refuse("is an animation: add --frames".into()),
             (FileKind::Moving(_) | FileKind::Sheet { .. }, _) if numbered => {
-                refuse(format!("is one file of all frames; leave {FRAME} out"))
+                refuse(format!("holds all frames in one file: leave {FRAME} out"))
             }
             (FileKind::Still(_), Timeline::Sequence { .. }) if !numbered => {
-                refuse(format!("names one file for many frames; write {FRAME} where the number goes"))
+                refuse(format!("names one file for many frames: put {FRAME} where the number goes"))
             }
             (FileKind::Still(_), Timeline::Still { .. }) if numbered => {
-                refuse(format!("has {FRAME}, which needs --frames"))
+                refuse(format!("has {FRAME}: add --frames, or leave {FRAME} out"))
             }
             _ => Ok(Self { pattern: path.to_owned(), kind }),
         }
     }
 
-    /// Whether a video goes to standard output.
+    /// Whether the output is a video on standard output.
     pub fn is_stdout(&self) -> bool {
         self.pattern == Path::new(STDOUT)
     }
 
-    /// The file that a frame goes to.
+    /// The file of a frame.
     pub fn path(&self, frame: u32) -> PathBuf {
         // A path that is not UTF-8 has no `{frame}` (see `new`).
         match self.pattern.to_str() {
@@ -144,7 +144,7 @@ impl OutputPattern {
     }
 }
 
-/// The first word in braces that is not [`FRAME`]: it was meant to be one.
+/// The first word in braces that is not [`FRAME`], probably a misspelt placeholder.
 fn odd_placeholder(text: &str) -> Option<&str> {
     let mut words = text.match_indices('{').filter_map(|(start, _)| {
         let word = &text[start..=start + text[start..].find('}')?];

@@ -1,4 +1,4 @@
-//! What decides the frames of a capture, and the fingerprint that they carry of it.
+//! The fingerprint stored in each frame of a capture: a checksum of everything that determines the frame.
 
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frames::Moment;
@@ -9,17 +9,17 @@ use leadr_maps::reads::FileRead;
 use leadr_maps::tonemap::Tonemap;
 use leadr_tools::program::{VERSION, build, commit};
 
-/// Everything that decides the frames of a capture, apart from the moment of each and the device.
+/// Everything that determines the frames of a capture, except their moments and the device.
 pub struct Recipe<'a> {
     config: &'a CaptureConfig,
-    /// Program, scene, settings and files in words.
+    /// Program, scene, settings and files as text.
     common: String,
 }
 
 impl<'a> Recipe<'a> {
-    /// How `config` draws what was read from these files.
+    /// The recipe of `config` with these input files.
     pub fn new(config: &'a CaptureConfig, files: &[FileRead]) -> Self {
-        // An EXR keeps linear radiance.
+        // Display settings do not affect an EXR, which holds linear radiance.
         let shown = !matches!(config.output.kind, FileKind::Still(StillKind::Exr));
         let mut scene = config.scene.clone();
         if !shown {
@@ -27,14 +27,14 @@ impl<'a> Recipe<'a> {
         }
         let beside = config.beside.map(|(technique, _)| technique);
         let layers = &config.layers;
-        // Written by derived code, which leaves no field out.
+        // Derived `Debug` includes every field.
         let common = format!("{}\n{scene:?}\n{beside:?}\n{layers:?}\n{files:?}", build());
         Self { config, common }
     }
 
-    /// Where the frame of a moment comes from.
+    /// The origin that is stored in the frame of a moment.
     pub fn origin(&self, moment: Moment) -> Origin {
-        // Its number says only what it is called, unless the line between two techniques moves.
+        // The frame number affects the picture only by the moving line between two techniques.
         let Moment { frame, time, distance, turn_degrees } = moment;
         let split = self.config.beside.map(|(_, split)| split.of_frame(frame, self.config.timeline.frames()));
         let text = format!("{}\n{time:?} {distance:?} {turn_degrees:?} {split:?}", self.common);
@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_decides_a_frame_changes_its_fingerprint() {
+    fn relevant_settings_change_the_fingerprint() {
         let plane = ["--scene", "plane", "-o", "a.png"];
         let one = |flags: &[&str]| fingerprints(&[&plane, flags].concat(), &[]).remove(0);
         let mut seen = BTreeSet::from([one(&[])]);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_decide_a_frame_leaves_its_fingerprint() {
+    fn irrelevant_settings_keep_the_fingerprint() {
         let frames = |flags: &[&str]| fingerprints(&[&["-o", "{frame}.png"], flags].concat(), &[]);
         let first = frames(&["--frames", "0..4"]);
         assert_eq!(first.iter().collect::<BTreeSet<_>>().len(), 4);

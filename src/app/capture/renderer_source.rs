@@ -1,4 +1,4 @@
-//! The renderer as a [`FrameSource`]: a scene as a function of time, drawn with one configuration.
+//! The renderer as a [`FrameSource`]: draws a scene at given times with one configuration.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use leadr_tools::command::output::Output;
 
 /// Loads the inputs of `config`, opens the device and prepares the renderer.
 pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<FrameSource<'a>, AppError> {
-    // Files first: their errors are found at once, without a device.
+    // Files are read first, so their errors are reported without opening a device.
     let scene = &config.scene;
     let begun = Instant::now();
     let watch = output.set_up();
@@ -36,8 +36,8 @@ pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<FrameSourc
     })
 }
 
-/// Puts the right part of another picture beside the left part of `color`, with a white line between them.
-fn put_beside(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32, exposure: f32) {
+/// Replaces the right part of `color` by that of `right`, with a white line between them. `share` is the line's position over the width.
+fn composite_split(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32, exposure: f32) {
     let white = 100.0 / exposure.max(1e-12);
     let line = (share * width as f32).round() as usize;
     let half = (width as usize / 800).max(1) as isize;
@@ -51,7 +51,7 @@ fn put_beside(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32
     }
 }
 
-/// Draws a moment of a scene, which is in this state.
+/// Draws a moment of a scene. `state` is the scene at the time of `moment`.
 fn render(
     config: &CaptureConfig,
     renderer: &mut Renderer,
@@ -63,7 +63,7 @@ fn render(
         state.camera = state.camera.at_distance(distance);
     }
     if let Some(degrees) = moment.turn_degrees {
-        state.camera = state.camera.turned(degrees);
+        state.camera = state.camera.rotated(degrees);
     }
     let settings = config.scene.render_settings();
     let mut output = renderer.render_watched(&state, &settings, done)?;
@@ -72,7 +72,7 @@ fn render(
         let settings = settings.shaded_by(technique.with(config.scene.picture.options));
         let right = renderer.render_watched(&state, &settings, &mut |samples| done(left + samples))?;
         let share = split.of_frame(moment.frame, config.timeline.frames());
-        put_beside(&mut output.color, &right.color, output.size.0, share, state.exposure());
+        composite_split(&mut output.color, &right.color, output.size.0, share, state.exposure());
     }
     let mut layers = Vec::new();
     for &layer in &config.layers {
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn the_right_side_begins_at_its_line() {
         let mut left = vec![[0.25, 0.0, 0.0, 1.0]; 20];
-        put_beside(&mut left, &[[0.0, 0.5, 0.0, 1.0]; 20], 10, 0.4, 2.0);
+        composite_split(&mut left, &[[0.0, 0.5, 0.0, 1.0]; 20], 10, 0.4, 2.0);
         let row: Vec<_> = left[10..]
             .iter()
             .map(|c| {
@@ -112,7 +112,7 @@ mod tests {
             .collect();
         assert_eq!(row.into_iter().collect::<String>(), "lllwwrrrrr");
         let mut none = vec![[0.25; 4]; 10];
-        put_beside(&mut none, &[[0.5; 4]; 10], 10, 1.0, 1.0);
+        composite_split(&mut none, &[[0.5; 4]; 10], 10, 1.0, 1.0);
         assert!(none[..9].iter().all(|c| c[0] == 0.25));
     }
 }

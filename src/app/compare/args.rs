@@ -7,7 +7,7 @@ use clap::Args;
 use crate::app::flags::values::threshold;
 use leadr_render::settings::numbers::finite;
 
-/// Shown below the help.
+/// Printed below the help.
 pub const EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
@@ -16,20 +16,20 @@ pub const EXAMPLES: &str = "Examples:
 /// Arguments of `leadr compare`.
 #[derive(Clone, Debug, Args)]
 pub struct CompareArgs {
-    /// The picture that is right (PNG or EXR)
+    /// The reference picture (PNG or EXR)
     pub reference: PathBuf,
-    /// The picture to measure: the same kind and size
+    /// The test picture, with the file format and size of the reference
     pub test: PathBuf,
-    /// Exit with 1 if the mean FLIP error (0 to 1) is above this
+    /// Exit with code 1 if the mean FLIP error (0 to 1) exceeds X
     #[arg(long, value_name = "X", value_parser = threshold)]
     pub max_flip: Option<f64>,
-    /// Exit with 1 if the relative RMSE of the linear values is above this
+    /// Exit with code 1 if the relative RMSE of the linear values exceeds X
     #[arg(long, value_name = "X", value_parser = threshold)]
     pub max_rrmse: Option<f64>,
-    /// Write the FLIP error of every pixel: black is 0, pale yellow is 1
+    /// Write the FLIP error of every pixel to this image; colours range from black (0) to pale yellow (1)
     #[arg(long, value_name = "OUT.png")]
     pub error_image: Option<PathBuf>,
-    /// Exposure for FLIP of two EXR, stops
+    /// Set the exposure for the FLIP comparison of two EXR files, in stops
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
 }

@@ -1,4 +1,4 @@
-//! `leadr compare`: the difference of two pictures, with thresholds for scripts.
+//! `leadr compare`: measures the difference between two pictures, with thresholds for scripts.
 
 pub mod args;
 
@@ -16,7 +16,7 @@ use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
 use leadr_tools::metrics::compare::compare;
 
-/// The measured difference of two pictures.
+/// The measured difference between two pictures.
 #[derive(Debug, Serialize)]
 pub struct CompareReport {
     command: &'static str,
@@ -25,7 +25,7 @@ pub struct CompareReport {
     size: [u32; 2],
     /// Mean FLIP error, 0 to 1.
     flip: f64,
-    /// Relative root mean square error of the linear values; null if only the reference is black.
+    /// Relative root mean square error of the linear values; null (infinite) if only the reference is black.
     rrmse: f64,
     /// Largest absolute difference of a linear channel.
     max_abs: f64,
@@ -44,17 +44,20 @@ impl fmt::Display for CompareReport {
     }
 }
 
-/// Six decimals, or where those say little three digits.
+/// Formats with six decimals, or with three significant digits below 1e-3.
 fn digits(value: f64) -> String {
     if (f64::MIN_POSITIVE..1e-3).contains(&value) { format!("{value:.2e}") } else { format!("{value:.6}") }
 }
 
-/// Whether a picture holds radiance (EXR) and not display codes (PNG).
+/// Whether a picture holds radiance (EXR) or display codes (PNG).
 fn is_exr(path: &Path) -> Result<bool, AppError> {
     match extension(path).as_deref() {
         Some("png") => Ok(false),
         Some("exr") => Ok(true),
-        _ => Err(AppError::Usage(format!("'{}' is neither a .png nor an .exr picture", path.display()))),
+        _ => Err(AppError::Usage(format!(
+            "'{}' is neither a .png nor an .exr: give a picture in one of these formats",
+            path.display()
+        ))),
     }
 }
 
@@ -63,7 +66,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let is_radiance = is_exr(&arguments.reference)?;
     if is_exr(&arguments.test)? != is_radiance {
         return Err(AppError::Usage(
-            "the pictures are of different kinds: a PNG holds display codes, an EXR radiance".into(),
+            "a PNG holds display codes and an EXR holds radiance: give two files of the same format".into(),
         ));
     }
     if let Some(path) = &arguments.error_image
@@ -74,7 +77,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
     let load = |path: &Path| if is_radiance { load_environment(path) } else { load_color(path) };
     let (reference, test) = (load(&arguments.reference)?, load(&arguments.test)?);
-    // FLIP sees a PNG as it is, and an EXR as `capture` would have displayed it.
+    // FLIP compares a PNG as it is, and an EXR as `capture` would display it.
     let (exposure, tonemap) =
         if is_radiance { (arguments.exposure.exp2(), Tonemap::default()) } else { (1.0, Tonemap::Clamp) };
     let measured = compare(&reference, &test, exposure, tonemap).map_err(|f| f.in_file(&arguments.test))?;
@@ -111,11 +114,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thresholds_are_told_as_they_were_written() {
+    fn thresholds_are_printed_as_written() {
         let small = "0.00001".parse().ok();
         assert!(check_threshold("FLIP", 0.00001, small).is_ok() && check_threshold("FLIP", 0.0, small).is_ok());
-        let said = check_threshold("FLIP", 0.0000123, small).unwrap_err().to_string();
-        assert_eq!(said, "FLIP is 1.23e-5, over 0.00001");
+        let message = check_threshold("FLIP", 0.0000123, small).unwrap_err().to_string();
+        assert_eq!(message, "FLIP is 1.23e-5, over 0.00001");
         assert!(check_threshold("FLIP", f64::NAN, small).is_err());
         assert_eq!([0.0, 0.25, 1.5].map(digits), ["0.000000", "0.250000", "1.500000"]);
     }

@@ -1,4 +1,4 @@
-//! The command that makes the picture in the window.
+//! The `leadr capture` command for the picture in the window.
 
 use super::window::choices::Choices;
 use leadr_scenes::config::Picture;
@@ -7,24 +7,24 @@ use leadr_scenes::light::SunDirection;
 use leadr_scenes::options::{SceneOption, Sets};
 use leadr_scenes::view::CameraPose;
 
-/// Options that a command says even at their defaults, which depend on files or stand out in a picture's description.
+/// Options that the command includes even at their defaults, because the defaults depend on files or describe the picture.
 const SAID: [&str; 3] = ["technique", "shadowing", "samples"];
 
-/// What of the window's picture a command must say beside its choices.
+/// The state of the window that the command must reproduce.
 pub struct Seen<'a> {
-    /// How it looks.
+    /// Picture settings.
     pub choices: &'a Choices,
-    /// From where.
+    /// The camera.
     pub pose: CameraPose,
-    /// When, seconds.
+    /// Time of the animation, seconds.
     pub time: f64,
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Where the sun is, if the scene is under a sky.
+    /// Direction of the sun, if the environment is a sky.
     pub sun: Option<SunDirection>,
 }
 
-/// `leadr capture` with what makes this picture.
+/// Returns the `leadr capture` command that draws this picture.
 pub fn command_of(line: &CommandLine, seen: &Seen<'_>) -> String {
     let mut line = line.clone();
     let Seen { choices, pose, time, size: [width, height], sun } = seen;
@@ -80,7 +80,7 @@ mod tests {
         (flags::given::<SceneArgs>(&matches), config)
     }
 
-    /// What the shell makes of a command without quotes.
+    /// Resolves a command that has no quotes.
     fn captured(command: &str) -> SceneConfig {
         let words: Vec<&str> = command.split(' ').collect();
         assert_eq!(&words[..2], ["leadr", "capture"]);
@@ -97,7 +97,7 @@ mod tests {
         CameraPose { position: [6.125, -8.0, 5.3], target: [0.0, 0.1, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 41.0 };
 
     #[test]
-    fn the_command_draws_what_the_window_shows() {
+    fn command_reproduces_the_window_picture() {
         let flags: Vec<&str> =
             "--scene sphere --roughness 0.3 --exposure -1 --distance 7 --time-of-day 8 --shadowing smith"
                 .split(' ')
@@ -116,7 +116,7 @@ mod tests {
         };
         assert_eq!(drawn, expected);
 
-        // What is about a picture is said while one is shown.
+        // Flags of an environment image are included only while an image is shown.
         let (mut line, of_studio) =
             given(&["--environment", "studio", "--environment-rotation", "40", "--auto-exposure"]);
         let without_sun = Seen { sun: None, ..seen(&choices) };
@@ -146,7 +146,7 @@ mod tests {
         let drawn = captured(&command_of(&line, &seen(&choices)));
         let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();
         assert_eq!(drawn.render_settings(), expected);
-        // What the technique lacks is not said.
+        // Options that the technique does not have are left out.
         let options = ShadingOptions { pixel_kernel: true, ..options };
         assert_eq!(drawn.picture, Picture { options, ..choices.picture });
         for technique in Technique::ALL {
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_says_every_option_that_the_window_changes() {
+    fn command_contains_every_changed_option() {
         let (line, config) = given(&["--scene", "sphere"]);
         for option in SceneOption::all() {
             let mut changed = config.clone();
@@ -170,7 +170,7 @@ mod tests {
                 if option.spec.name != "technique" {
                     changed.picture.technique = technique;
                 }
-                // Rays find them.
+                // Traced relief shadows include the occlusion of the sky.
                 let options = &mut changed.picture.options;
                 options.sky_occlusion &= !options.relief_shadows;
                 let drawn = captured(&command_of(&line, &seen(&Choices::new(changed.picture))));
@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(line.to_string(), " --scene plane --material 'my wall' --smooth-geometry --samples 2");
         line.enter("it's.glb");
         assert_eq!(line.to_string(), r" --scene 'it'\''s.glb' --smooth-geometry --samples 2");
-        // What was chosen for one scene is not said of another that would refuse it.
+        // Settings that another scene would refuse are left out of its command.
         line.enter("ocean");
         let (_, config) = given(&[]);
         let choices = Choices::new(Picture { height_scale: 0.5, stretch: 2.0, ..config.picture });

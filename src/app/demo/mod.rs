@@ -1,4 +1,4 @@
-//! `leadr demo`: a scene in a window, with a camera that orbits its target.
+//! `leadr demo`: shows a scene in a window with an orbit camera.
 
 pub mod args;
 pub mod command_line;
@@ -23,7 +23,7 @@ use leadr_tools::command::device::{DeviceArgs, DeviceInfo};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
-/// What to show.
+/// The configuration of `leadr demo`.
 #[derive(Debug, Serialize)]
 struct DemoConfig {
     #[serde(flatten)]
@@ -32,14 +32,14 @@ struct DemoConfig {
     device: DeviceArgs,
 }
 
-/// What was shown.
+/// The result of `leadr demo`.
 #[derive(Debug, Serialize)]
 pub struct DemoReport {
     command: &'static str,
     #[serde(flatten)]
     device: DeviceInfo,
     settings: DemoConfig,
-    /// Taken out of the picture of the environment.
+    /// Lights extracted from the environment image.
     lights: Vec<EnvironmentLight>,
     #[serde(flatten)]
     window: WindowReport,
@@ -53,23 +53,22 @@ impl fmt::Display for DemoReport {
         write!(f, "{} frame(s) on {}", self.window.frames, self.device.device)?;
         let [median, slow] = self.window.frame_times();
         if median > 0.0 {
-            write!(f, ", a frame every {median:.1} ms (median; 95 of 100 within {slow:.1} ms)")?;
+            write!(f, ", {median:.1} ms per frame (median; 95th percentile {slow:.1} ms)")?;
         }
         Ok(())
     }
 }
 
-/// Shows a scene until its window is closed, or for as many frames as `arguments` say, and prints what was shown. `line`: the flags
-/// that the user gave.
+/// Shows a scene until the window is closed or `--frames` are drawn, and prints the report. `line` holds the flags that the user gave.
 pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let config = arguments.scene.resolve()?;
-    // Files first: their errors are found at once, without display or device.
+    // Files are read first, so their errors are reported without opening a display or device.
     let inputs = Inputs::load(&config)?;
-    // The device must be able to draw on the display, so the display is opened first.
+    // The display is opened before the device, which must be able to present on it.
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = leadr_render::open_gpu(&display.gpu_options(device.device.clone(), device.validation)?)?;
-    // What is asked for is drawn in motion too.
+    // Explicit quality flags also apply while the picture moves.
     let given = &arguments.scene.given;
     let msaa = given.has("msaa").then_some(config.msaa);
     let kept = KeptQuality { msaa, probes: given.has("probes"), min_fps: arguments.min_fps };
@@ -78,7 +77,7 @@ pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(
     let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
     let show = program.begin(inputs, &gpu, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
-    // A run of so many frames is the same whoever sat here before.
+    // With --frames, the result must not depend on a stored layout.
     let layout_file = Layout::file().filter(|_| arguments.frames.is_none());
     let mut layout = match &layout_file {
         Some(file) if !arguments.fresh_layout => Layout::read(file).unwrap_or_else(|fault| {

@@ -1,32 +1,32 @@
-//! A camera that circles its target: how the mouse moves the view in the window.
+//! The orbit camera that the mouse moves in the window.
 
 use glam::Vec3;
 
 use leadr_scenes::view::CameraPose;
 
-/// Steepest view, degrees: straight up or down there is no heading.
+/// Largest elevation, degrees. A vertical view has no azimuth.
 const MAX_ELEVATION: f32 = 89.0;
 /// Degrees per dragged pixel.
 const DEGREES_PER_PIXEL: f32 = 0.3;
 /// Factor on the distance per zoom step (one wheel notch).
 const ZOOM_STEP: f32 = 0.9;
-/// Closest and farthest eye, metres from the target.
+/// Smallest and largest distance of the eye from the target, metres.
 const DISTANCES: (f32, f32) = (0.2, 2000.0);
 
 /// The state of the orbit camera; z is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     target: Vec3,
-    /// Degrees counter-clockwise from +x, of the eye as seen from the target.
+    /// Direction from the target to the eye, degrees counter-clockwise from +x.
     azimuth: f32,
-    /// Degrees of the eye above the target.
+    /// Elevation of the eye above the target, degrees.
     elevation: f32,
     distance: f32,
     fov_degrees: f32,
 }
 
 impl Orbit {
-    /// Starts where `pose` is; its `up` becomes z.
+    /// Starts at `pose`, with z as the up direction.
     pub fn new(pose: &CameraPose) -> Self {
         let target = Vec3::from_array(pose.target);
         let offset = Vec3::from_array(pose.position) - target;
@@ -41,13 +41,13 @@ impl Orbit {
         }
     }
 
-    /// The point it circles, metres.
+    /// The point that the camera orbits, metres.
     pub fn target(&self) -> Vec3 {
         self.target
     }
 
-    /// Turns as if the scene were dragged by these pixels, right and down.
-    pub fn turn(&mut self, right: f32, down: f32) {
+    /// Orbits as if the scene were dragged by these pixels, right and down.
+    pub fn rotate(&mut self, right: f32, down: f32) {
         self.azimuth = (self.azimuth - right * DEGREES_PER_PIXEL).rem_euclid(360.0);
         self.elevation = (self.elevation + down * DEGREES_PER_PIXEL).clamp(-MAX_ELEVATION, MAX_ELEVATION);
     }
@@ -57,7 +57,7 @@ impl Orbit {
         self.distance = (self.distance * ZOOM_STEP.powf(steps)).clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Shifts the target so that it follows a drag by these pixels, right and down, in a window `height` pixels high.
+    /// Moves the target along with a drag by these pixels, right and down, in a window `height` pixels high.
     pub fn pan(&mut self, right: f32, down: f32, height: f32) {
         let eye = self.offset() / self.distance;
         let side = Vec3::Z.cross(eye).normalize_or_zero();
@@ -66,20 +66,20 @@ impl Orbit {
         self.target += (up * down - side * right) * metres;
     }
 
-    /// Metres from the eye to the target.
+    /// Distance from the eye to the target, metres.
     pub fn distance(&self) -> f32 {
         self.distance
     }
 
-    /// Moves the eye along the line of sight.
+    /// Moves the eye along the line of sight to this distance from the target, metres.
     pub fn set_distance(&mut self, metres: f32) {
         self.distance = metres.clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Turns about the eye, as if the surroundings were dragged by these pixels, right and down.
+    /// Rotates about the eye as if the surroundings were dragged by these pixels, right and down.
     pub fn look(&mut self, right: f32, down: f32) {
         let eye = self.target + self.offset();
-        self.turn(-right, -down);
+        self.rotate(-right, -down);
         self.target = eye - self.offset();
     }
 
@@ -95,7 +95,7 @@ impl Orbit {
         Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()) * self.distance
     }
 
-    /// The camera now.
+    /// The current camera.
     pub fn pose(&self) -> CameraPose {
         CameraPose {
             position: (self.target + self.offset()).to_array(),
@@ -127,27 +127,27 @@ mod tests {
     }
 
     #[test]
-    fn turning_keeps_the_distance_and_never_passes_the_poles() {
+    fn rotating_keeps_the_distance_and_never_passes_the_poles() {
         let (_, mut orbit) = start();
         let before = orbit.distance;
-        orbit.turn(250.0, 1e6);
+        orbit.rotate(250.0, 1e6);
         let pose = orbit.pose();
         let offset = Vec3::from_array(pose.position) - Vec3::from_array(pose.target);
         assert!((offset.length() - before).abs() < 1e-3 && offset.truncate().length() > 0.1);
-        orbit.turn(0.0, -2e6);
+        orbit.rotate(0.0, -2e6);
         assert!(orbit.pose().position[2] < 0.0 && orbit.elevation >= -MAX_ELEVATION);
     }
 
     #[test]
     fn dragging_right_moves_the_scene_right() {
-        // Seen from −y, a point in front of the target moves to +x when the eye moves to −x.
+        // For an eye at −y, a point in front of the target moves to +x when the eye moves to −x.
         let mut orbit = Orbit::new(&CameraPose {
             position: [0.0, -10.0, 0.0],
             target: [0.0; 3],
             up: [0.0, 0.0, 1.0],
             fov_degrees: 40.0,
         });
-        orbit.turn(10.0, 0.0);
+        orbit.rotate(10.0, 0.0);
         assert!(orbit.pose().position[0] < 0.0);
     }
 
@@ -166,12 +166,12 @@ mod tests {
     }
 
     #[test]
-    fn a_pan_over_the_whole_window_moves_by_what_it_shows() {
+    fn pan_across_window_moves_by_its_extent() {
         let (_, mut orbit) = start();
         let (before, distance) = (orbit.target, orbit.distance);
         orbit.pan(0.0, 100.0, 100.0);
         let shown = 2.0 * distance * 20f32.to_radians().tan();
         assert!(((orbit.target - before).length() - shown).abs() < 1e-3);
-        assert!(orbit.target.z > before.z, "the scene follows the mouse down");
+        assert!(orbit.target.z > before.z, "the scene must follow the mouse down");
     }
 }

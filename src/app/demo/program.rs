@@ -1,4 +1,4 @@
-//! The scenes that the window can open, and the commands that make their pictures without it.
+//! The scenes that the window can open, and the `leadr capture` commands for their pictures.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -17,19 +17,19 @@ use leadr_scenes::registry::{Choice, SCENES};
 use leadr_scenes::set::{Inputs, Watch, set};
 use leadr_tools::command::error::AppError;
 
-/// What `leadr demo` was asked for, and what it shows now.
+/// The current scene of `leadr demo` and its command line.
 pub struct DemoProgram {
     config: SceneConfig,
     line: CommandLine,
     names: Vec<String>,
     name: String,
     pace: Pace,
-    /// Whether `config` is shown in all detail.
+    /// Whether `config` is shown at full detail.
     is_complete: bool,
 }
 
 impl DemoProgram {
-    /// A program that begins with `config`, which came from the flags of `line`.
+    /// A program that starts with `config`, which was resolved from `line`.
     pub fn new(config: SceneConfig, line: CommandLine, pace: Pace) -> Self {
         let name = config.model.as_ref().map_or(config.scene.name.into(), |file| file.to_string_lossy().into_owned());
         let mut names: Vec<String> = SCENES.iter().map(|scene| scene.name.to_owned()).collect();
@@ -39,7 +39,7 @@ impl DemoProgram {
         Self { config: own(&config), line, names, name, pace, is_complete: true }
     }
 
-    /// The first picture: on a processor that draws by itself, of coarse maps, which are there sooner.
+    /// Opens the first scene. On a software device its maps are coarse, so the first picture appears sooner.
     pub fn begin(&mut self, inputs: Inputs, gpu: &Arc<Gpu>, watch: Watch<'_>) -> Result<Show, AppError> {
         let coarse = self.config.scene.first_tile(self.config.atlas_tile).filter(|_| gpu.is_software());
         self.is_complete = coarse.is_none();
@@ -47,7 +47,7 @@ impl DemoProgram {
         self.show_with(inputs, gpu, &SceneConfig { atlas_tile: tile, ..self.config.clone() }, watch)
     }
 
-    /// Shows what another command line says, in all detail.
+    /// Shows the scene of another command line at full detail.
     fn show_line(&mut self, gpu: &Arc<Gpu>, line: CommandLine) -> Result<Show, AppError> {
         let config = own(&SceneArgs { given: line.honoured() }.resolve()?);
         let show = self.show(gpu, &config, &|_| {})?;
@@ -55,7 +55,7 @@ impl DemoProgram {
         Ok(show)
     }
 
-    /// Shows the same with a flag said anew, or no longer.
+    /// Shows the scene with one flag changed, or removed if `value` is `None`.
     fn show_with_flag(
         &mut self,
         gpu: &Arc<Gpu>,
@@ -72,7 +72,7 @@ impl DemoProgram {
         self.show_with(Inputs::load(config)?, gpu, config, watch)
     }
 
-    /// The same with files that are loaded.
+    /// Uploads a configuration with its loaded files.
     fn show_with(
         &self,
         inputs: Inputs,
@@ -87,7 +87,7 @@ impl DemoProgram {
     }
 }
 
-/// A configuration without what the window changes itself.
+/// A configuration without the settings that the window applies itself.
 fn own(config: &SceneConfig) -> SceneConfig {
     let picture = Picture { height_scale: 1.0, stretch: 1.0, ..config.picture };
     SceneConfig { picture, ..config.clone() }
@@ -135,7 +135,7 @@ impl Program for DemoProgram {
         self.config.picture.options.relief_color
     }
 
-    fn worn(&self) -> OfSurfaces<String> {
+    fn applied_material(&self) -> OfSurfaces<String> {
         let config = &self.config;
         let file = match config.measured.as_slice() {
             _ if config.model.is_none() && !config.scene.offers(Choice::HeightMap) => return OfSurfaces::Fixed,
@@ -146,11 +146,11 @@ impl Program for DemoProgram {
         file.map_or(OfSurfaces::Own, |file| OfSurfaces::Chosen(name(file)))
     }
 
-    fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError> {
+    fn apply_material(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError> {
         if self.config.model.is_some() {
             if let Some(folder) = material.filter(|material| material.is_dir()) {
                 let fault =
-                    "a folder of maps is for the plane and the sphere; a model takes a measured material, FIT.json";
+                    "a material folder is for the plane and the sphere: drop a measured material, FIT.json, on a model";
                 return Err(AppError::Usage(format!("{}: {fault}", folder.display())));
             }
             let value = material.map(|file| [OsStr::new("*="), file.as_os_str()].into_iter().collect::<OsString>());

@@ -1,5 +1,5 @@
-//! The nearest materials of other renderers: one GGX lobe, of a metal that lies beside a diffuse body or of a coat above one, whichever is nearer
-//! to what was measured. Each renderer has its own way to hide facets, so each is given what is nearest as it draws it.
+//! Exports to other renderers: the nearest material with one GGX lobe. It is either a mixture of a metal and a diffuse base, or a
+//! coat over a diffuse base, whichever fits the measurement better. The fit uses the masking of each renderer.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::fmt;
@@ -16,14 +16,14 @@ use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::brdf::Brdf;
 use leadr_reflectance::materials::microfacet::{Microfacet, microfacet_eval};
 
-/// Refractive index of the coats that are written: of most plastics and varnishes.
+/// Refractive index of exported coats, that of most plastics and varnishes.
 const COAT_INDEX: f64 = 1.5;
 
-/// Who draws the material.
+/// A renderer to export to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Renderer {
-    /// Mitsuba 3: masking and shadowing are independent. Its coats are round.
+    /// Mitsuba 3: masking and shadowing are independent. Its coats are isotropic.
     Mitsuba,
     /// pbrt-v4: masking and shadowing are correlated by height.
     Pbrt,
@@ -33,38 +33,38 @@ pub enum Renderer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simple {
     renderer: Renderer,
-    /// Half-axes of `α`, and the angle of the first.
+    /// Half-axes of `α`, and the angle of the first from the tangent.
     ellipse: Ellipse,
     surface: Surface,
 }
 
-/// What reflects.
+/// The kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Surface {
-    /// A metal of this index, `eta + i k`, covers a share of the surface, and a body of this albedo the rest.
+    /// A metal of index `eta + i k` covers `share` of the surface, and a diffuse base of this albedo the rest.
     Metal { share: f64, eta: DVec3, k: DVec3, albedo: DVec3 },
-    /// A body of this albedo under a dielectric.
+    /// A diffuse base of this albedo under a dielectric coat.
     Coated(DVec3),
 }
 
-/// Shares of metal that are tried.
+/// Candidate shares of metal.
 const SHARES: [f64; 11] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05];
 
-/// How much of a reflectance is due to refraction, 0 to 1. The first is tried with all shares, the others with the best.
+/// Candidates for the `refraction` of [`index`], 0 to 1. The first is tried with all shares, the others with the best share.
 const REFRACTIONS: [f64; 3] = [0.5, 0.0, 1.0];
 
-/// Whether a direction of an ellipse means nothing.
+/// Whether an ellipse is a circle, so its angle has no meaning.
 pub fn is_round(ellipse: &Ellipse) -> bool {
     (ellipse.radii.x - ellipse.radii.y).abs() < 1e-6 * ellipse.radii.x
 }
 
-/// The ellipse without its direction.
+/// The circle with the same area.
 fn rounded(ellipse: Ellipse) -> Ellipse {
     Ellipse { radii: DVec2::splat((ellipse.radii.x * ellipse.radii.y).sqrt()), angle: 0.0 }
 }
 
-/// Index `eta + i k` of a metal with this reflectance at normal incidence, below 1. `refraction`: 0 for the least possible `eta`, which is 1, to 1
-/// for the largest, `(1 + √F₀) / (1 − √F₀)`, where `k` is 0.
+/// Index `eta + i k` of a metal with the reflectance `f0` (below 1) at normal incidence. `refraction` ranges from 0 (smallest `eta`, 1) to
+/// 1 (largest `eta`, `(1 + √F₀) / (1 − √F₀)`, where `k` is 0).
 fn index(f0: DVec3, refraction: f64) -> (DVec3, DVec3) {
     let root = f0.map(f64::sqrt);
     let eta = DVec3::ONE + refraction * (2.0 * root / (DVec3::ONE - root));
@@ -82,7 +82,7 @@ struct Reflecting {
 
 impl Brdf for Reflecting {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        self.surface.body(&self.coat, wo, wi) * wi.z.max(0.0) + self.surface.share() * self.facets.eval_cos(wo, wi)
+        self.surface.diffuse(&self.coat, wo, wi) * wi.z.max(0.0) + self.surface.share() * self.facets.eval_cos(wo, wi)
     }
 }
 
@@ -104,29 +104,29 @@ impl Renderer {
     }
 }
 
-/// Weighted sums over the samples of one difference angle: all that least squares ask of them for a lobe beside a body.
+/// Weighted sums over the samples of one difference angle: the normal equations of a specular term and a diffuse base.
 #[derive(Clone, Copy, Default)]
 struct Ring {
     weight: f64,
     cosine: f64,
-    mirrors: f64,
-    mirrors_squared: f64,
+    specular: f64,
+    specular_squared: f64,
     values: DVec3,
-    mirrored_values: DVec3,
+    specular_values: DVec3,
 }
 
-/// Rings of a degree each. The samples' difference angles are further apart, so those of a ring have the same.
+/// Rings of one degree each. Difference angles of the samples are further apart, so all samples of a ring have the same angle.
 const RINGS: usize = 91;
 
 fn ring_of(s: &Sample) -> usize {
     s.wo.dot(s.wh).clamp(0.0, 1.0).acos().to_degrees() as usize
 }
 
-/// The samples beside ideal mirrors of the same lobe.
+/// The samples, and the specular term of the lobe for a Fresnel term of 1.
 struct Lobe<'a> {
     samples: &'a [Sample],
-    /// `f_r` of the mirrors.
-    mirrored: Vec<f64>,
+    /// `f_r` of the ideal specular term, one per sample.
+    specular: Vec<f64>,
     rings: [Ring; RINGS],
 }
 
@@ -134,22 +134,22 @@ impl<'a> Lobe<'a> {
     fn new(samples: &'a [Sample], ellipse: &Ellipse, renderer: Renderer) -> Self {
         let slopes = Ggx::new(DVec2::ZERO, roughness_from_ellipse(ellipse));
         let ideal = |s: &Sample| microfacet_eval(renderer.masking(), &slopes, s.wo, s.wi) / s.wi.z;
-        let mirrored: Vec<f64> = samples.iter().map(ideal).collect();
+        let specular: Vec<f64> = samples.iter().map(ideal).collect();
         let mut rings = [Ring::default(); RINGS];
-        for (s, &ideal) in samples.iter().zip(&mirrored) {
+        for (s, &ideal) in samples.iter().zip(&specular) {
             let ring = &mut rings[ring_of(s)];
             ring.weight += s.weight;
             ring.cosine += s.weight * s.wo.dot(s.wh);
-            ring.mirrors += s.weight * ideal;
-            ring.mirrors_squared += s.weight * ideal * ideal;
+            ring.specular += s.weight * ideal;
+            ring.specular_squared += s.weight * ideal * ideal;
             ring.values += s.weight * s.value;
-            ring.mirrored_values += s.weight * ideal * s.value;
+            ring.specular_values += s.weight * ideal * s.value;
         }
         rings.iter_mut().for_each(|ring| ring.cosine /= ring.weight.max(1e-300));
-        Self { samples, mirrored, rings }
+        Self { samples, specular, rings }
     }
 
-    /// A metal of this share, and the body beside it, nearest to the samples: least squares, each in turn, the metal by Gauss and Newton.
+    /// Fits a metal of this share and the diffuse base beside it by alternating least squares; the metal takes Gauss-Newton steps.
     fn metal(&self, share: f64, refraction: f64) -> Surface {
         const ROUNDS: usize = 60;
         const STEP: f64 = 1e-4;
@@ -159,33 +159,33 @@ impl<'a> Lobe<'a> {
             share * fresnel_conductor(cosine, eta, k)
         };
         let most = FRAC_1_PI * (1.0 - share) * MOST;
-        let (mut f0, mut body) = (DVec3::splat(0.5), DVec3::ZERO);
+        let (mut f0, mut diffuse) = (DVec3::splat(0.5), DVec3::ZERO);
         for _ in 0..ROUNDS {
             let (mut change, mut curvature, mut rest, mut weight) =
                 (DVec3::ZERO, DVec3::splat(1e-30), DVec3::ZERO, 1e-30);
             for ring in &self.rings {
                 let now = fresnel(f0, ring.cosine);
                 let slope = (fresnel(f0 + STEP, ring.cosine) - now) / STEP;
-                change += slope * (ring.mirrored_values - now * ring.mirrors_squared - body * ring.mirrors);
-                curvature += slope * slope * ring.mirrors_squared;
+                change += slope * (ring.specular_values - now * ring.specular_squared - diffuse * ring.specular);
+                curvature += slope * slope * ring.specular_squared;
             }
             f0 = (f0 + change / curvature).clamp(range.0, range.1);
             for ring in &self.rings {
-                rest += ring.values - fresnel(f0, ring.cosine) * ring.mirrors;
+                rest += ring.values - fresnel(f0, ring.cosine) * ring.specular;
                 weight += ring.weight;
             }
-            body = (rest / weight).clamp(DVec3::ZERO, DVec3::splat(most));
+            diffuse = (rest / weight).clamp(DVec3::ZERO, DVec3::splat(most));
         }
-        // A metal alone has no body.
-        let albedo = if share < 1.0 { body * (PI / (1.0 - share)) } else { DVec3::ZERO };
+        // At a share of 1 there is no diffuse base.
+        let albedo = if share < 1.0 { diffuse * (PI / (1.0 - share)) } else { DVec3::ZERO };
         let (eta, k) = index(f0, refraction);
         Surface::Metal { share, eta, k, albedo }
     }
 
-    /// The body under this coat nearest to the samples: least squares.
+    /// Fits the diffuse base under this coat by least squares.
     fn coated(&self, coat: &Coat) -> Surface {
         let (mut product, mut square) = (DVec3::ZERO, 1e-30);
-        for (s, &ideal) in self.samples.iter().zip(&self.mirrored) {
+        for (s, &ideal) in self.samples.iter().zip(&self.specular) {
             let window = coat.window(s.wo, s.wi);
             product += s.weight * window * (s.value - ideal * fresnel_dielectric(s.wo.dot(s.wh), COAT_INDEX));
             square += s.weight * window * window;
@@ -193,15 +193,15 @@ impl<'a> Lobe<'a> {
         Surface::Coated(coat.albedo(product / square))
     }
 
-    /// How far a surface is from the samples, in cube roots as [`Misfit::perceptual`] has them, up to a factor.
+    /// Squared error of a surface in cube roots, proportional to the square of [`Misfit::perceptual`].
     fn error(&self, surface: &Surface, coat: &Coat) -> f64 {
         let fresnel = self.rings.map(|ring| surface.fresnel().at(ring.cosine));
         let root = |f: DVec3| f.map(f64::cbrt);
         let one = |(s, &ideal): (&Sample, &f64)| {
-            let model = surface.share() * ideal * fresnel[ring_of(s)] + surface.body(coat, s.wo, s.wi);
+            let model = surface.share() * ideal * fresnel[ring_of(s)] + surface.diffuse(coat, s.wo, s.wi);
             s.weight * (root(model * s.wi.z) - root(s.value * s.wi.z)).length_squared()
         };
-        self.samples.iter().zip(&self.mirrored).map(one).sum()
+        self.samples.iter().zip(&self.specular).map(one).sum()
     }
 }
 
@@ -213,7 +213,7 @@ impl Surface {
         }
     }
 
-    /// Share of the facets.
+    /// Share of the surface that has the specular lobe.
     fn share(&self) -> f64 {
         match *self {
             Self::Metal { share, .. } => share,
@@ -221,8 +221,8 @@ impl Surface {
         }
     }
 
-    /// `f_r` of the body.
-    fn body(&self, coat: &Coat, wo: DVec3, wi: DVec3) -> DVec3 {
+    /// `f_r` of the diffuse base.
+    fn diffuse(&self, coat: &Coat, wo: DVec3, wi: DVec3) -> DVec3 {
         match *self {
             Self::Metal { share, albedo, .. } => FRAC_1_PI * (1.0 - share) * albedo,
             Self::Coated(albedo) => coat.strength(albedo) * coat.window(wo, wi),
@@ -231,7 +231,7 @@ impl Surface {
 }
 
 impl Simple {
-    /// The nearest with a lobe of this roughness, and how far it is from the samples.
+    /// Returns the nearest material with a lobe of this roughness, and its misfit to the samples.
     pub fn nearest(samples: &[Sample], ellipse: Ellipse, renderer: Renderer) -> (Self, Misfit) {
         let coat = coat(&ellipse);
         let lobe = Lobe::new(samples, &ellipse, renderer);
@@ -243,7 +243,7 @@ impl Simple {
         let [refraction, others @ ..] = REFRACTIONS;
         let best = SHARES.map(|share| metal(share, refraction)).into_iter().reduce(nearer).expect("there are some");
         let best = others.map(|refraction| metal(best.1.share(), refraction)).into_iter().fold(best, nearer);
-        // Coats of Mitsuba have no direction.
+        // Coats of Mitsuba are isotropic.
         let coat_ellipse = if renderer == Renderer::Mitsuba { rounded(ellipse) } else { ellipse };
         let lobe = Lobe::new(samples, &coat_ellipse, renderer);
         let surface = lobe.coated(&coat);
@@ -255,14 +255,14 @@ impl Simple {
         (simple, misfit(samples, &simple.reflecting()))
     }
 
-    /// What its renderer makes of it.
+    /// The BRDF as its renderer evaluates it.
     fn reflecting(&self) -> Reflecting {
         let distribution = Ggx::new(DVec2::ZERO, roughness_from_ellipse(&self.ellipse));
         let facets = Microfacet { distribution, masking: self.renderer.masking(), fresnel: self.surface.fresnel() };
         Reflecting { facets, surface: self.surface, coat: coat(&self.ellipse) }
     }
 
-    /// The material in the language of its renderer.
+    /// The material in the scene format of its renderer.
     pub fn text(&self, name: &str) -> String {
         match self.renderer {
             Renderer::Mitsuba => self.mitsuba(name),
@@ -270,18 +270,18 @@ impl Simple {
         }
     }
 
-    /// A BSDF of Mitsuba 3. `nonlinear`: light that the coat sends back is coloured by the body again.
+    /// A BSDF of Mitsuba 3. With `nonlinear`, light that the coat reflects inwards is coloured by the diffuse base again.
     fn mitsuba(&self, name: &str) -> String {
         let rgb = |name: &str, c: DVec3| format!(r#"<rgb name="{name}" value="{:.6}, {:.6}, {:.6}"/>"#, c.x, c.y, c.z);
         let float = |name: &str, value: f64| format!(r#"<float name="{name}" value="{value:.6}"/>"#);
-        let (u, v, turned) = self.axes();
+        let (u, v, rotation) = self.axes();
         let ggx = r#"<string name="distribution" value="ggx"/>"#.to_owned();
         let (kind, lines) = match self.surface {
             Surface::Coated(albedo) => {
                 let nonlinear = r#"<boolean name="nonlinear" value="true"/>"#.to_owned();
                 let (inside, outside) = (float("int_ior", COAT_INDEX), float("ext_ior", 1.0));
-                let body = rgb("diffuse_reflectance", albedo);
-                ("roughplastic", vec![ggx, float("alpha", u), inside, outside, nonlinear, body])
+                let diffuse = rgb("diffuse_reflectance", albedo);
+                ("roughplastic", vec![ggx, float("alpha", u), inside, outside, nonlinear, diffuse])
             }
             Surface::Metal { share, eta, k, albedo } => {
                 let metal = vec![ggx, float("alpha_u", u), float("alpha_v", v), rgb("eta", eta), rgb("k", k)];
@@ -298,15 +298,15 @@ impl Simple {
                 }
             }
         };
-        let remark = turned.map(|by| format!("<!-- alpha_u is turned by {by:.2} degrees from the tangent -->\n"));
+        let remark = rotation.map(|by| format!("<!-- alpha_u is rotated by {by:.2} degrees from the tangent -->\n"));
         let first = format!(r#"<bsdf version="3.0.0" id="{name}" type="{kind}">"#);
         let lines: String = lines.iter().map(|line| format!("    {line}\n")).collect();
         format!("{}{first}\n{lines}</bsdf>\n", remark.unwrap_or_default())
     }
 
-    /// A named material of pbrt-v4. Without thickness a coat does not swallow light. Of two materials beside each other, each has its name.
+    /// A named material of pbrt-v4. A coat has thickness 0, so it absorbs no light. A mixture names both of its parts.
     fn pbrt(&self, name: &str) -> String {
-        let (u, v, turned) = self.axes();
+        let (u, v, rotation) = self.axes();
         let rgb = |name: &str, c: DVec3| format!(" \"rgb {name}\" [ {:.6} {:.6} {:.6} ]", c.x, c.y, c.z);
         let material = |name: &str, kind: &str| format!("MakeNamedMaterial \"{name}\" \"string type\" \"{kind}\"");
         let lobe =
@@ -321,10 +321,10 @@ impl Simple {
                 let metal = |name: &str| material(name, "conductor") + &rgb("eta", eta) + &rgb("k", k) + &lobe;
                 if share < 1.0 {
                     let (beside, covering) = (format!("{name}_body"), format!("{name}_metal"));
-                    let body = material(&beside, "diffuse") + &rgb("reflectance", albedo);
+                    let diffuse = material(&beside, "diffuse") + &rgb("reflectance", albedo);
                     let both = material(name, "mix");
                     format!(
-                        "{body}\n{}{both} \"string materials\" [ \"{beside}\" \"{covering}\" ] \"float amount\" {share:?}\n",
+                        "{diffuse}\n{}{both} \"string materials\" [ \"{beside}\" \"{covering}\" ] \"float amount\" {share:?}\n",
                         metal(&covering)
                     )
                 } else {
@@ -332,30 +332,30 @@ impl Simple {
                 }
             }
         };
-        let remark = turned.map(|by| format!("# uroughness is turned by {by:.2} degrees from the tangent\n"));
+        let remark = rotation.map(|by| format!("# uroughness is rotated by {by:.2} degrees from the tangent\n"));
         remark.unwrap_or_default() + &materials
     }
 
-    /// `α` nearest to the tangent, across it, and by how many degrees, −45 to 45, they are turned counter-clockwise: neither renderer turns
-    /// them itself.
+    /// Returns `α` along the axis nearest to the tangent, `α` across it, and their counter-clockwise rotation, −45 to 45 degrees. Neither
+    /// renderer can apply this rotation.
     fn axes(&self) -> (f64, f64, Option<f64>) {
         let Ellipse { radii, angle } = self.ellipse;
         if is_round(&self.ellipse) {
             return (radii.x, radii.y, None);
         }
         let quarters = (angle / FRAC_PI_2).round();
-        let turned = (angle - quarters * FRAC_PI_2).to_degrees();
+        let rotation = (angle - quarters * FRAC_PI_2).to_degrees();
         let (u, v) = if quarters.rem_euclid(2.0) == 1.0 { (radii.y, radii.x) } else { (radii.x, radii.y) };
-        (u, v, (turned.abs() >= 0.005).then_some(turned))
+        (u, v, (rotation.abs() >= 0.005).then_some(rotation))
     }
 }
 
-/// The coat of facets of this roughness, without its direction.
+/// The isotropic coat with the mean roughness of the ellipse.
 fn coat(ellipse: &Ellipse) -> Coat {
     Coat::new((ellipse.radii.x * ellipse.radii.y).sqrt(), COAT_INDEX)
 }
 
-/// A name that both accept, from that of a file.
+/// Makes a file name into an identifier that both renderers accept.
 pub fn identifier(stem: &str) -> String {
     let mut name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(60).collect();
     if name.is_empty() {
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn a_metal_is_written_as_a_metal() {
-        // The rougher axis 100° from the tangent: what is written first is the other.
+        // The rougher axis is 100° from the tangent, so the smoother axis is written first.
         let long = Ellipse { radii: DVec2::new(0.3, 0.1), angle: 100f64.to_radians() };
         let (eta, k) = index(DVec3::new(0.9, 0.7, 0.4), 0.5);
         for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
@@ -393,7 +393,7 @@ mod tests {
                     &["\"conductor\" \"rgb eta\" [", "uroughness\" 0.100000 \"float vroughness\" 0.300000"]
                 }
             };
-            assert!(words.iter().chain(&["turned by 10.00 degrees"]).all(|word| text.contains(word)), "{text}");
+            assert!(words.iter().chain(&["rotated by 10.00 degrees"]).all(|word| text.contains(word)), "{text}");
         }
     }
 
@@ -417,7 +417,7 @@ mod tests {
                     "\"a_metal\" \"string type\" \"conductor\"",
                 ],
             };
-            assert!(words.iter().all(|word| text.contains(word)) && !text.contains("turned"), "{text}");
+            assert!(words.iter().all(|word| text.contains(word)) && !text.contains("rotated"), "{text}");
             assert_eq!(text.matches("<bsdf").count(), text.matches("</bsdf>").count());
         }
     }
@@ -435,7 +435,7 @@ mod tests {
                 Renderer::Mitsuba => &["roughplastic", "nonlinear\" value=\"true", "\"alpha\" value=\"0.100000\""],
                 Renderer::Pbrt => &["coateddiffuse", "\"float thickness\" 0", "\"bool remaproughness\" false"],
             };
-            assert!(words.iter().all(|word| text.contains(word)) && !text.contains("turned"), "{text}");
+            assert!(words.iter().all(|word| text.contains(word)) && !text.contains("rotated"), "{text}");
         }
     }
 

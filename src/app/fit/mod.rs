@@ -1,4 +1,4 @@
-//! `leadr fit`: a measured material becomes facets.
+//! `leadr fit`: fits a microfacet model to a measured material.
 
 pub mod args;
 mod coat;
@@ -30,13 +30,13 @@ use leadr_tools::fit::lobe_plot::lobe_plot;
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
 use leadr_tools::html::{Figure, Html, PageSection, Table, page};
 
-/// Pixels across a sphere, and how many are shown.
+/// Pixels across a sphere, and the number of spheres in the picture.
 const SPHERE: u32 = 128;
 const SHOWN: usize = 5;
-/// Light of the plots, degrees from the normal.
+/// Light directions of the plots, degrees from the normal.
 const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
-/// Fits a material and writes what was asked for.
+/// Fits a material and writes the files of the arguments.
 pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let targets = targets(arguments)?;
     let start = Instant::now();
@@ -53,7 +53,7 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let found = timed_fit(&measured, isotropic, &options, output, &mut seconds);
     let found = found.ok_or_else(|| {
         let file = arguments.input.display();
-        AppError::Failed(format!("{file}: it reflects nothing back to where light comes from; give another material"))
+        AppError::Failed(format!("{file}: the material reflects nothing back towards the light: give another one"))
     })?;
     let masking = masking_name(options.hiding.masking());
     let mut report =
@@ -69,9 +69,9 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     }
     let stem = arguments.input.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     if arguments.mitsuba.is_some() || arguments.pbrt.is_some() {
-        // Of the fitted slopes: what lies under them is written as a body.
+        // The roughness of the fitted slopes; the diffuse base is exported separately.
         let roughness = ggx_roughness(&found.fitted.facets.distribution);
-        // A table of backscattering says nothing of other directions; there the fit stands for it.
+        // A backscattering table has no other directions, so the fit replaces it.
         let known: &dyn Brdf = if measured.is_backscattering() { &found.fitted } else { &measured };
         let (samples, ellipse) = (samples(known, isotropic), ellipse_from_roughness(roughness));
         for (file, renderer) in [(&arguments.mitsuba, Renderer::Mitsuba), (&arguments.pbrt, Renderer::Pbrt)] {
@@ -94,7 +94,7 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     output.result(&report)
 }
 
-/// Files to write, each checked to have the right ending and a folder that takes it.
+/// The files to write. Each is checked for its extension and for a writable folder.
 fn targets(arguments: &FitArgs) -> Result<Vec<PathBuf>, AppError> {
     let mut all = Vec::new();
     for (file, ending) in [
@@ -128,7 +128,7 @@ fn timed_fit(
         bar.message(match step {
             Step::Slopes => "slopes",
             Step::Fresnel => "Fresnel term",
-            Step::Refinement => "all directions",
+            Step::Refinement => "refinement over all directions",
             Step::Lobes => "lobes",
         });
         bar.step();
@@ -171,7 +171,7 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
             scale: 1,
         }]);
     }
-    let mut table = Table::new("Spheres against the measured one", ["material", "relative RMSE", "ΔE₀₀"]);
+    let mut table = Table::new("Errors of the spheres against the measured one", ["material", "relative RMSE", "ΔE₀₀"]);
     for sphere in &report.spheres {
         table.row([sphere.material.into(), sphere.error.rrmse.into(), sphere.error.delta_e.into()]);
     }
@@ -198,5 +198,5 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
-    page("A fitted material", &facts, &[PageSection { name: "fit", title: "Fit", html: &body }])
+    page("Fitted material", &facts, &[PageSection { name: "fit", title: "Fit", html: &body }])
 }

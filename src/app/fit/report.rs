@@ -1,4 +1,4 @@
-//! What `leadr fit` prints.
+//! The output of `leadr fit`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -23,26 +23,26 @@ pub struct FitReport {
     pub database: String,
     isotropic: bool,
     masking: &'static str,
-    /// How facets are hidden where they are seen from where they are lit.
+    /// The masking model that the fit used for backscattering.
     backscattering: &'static str,
-    /// Of the slopes that backscattering tells.
+    /// Roughness of the slopes from backscattering alone, as Beckmann and as GGX.
     pub beckmann: Roughness,
     pub ggx: Roughness,
-    /// Luminance of the reflectance that backscattering tells.
+    /// Luminance of F0 from backscattering alone.
     extracted_f0: f64,
     iterations: u32,
-    /// Of the fitted material, linear RGB.
+    /// F0 and diffuse albedo of the fitted material, linear RGB.
     pub f0: [f64; 3],
     pub diffuse: [f64; 3],
     lobes: Vec<LobeReport>,
-    /// The shifted gamma distribution and ABC's curve nearest to the slopes; null for anisotropic ones.
+    /// The shifted gamma and ABC curves nearest to the slopes; null for anisotropic materials.
     curves: Option<[CurveReport; 2]>,
-    /// Against the measured material, over all directions.
+    /// Misfits of the fit and of the thesis' fit against the measurement, over all directions.
     misfit: MisfitReport,
     thesis_misfit: MisfitReport,
-    /// Of what other renderers are given.
+    /// Misfits of the exports to other renderers.
     pub exports: Vec<ExportReport>,
-    /// Of spheres; empty where none was drawn.
+    /// Errors of the spheres; empty if none were drawn.
     pub spheres: Vec<SphereReport>,
     pub seconds: Seconds,
     pub files: Vec<PathBuf>,
@@ -51,12 +51,12 @@ pub struct FitReport {
 /// A roughness matrix.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Roughness {
-    /// Geometric mean of both.
+    /// Geometric mean of `alpha_x` and `alpha_y`.
     pub alpha: f64,
     pub alpha_x: f64,
     pub alpha_y: f64,
     pub rho: f64,
-    /// Of the larger half-axis, from x.
+    /// Angle of the larger half-axis from x, degrees.
     pub rotation_degrees: f64,
 }
 
@@ -67,7 +67,7 @@ struct LobeReport {
     roughness: Roughness,
 }
 
-/// A curve of two parameters.
+/// A two-parameter curve.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(tag = "family", rename_all = "snake_case")]
 enum CurveReport {
@@ -93,7 +93,7 @@ impl fmt::Display for CurveReport {
     }
 }
 
-/// How far from the measured material is what another renderer is given.
+/// Misfit of the export to a renderer.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ExportReport {
     pub renderer: Renderer,
@@ -107,7 +107,7 @@ pub struct MisfitReport {
     divergence: f64,
 }
 
-/// How far a sphere is from that of the measured material.
+/// Error of a sphere against the measured one.
 #[derive(Clone, Debug, Serialize)]
 pub struct SphereReport {
     pub material: &'static str,
@@ -115,11 +115,11 @@ pub struct SphereReport {
     pub error: SphereError,
 }
 
-/// What took how long.
+/// Seconds of each step.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
     pub reading: f64,
-    /// Power iteration, with the tables of the result.
+    /// Power iteration and the tables of its result.
     pub slopes: f64,
     pub fresnel: f64,
     pub refinement: f64,
@@ -212,7 +212,7 @@ impl fmt::Display for FitReport {
             writeln!(f, "  lobe: {:4.1} % of the facets, {}", 100.0 * lobe.share, lobe.roughness)?;
         }
         if let Some([gamma, abc]) = &self.curves {
-            writeln!(f, "  curves of others: {gamma}; {abc}")?;
+            writeln!(f, "  other curves: {gamma}; {abc}")?;
         }
         let (best, alone) = (&self.misfit, &self.thesis_misfit);
         write!(f, "  all directions: relative RMSE {:.3} (backscattering alone {:.3}), ", best.rrmse, alone.rrmse)?;

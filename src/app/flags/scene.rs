@@ -1,4 +1,4 @@
-//! Flags of every command that draws a scene: those of the scenes' own table of options.
+//! The flags of commands that draw a scene, generated from the option table of `leadr-scenes`.
 
 use std::ffi::OsString;
 
@@ -15,10 +15,10 @@ use leadr_scenes::registry::SCENES;
 use leadr_scenes::view::ViewChoice;
 use leadr_tools::command::error::AppError;
 
-/// The options of a picture of a scene that are given.
+/// The scene and picture options that the user gave.
 #[derive(Clone, Debug, Default)]
 pub struct SceneArgs {
-    /// As they are written.
+    /// The options as text.
     pub given: CommandLine,
 }
 
@@ -44,7 +44,7 @@ impl FromArgMatches for SceneArgs {
 }
 
 impl SceneArgs {
-    /// Checks the flags against each other and reads the camera file, if one is named.
+    /// Checks the flags against each other and reads the camera file, if one is given.
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let mut config = self.given.resolve().map_err(AppError::Usage)?;
         if let Some(file) = config.camera_file.take() {
@@ -54,7 +54,7 @@ impl SceneArgs {
     }
 }
 
-/// The flag of an option.
+/// The clap argument of an option.
 fn arg(option: &'static SceneOption) -> Arg {
     let spec = &option.spec;
     let arg = Arg::new(spec.name).long(spec.name).help(option.help()).help_heading(spec.heading);
@@ -70,12 +70,12 @@ fn arg(option: &'static SceneOption) -> Arg {
         return arg.action(ArgAction::SetTrue);
     }
     let arg = arg.value_name(spec.value_name).value_parser(value(option)).allow_negative_numbers(true);
-    // Numbers with commas between may begin with a minus sign, too.
+    // clap recognises only single negative numbers; these values are lists of numbers.
     let arg = arg.allow_hyphen_values(matches!(spec.name, "sun" | "camera"));
     arg.action(if option.repeats { ArgAction::Append } else { ArgAction::Set })
 }
 
-/// Checks values of an option.
+/// The value parser of an option.
 fn value(option: &'static SceneOption) -> ValueParser {
     let names = option.names();
     if !names.is_empty() {
@@ -85,7 +85,7 @@ fn value(option: &'static SceneOption) -> ValueParser {
     OsStringValueParser::new().try_map(check).into()
 }
 
-/// Checks values of the option of this name, for another command.
+/// The value parser of the option with this name, for a flag of another command.
 pub fn value_of(name: &str) -> ValueParser {
     SceneOption::find(name).map(value).expect("an option of this name")
 }
@@ -95,7 +95,7 @@ fn possible((name, help): (&'static str, &'static str)) -> PossibleValue {
     if help.is_empty() { value } else { value.help(help) }
 }
 
-/// A flag whose values have names, such as `some`, each with a line of help.
+/// The value parser of a named choice, with one line of help per name. `some` is any value of the type.
 pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(some.names().into_iter().map(possible)).try_map(move |text| {
         let mut value = some;
@@ -103,10 +103,10 @@ pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedVal
     })
 }
 
-/// Names of values, what each stands for, and its line of help.
+/// Names of values, their meanings, and their lines of help.
 pub type Names<T> = &'static [(&'static str, T, &'static str)];
 
-/// A flag whose values have these names.
+/// The value parser of a flag with these named values.
 pub fn one_of<T: Copy + Send + Sync + 'static>(names: Names<T>) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _, help)| possible((name, help)))).try_map(move |text| {
         names.iter().find(|(name, ..)| *name == text).map(|(_, value, _)| *value).ok_or("no such value")
@@ -140,12 +140,12 @@ pub mod tests {
         Flags::try_parse_from(words).map_err(|e| e.to_string())?.scene.resolve().map_err(|e| e.to_string())
     }
 
-    /// The value of an option in the JSON of a configuration.
+    /// The JSON value of an option in a configuration.
     fn json(option: &SceneOption, config: &SceneConfig) -> Option<Value> {
         serde_json::to_value(config).unwrap().pointer(&format!("/{}", option.spec.json_key())).cloned()
     }
 
-    /// A value of an option that a configuration does not have, as its JSON tells.
+    /// A value of an option that changes the JSON of a configuration.
     pub fn other_value(option: &SceneOption, config: &SceneConfig) -> String {
         let values = [
             "",
@@ -178,7 +178,7 @@ pub mod tests {
             option.set(&mut changed, OsStr::new(text)).is_ok() && json(option, &changed) != json(option, &config)
         };
         let found = texts.into_iter().find(is_other);
-        found.unwrap_or_else(|| panic!("JSON tells nothing of --{}", option.spec.name)).to_owned()
+        found.unwrap_or_else(|| panic!("no value of --{} changes the JSON", option.spec.name)).to_owned()
     }
 
     #[test]
@@ -216,10 +216,10 @@ pub mod tests {
                         let own = SceneConfig { waves: scene.waves(), picture, ..SceneConfig::default() };
                         assert_ne!(json(option, &config), json(option, &own), "{name} --{}", option.spec.name);
                     }
-                    Err(said) => {
-                        assert!(option.choice.is_some_and(|choice| !scene.offers(choice)), "{name}: {said}");
-                        let known = said.contains("is for the scenes") || said.contains("is for models");
-                        assert!(known && said.starts_with("--"), "{name} --{}: {said}", option.spec.name);
+                    Err(message) => {
+                        assert!(option.choice.is_some_and(|choice| !scene.offers(choice)), "{name}: {message}");
+                        let known = message.contains("is for the scenes") || message.contains("is for models");
+                        assert!(known && message.starts_with("--"), "{name} --{}: {message}", option.spec.name);
                     }
                 }
             }
@@ -227,7 +227,7 @@ pub mod tests {
     }
 
     #[test]
-    fn techniques_refuse_what_they_do_not_have() {
+    fn techniques_refuse_missing_features() {
         for option in SceneOption::all() {
             let Sets::Shading(row) = option.sets else { continue };
             let value = other_value(option, &SceneConfig::default());
@@ -239,10 +239,10 @@ pub mod tests {
                     Ok(_) => {
                         assert!(row.applies_to(technique) || row.neutral == Some(&*value), "{technique:?} {value}")
                     }
-                    Err(said) => {
+                    Err(message) => {
                         assert!(
-                            !row.applies_to(technique) && said.starts_with(&option.spec.flag()),
-                            "{technique:?}: {said}"
+                            !row.applies_to(technique) && message.starts_with(&option.spec.flag()),
+                            "{technique:?}: {message}"
                         );
                     }
                 }
@@ -321,8 +321,8 @@ pub mod tests {
             ("--environment-rotation 10", "--sun"),
             ("--environment studio --sun 10,10", "--sun is for --environment sky"),
         ] {
-            let said = resolve(line).expect_err(line);
-            assert!(said.contains(word), "{line}: {said}");
+            let message = resolve(line).expect_err(line);
+            assert!(message.contains(word), "{line}: {message}");
         }
     }
 }

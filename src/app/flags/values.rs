@@ -1,4 +1,4 @@
-//! Values of command-line flags, and how they are written.
+//! Values of command-line flags, and their parsers.
 
 use std::str::FromStr;
 
@@ -8,7 +8,7 @@ use leadr_render::settings::numbers::{positive, share};
 use leadr_scenes::stage::Sweep;
 use leadr_scenes::view::TIMES;
 
-/// A finite number of zero or more, exactly the one that is written.
+/// Parses a finite number of at least 0 in double precision.
 pub fn threshold(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
@@ -17,13 +17,13 @@ pub fn threshold(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The numbers on both sides of a sign, if text has it with numbers beside it.
+/// Parses the two sides of a separator as numbers.
 fn two(sides: Option<(&str, &str)>) -> Option<[u32; 2]> {
     let (a, b) = sides?;
     Some([a.parse().ok()?, b.parse().ok()?])
 }
 
-/// Frames `start..end`, the end not included, written `A..B`.
+/// Frames `start..end`, without `end`; written `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct FrameRange {
     /// First frame.
@@ -45,7 +45,7 @@ impl FromStr for FrameRange {
     }
 }
 
-/// Frames per second, exactly: a decimal number such as `24` or `29.97`, or a fraction such as `30000/1001`; 0.001 to 1000.
+/// Frames per second as an exact fraction, 0.001 to 1000. Written as a decimal such as `24` or `29.97`, or a fraction such as `30000/1001`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
     numerator: u32,
@@ -56,12 +56,12 @@ impl Rate {
     /// 30 frames per second.
     pub const DEFAULT: Self = Self { numerator: 30, denominator: 1 };
 
-    /// Above the line of the reduced fraction; above 0.
+    /// Numerator of the reduced fraction, above 0.
     pub fn numerator(self) -> u32 {
         self.numerator
     }
 
-    /// Below the line; above 0.
+    /// Denominator of the reduced fraction, above 0.
     pub fn denominator(self) -> u32 {
         self.denominator
     }
@@ -76,7 +76,7 @@ impl Rate {
         while rest > 0 {
             (divisor, rest) = (rest, divisor % rest);
         }
-        // Not both are 0 here: one of them would be out of range.
+        // A divisor of 0 means that both are 0, which is refused below.
         let rate = Self { numerator: numerator / divisor.max(1), denominator: denominator / divisor.max(1) };
         (denominator > 0 && (0.001..=1000.0).contains(&rate.per_second())).then_some(rate)
     }
@@ -99,7 +99,7 @@ impl FromStr for Rate {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let form = "frames per second are a number from 0.001 to 1000 of at most six decimals, or a fraction, such as 24, 29.97 or 30000/1001";
+        let form = "a frame rate is a number from 0.001 to 1000 with at most six decimals, or a fraction, such as 24, 29.97 or 30000/1001";
         Self::parse(text).ok_or_else(|| form.to_owned())
     }
 }
@@ -110,7 +110,7 @@ impl Serialize for Rate {
     }
 }
 
-/// Distances to the target from the first frame to the last, metres, written `NEAR..FAR`.
+/// Parses the distances to the target at the first and last frame, in metres, written `NEAR..FAR`.
 pub fn sweep(text: &str) -> Result<Sweep, String> {
     let (near, far) = text.split_once("..").ok_or("a sweep is NEAR..FAR in metres, such as 5..100")?;
     Ok(Sweep { near: positive(near)?, far: positive(far)? })
@@ -119,9 +119,9 @@ pub fn sweep(text: &str) -> Result<Sweep, String> {
 /// A contact sheet of `columns` by `rows` pictures, written `COLUMNSxROWS`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Sheet {
-    /// Pictures beside each other, 1 to 1000.
+    /// Number of columns, 1 to 1000.
     pub columns: u32,
-    /// Pictures below each other, 1 to 1000.
+    /// Number of rows, 1 to 1000.
     pub rows: u32,
 }
 
@@ -144,13 +144,13 @@ impl FromStr for Sheet {
     }
 }
 
-/// Where the right side of a picture begins, as a share of its width: from `start` to `end` and back in a sequence. Written `SHARE` or
-/// `A..B`.
+/// Start position of the right side of a picture, as a share of its width. In a sequence it moves from `start` to `end` and back.
+/// Written `SHARE` or `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
-    /// At the first frame, and in a still.
+    /// Position at the first frame, and in a still.
     pub start: f32,
-    /// In the middle of a sequence.
+    /// Position in the middle of a sequence.
     pub end: f32,
 }
 
@@ -161,7 +161,7 @@ impl Default for Split {
 }
 
 impl Split {
-    /// At a frame of a sequence. What would follow its last frame would be the first again.
+    /// Position at a frame of a sequence. The sequence is periodic: its first frame follows its last.
     pub fn of_frame(self, frame: u32, frames: FrameRange) -> f32 {
         self.at(frame - frames.start, frames.end - frames.start)
     }

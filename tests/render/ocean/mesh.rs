@@ -1,4 +1,4 @@
-//! The mesh of the sea: its horizon is where geometry says, without holes or popping, with triangles where waves show.
+//! The mesh of the sea: its horizon is geometrically correct, without holes or popping, and its triangles resolve visible waves.
 
 use glam::{Vec2, Vec3};
 use leadr::render::camera::Camera;
@@ -18,7 +18,7 @@ fn sea() -> Ocean {
     ocean(&Sea::default(), 64, 1)
 }
 
-/// A camera at `position`, turned by `yaw`, looking `down` below the horizontal; radians, field of view in degrees.
+/// A camera at `position` with this `yaw`, looking `down` below the horizontal; radians, field of view in degrees.
 fn camera(position: Vec3, yaw: f32, down: f32, fov: f32) -> Camera {
     let (sin, cos) = down.sin_cos();
     let direction = Vec3::new(cos * yaw.cos(), cos * yaw.sin(), -sin);
@@ -29,12 +29,12 @@ fn state(camera: &Camera) -> FrameState {
     FrameState { time: 5.0, ..FrameState::new(*camera, Vec::new()).under(&Sky::default()) }
 }
 
-/// Tangent of the angle by which the horizon of calm water lies below the horizontal.
+/// Tangent of the dip of calm water's horizon below the horizontal.
 fn dip(height: f32) -> f32 {
     (2.0 * height / EARTH).sqrt()
 }
 
-/// How far the ray through a point of the picture (pixels) points below the horizon, as a tangent.
+/// Tangent of the angle below the horizon of the ray through a picture point in pixels.
 fn below(camera: &Camera, size: (u32, u32), at: Vec2) -> f32 {
     let [x, y, z] = camera.rays(size, Vec2::ZERO);
     let ndc = at / Vec2::new(size.0 as f32, size.1 as f32) * 2.0 - 1.0;
@@ -42,7 +42,7 @@ fn below(camera: &Camera, size: (u32, u32), at: Vec2) -> f32 {
     -dip(camera.position.z) - ray.z / ray.truncate().length().max(1e-9)
 }
 
-/// Row, in pixels from the top, at which a column crosses the horizon.
+/// Row of the horizon in a column, in pixels from the top.
 fn horizon_row(camera: &Camera, size: (u32, u32), column: u32) -> f32 {
     let (mut low, mut high) = (0.0, size.1 as f32);
     for _ in 0..40 {
@@ -86,7 +86,7 @@ fn the_horizon_is_the_curve_of_the_earth() {
 }
 
 #[test]
-fn below_the_horizon_there_is_water_everywhere() {
+fn water_covers_everything_below_horizon() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     let size = (160, 100);
@@ -120,11 +120,11 @@ fn below_the_horizon_there_is_water_everywhere() {
 }
 
 const MOVED: (u32, u32) = (96, 64);
-/// Edge of the blocks of pixels whose means are compared, in pixels.
+/// Edge of the pixel blocks with compared means, in pixels.
 const BLOCK: usize = 16;
 
-/// A picture after tone mapping, one value per pixel.
-fn look(renderer: &mut Renderer, camera: &Camera, tessellation: TessellationSettings) -> Vec<f32> {
+/// A tone-mapped picture, one value per pixel.
+fn tone_mapped(renderer: &mut Renderer, camera: &Camera, tessellation: TessellationSettings) -> Vec<f32> {
     let settings = RenderSettings { size: MOVED, samples: 4, tessellation, ..RenderSettings::default() };
     let picture = renderer.render(&state(camera), &settings).unwrap().color;
     picture.iter().map(|c| (c[0] + c[1] + c[2]) / (3.0 + c[0] + c[1] + c[2])).collect()
@@ -134,7 +134,7 @@ fn mean_change(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32
 }
 
-/// The mean change of every block of pixels.
+/// The mean change of every pixel block.
 fn block_changes(a: &[f32], b: &[f32]) -> Vec<f32> {
     let width = MOVED.0 as usize;
     let blocks = width / BLOCK;
@@ -151,8 +151,8 @@ fn nothing_pops_while_the_camera_moves() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     let usual = TessellationSettings::default();
-    // Time stands still and the camera moves slowly, so the picture changes little and evenly unless the mesh jumps. In the
-    // last case it does jump, and the test must notice.
+    // Time stands still and the camera moves slowly, so the picture changes little and evenly unless the mesh jumps. In the last case the
+    // mesh does jump, and the test must detect it.
     for (height, down, way, popping) in [
         (2.5f32, 0.1f32, Vec3::X * 0.01, false),
         (2.5, 0.1, Vec3::Z * 0.01, false),
@@ -167,7 +167,7 @@ fn nothing_pops_while_the_camera_moves() {
                 let by = way * i as f32;
                 let moved = Camera { position: start.position + by, target: start.target + by, ..start };
                 let pixels_per_triangle = if popping && i > 20 { 16.0 } else { usual.pixels_per_triangle };
-                look(&mut renderer, &moved, TessellationSettings { pixels_per_triangle, ..usual })
+                tone_mapped(&mut renderer, &moved, TessellationSettings { pixels_per_triangle, ..usual })
             })
             .collect();
         let median = |mut v: Vec<f32>| {
@@ -183,7 +183,7 @@ fn nothing_pops_while_the_camera_moves() {
             let floor = median(series.clone()).max(0.1 * median(changes.clone()));
             series.into_iter().fold(0.0, f32::max) / floor
         };
-        // When the horizon crosses a row of samples, a whole row of pixels changes at once, whatever the mesh.
+        // When the horizon crosses a row of samples, a whole row of pixels changes at once for any mesh.
         let across = MOVED.0 as usize / BLOCK;
         let horizon = horizon_row(&camera(Vec3::Z * height, 0.9, down, 45.0), MOVED, MOVED.0 / 2) as usize / BLOCK;
         let block = (0..blocks[0].len()).filter(|b| b / across != horizon).map(peak).fold(0.0, f32::max);
@@ -201,14 +201,14 @@ fn nothing_pops_while_the_camera_moves() {
 }
 
 #[test]
-fn a_finer_mesh_would_show_little_more() {
+fn finer_mesh_changes_little() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     for (height, down, most) in [(2.5f32, 0.1f32, 2e-3f32), (100.0, 0.25, 1e-3), (1000.0, 0.3, 2e-4)] {
         let camera = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);
-        let usual = look(&mut renderer, &camera, TessellationSettings::default());
+        let usual = tone_mapped(&mut renderer, &camera, TessellationSettings::default());
         let dense = TessellationSettings { pixels_per_triangle: 0.5, to_texels: true, ..Default::default() };
-        let dense = look(&mut renderer, &camera, dense);
+        let dense = tone_mapped(&mut renderer, &camera, dense);
         let error = mean_change(&usual, &dense);
         let largest = usual.iter().zip(&dense).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         println!("{height} m: mean difference to a mesh of two triangles a pixel {error:.6}, largest {largest:.4}");

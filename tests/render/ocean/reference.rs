@@ -1,5 +1,5 @@
-//! The reference of the sea against an independent ray march in 64 bits on the CPU, with small even steps through waves from
-//! oversampled Fourier transforms.
+//! The reference of the sea against an independent 64-bit ray march on the CPU, with small even steps through waves from oversampled
+//! Fourier transforms.
 
 use std::f64::consts::TAU;
 
@@ -21,8 +21,7 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
 const TIME: f64 = 5.0;
-/// Samples of the transforms per sample of the cascade: as many as the reference has, so that linear interpolation does the
-/// same to the shortest waves.
+/// Transform samples per cascade sample; equal to the reference's, so that linear interpolation affects the shortest waves equally.
 const OVER: usize = 2;
 /// `h, Dx, Dy, ∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y, ∂Dx/∂y`.
 type Fields = [f64; 8];
@@ -30,7 +29,7 @@ type Fields = [f64; 8];
 struct Tile {
     n: usize,
     size: f64,
-    turn: DVec2,
+    rotation: DVec2,
     texels: Vec<Fields>,
 }
 
@@ -39,7 +38,7 @@ impl Tile {
         let (m, n) = (cascade.resolution as usize, cascade.resolution as usize * OVER);
         let at = |i: usize, j: usize| cascade.waves[(j % m) * m + i % m].map(f64::from);
         // Negative frequencies stay at the end of the longer transform.
-        let place = |i: usize| if i < m / 2 { i } else { i + n - m };
+        let index_in = |i: usize| if i < m / 2 { i } else { i + n - m };
         let mut texels = vec![[0.0; 8]; n * n];
         for channel in 0..8 {
             let mut field = vec![Complex64::ZERO; n * n];
@@ -51,7 +50,7 @@ impl Tile {
                         + Complex64::new(back[0], -back[1]) * phase(back[2]);
                     let k = cascade.wave_vector(i as u32, j as u32);
                     let (length, i1) = (k.length().max(1e-9), Complex64::I);
-                    field[place(j) * n + place(i)] = h * match channel {
+                    field[index_in(j) * n + index_in(i)] = h * match channel {
                         0 => Complex64::ONE,
                         1 => i1 * (choppiness * k.x / length),
                         2 => i1 * (choppiness * k.y / length),
@@ -67,12 +66,12 @@ impl Tile {
                 texel[channel] = value;
             }
         }
-        Self { n, size: cascade.size, turn: DVec2::from_angle(cascade.rotation), texels }
+        Self { n, size: cascade.size, rotation: DVec2::from_angle(cascade.rotation), texels }
     }
 
     fn add(&self, point: DVec2, channels: std::ops::Range<usize>, sum: &mut Fields) {
-        // Samples lie in the middle of texels, as on the device.
-        let local = DVec2::new(self.turn.dot(point), self.turn.perp_dot(point)) * (self.n as f64 / self.size);
+        // Samples are at texel centres, as on the device.
+        let local = DVec2::new(self.rotation.dot(point), self.rotation.perp_dot(point)) * (self.n as f64 / self.size);
         let local = local - DVec2::splat(0.5);
         let (base, f) = (local.floor(), local - local.floor());
         let wrap = |v: f64, by: usize| (v.rem_euclid(self.n as f64) as usize + by) % self.n;
@@ -87,17 +86,17 @@ impl Tile {
     }
 }
 
-/// Sum of all tiles at a place of the undisplaced sea.
+/// Sum of all tiles at a point of the undisplaced sea.
 fn fields(tiles: &[Tile], point: DVec2, channels: std::ops::Range<usize>) -> Fields {
     let mut sum = [0.0; 8];
     tiles.iter().for_each(|tile| tile.add(point, channels.clone(), &mut sum));
     sum
 }
 
-/// Height of the displaced sea above a place.
-fn height(tiles: &[Tile], place: DVec2, shift: &mut DVec2) -> f64 {
+/// Height of the displaced sea above a point.
+fn height(tiles: &[Tile], position: DVec2, shift: &mut DVec2) -> f64 {
     for _ in 0..60 {
-        let f = fields(tiles, place - *shift, 0..3);
+        let f = fields(tiles, position - *shift, 0..3);
         let moved = DVec2::new(f[1], f[2]);
         let settled = moved.distance(*shift) < 1e-4;
         *shift = moved;
@@ -105,7 +104,7 @@ fn height(tiles: &[Tile], place: DVec2, shift: &mut DVec2) -> f64 {
             return f[0];
         }
     }
-    fields(tiles, place - *shift, 0..1)[0]
+    fields(tiles, position - *shift, 0..1)[0]
 }
 
 /// Distance along a ray to the sea, and the slope there.
@@ -126,13 +125,13 @@ fn cast(tiles: &[Tile], bound: f64, eye: DVec3, direction: DVec3, step: f64) -> 
         let middle = 0.5 * (low + high);
         if above(middle, &mut shift) > 0.0 { low = middle } else { high = middle }
     }
-    let place = eye.truncate() + direction.truncate() * high;
-    height(tiles, place, &mut shift);
-    let f = fields(tiles, place - shift, 0..8);
+    let position = eye.truncate() + direction.truncate() * high;
+    height(tiles, position, &mut shift);
+    let f = fields(tiles, position - shift, 0..8);
     let (jxx, jyy, jxy) = (1.0 + f[5], 1.0 + f[6], f[7]);
     let area = (jxx * jyy - jxy * jxy).max(0.1);
     let slope = DVec2::new(jyy * f[3] - jxy * f[4], jxx * f[4] - jxy * f[3]) / area;
-    Some((high, slope - (place - eye.truncate() - shift) / f64::from(EARTH)))
+    Some((high, slope - (position - eye.truncate() - shift) / f64::from(EARTH)))
 }
 
 fn reference(size: (u32, u32), samples: u32) -> RenderSettings {
@@ -153,7 +152,7 @@ fn rays_meet_the_sea_where_an_independent_march_does() {
     let bound = 5.0 * f64::from(sea.height);
     let mut renderer = seascape(&gpu, sea);
     let size = (24, 16);
-    // Height of the eye, angle below the horizon, field of view in degrees.
+    // Eye height, angle below the horizon, field of view in degrees.
     for (eye_height, down, fov) in [(2.5, 0.25f32, 20.0), (100.0, 0.4, 30.0), (20.0, 0.07, 3.0)] {
         let eye = Vec3::new(3.0, -2.0, eye_height);
         let camera = Camera::looking_at(eye, eye + Vec3::new(down.cos(), 0.0, -down.sin()), fov);
@@ -234,7 +233,7 @@ fn samples_from_above_have_the_slopes_of_the_spectrum_and_repeat() {
         renderer.render(&frame(camera), &settings).unwrap().color,
         "the same call gave other bytes"
     );
-    // Pictures of different seeds approach each other as samples are added.
+    // Pictures of different seeds converge with more samples.
     let apart = |renderer: &mut Renderer, samples: u32| {
         let [a, b] = [1, 2].map(|seed| {
             renderer.render(&frame(camera), &RenderSettings { seed, ..reference((24, 16), samples) }).unwrap().color

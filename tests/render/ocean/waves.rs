@@ -1,4 +1,4 @@
-//! The sea on the device against Fourier transforms in 64 bits, and its statistics against the spectrum's integrals.
+//! The sea on the device against 64-bit Fourier transforms, and its statistics against the spectrum's integrals.
 
 use glam::{DVec2, Vec3};
 use leadr::gpu::Image;
@@ -27,7 +27,7 @@ struct Truth {
     jacobian: [Vec<f64>; 3],
 }
 
-/// Real parts of a two-dimensional inverse transform of `n` × `n` values, not divided by their number.
+/// Real parts of a two-dimensional inverse transform of `n` × `n` values, without normalisation.
 pub fn inverse(field: &mut [Complex64], n: usize) -> Vec<f64> {
     let fft = FftPlanner::new().plan_fft_inverse(n);
     for _ in 0..2 {
@@ -124,7 +124,7 @@ fn the_transforms_match_64_bit_ones() {
 }
 
 #[test]
-fn a_wrong_transform_is_found() {
+fn wrong_transform_is_detected() {
     // The comparison above must fail for a sea that runs backwards.
     let sea = Sea::default();
     let cascade = divide(&sea, 32, 7).cascades.remove(0);
@@ -140,7 +140,7 @@ fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let divided = divide(&sea, 128, 3);
     let fields = OceanFields::new(&gpu, &divided.cascades, Content::Moments).unwrap();
-    // Without choppiness the moments of the slopes are the spectrum's; the mean over several times averages interference.
+    // Without choppiness the slope moments equal the spectrum's; averaging over several times suppresses interference.
     let times = [3.0, 77.0, 301.0];
     let (mut height, mut slopes) = (0.0, [0.0; 3]);
     for time in times {
@@ -254,7 +254,7 @@ fn view(height: f32, down: f32) -> FrameState {
 }
 
 #[test]
-fn far_pixels_hold_the_slopes_of_the_spectrum_and_the_surface_has_no_holes() {
+fn far_pixels_match_spectrum_and_surface_is_closed() {
     let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let mut renderer = seascape(&gpu, Ocean { choppiness: 0.0, ..ocean(&sea, 128, 2) });
@@ -281,7 +281,7 @@ fn far_pixels_hold_the_slopes_of_the_spectrum_and_the_surface_has_no_holes() {
             assert!((sum[i] - all[i]).abs() < tolerance * all[0], "{height} m: {sum:?} {all:?}");
         }
     }
-    // Looking at the horizon: everything below it is water.
+    // Looking at the horizon: water covers everything below it.
     let output = renderer.render(&view(2.5, 0.0), &settings).unwrap();
     let row = |y: u32| &output.color[(y * size.0) as usize..((y + 1) * size.0) as usize];
     assert!((40..64).all(|y| row(y).iter().all(|c| c[3] == 1.0)), "holes in the sea");

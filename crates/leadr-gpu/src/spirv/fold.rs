@@ -1,6 +1,6 @@
-//! Operations on constants, by the numbers of the SPIR-V specification.
+//! Folds constant operations, by the opcodes of the SPIR-V specification.
 
-/// Types whose values are known: 32 bits, or a truth value.
+/// Types with known values: 32 bits, or a boolean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Bool,
@@ -8,16 +8,16 @@ pub enum Kind {
     Float,
 }
 
-/// Whether [`fold`] can compute an operation. Arithmetic of floats is left to the device, whose rounding it is.
+/// Whether [`fold`] can compute an operation. Floating-point arithmetic is left to the device because of its rounding.
 pub fn is_known(operation: u32) -> bool {
     matches!(operation, 83 | 124 | 126 | 128 | 130 | 132 | 134 | 135 | 137..=139 | 164..=191 | 194..=200)
 }
 
-/// What an operation makes of its operands, as bits; nothing where that takes an operand that is not known, or where the specification
-/// leaves it open. The result and the operands are scalars.
+/// The result of an operation, as bits; `None` if it depends on an unknown operand or is undefined in the specification. The
+/// result and the operands are scalars.
 pub fn fold(operation: u32, operands: [Option<u32>; 3]) -> Option<u32> {
     let [a, b, c] = operands;
-    // One operand may decide.
+    // One operand may determine the result.
     match operation {
         166 if a == Some(1) || b == Some(1) => return Some(1),
         167 if a == Some(0) || b == Some(0) => return Some(0),
@@ -44,10 +44,10 @@ pub fn fold(operation: u32, operands: [Option<u32>; 3]) -> Option<u32> {
         137 => a.checked_rem(b),
         138 => signed_a.checked_rem(signed_b).map(i32::cast_unsigned),
         139 => {
-            // The sign is that of the divisor.
+            // The result has the sign of the divisor.
             let rest = signed_a.checked_rem(signed_b)?;
-            let turn = rest != 0 && (rest < 0) != (signed_b < 0);
-            Some(if turn { rest.wrapping_add(signed_b) } else { rest }.cast_unsigned())
+            let adjust = rest != 0 && (rest < 0) != (signed_b < 0);
+            Some(if adjust { rest.wrapping_add(signed_b) } else { rest }.cast_unsigned())
         }
         164 | 170 => truth(a == b),
         165 | 171 => truth(a != b),
@@ -72,7 +72,7 @@ pub fn fold(operation: u32, operands: [Option<u32>; 3]) -> Option<u32> {
     }
 }
 
-/// Comparisons of numbers; nothing for NaN, which comes in an ordered and an unordered form of each.
+/// Compares numbers; `None` for NaN, for which every comparison has an ordered and an unordered form.
 fn compare(operation: u32, a: f32, b: f32) -> Option<bool> {
     if a.is_nan() || b.is_nan() {
         return None;
@@ -103,7 +103,7 @@ mod tests {
             (130, 3, 5, -2),
             (132, -3, 5, -15),
             (135, -7, 2, -3),
-            // Remainders: of the dividend's sign, and of the divisor's.
+            // Remainders: with the dividend's sign, and with the divisor's.
             (138, -7, 2, -1),
             (138, 7, -2, 1),
             (139, -7, 2, 1),
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(of(194, -8, 1), Some(0x7fff_fffc));
         assert_eq!(fold(126, [Some(5), None, None]), Some((-5i32).cast_unsigned()));
         assert_eq!(fold(200, [Some(0), None, None]), Some(u32::MAX));
-        // Open in the specification.
+        // Undefined in the specification.
         for operation in [134, 135, 137, 138, 139] {
             assert_eq!(of(operation, 1, 0), None);
         }
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn comparisons_know_signs() {
+    fn comparisons_respect_sign() {
         type Compare = fn(i32, i32) -> bool;
         let ordered: [(u32, Compare); 12] = [
             (170, |a, b| a == b),

@@ -1,8 +1,8 @@
-//! Marks of loops.
+//! Loop controls.
 
 use super::{HEADER, OP_LOOP_MERGE};
 
-/// Takes back every `[[unroll]]` of SPIR-V, so that the driver decides which loops it writes out.
+/// Removes every `[[unroll]]` from SPIR-V, so that the driver decides which loops to unroll.
 pub fn leave_loops_to_driver(words: &mut [u32]) {
     const CONTROL: usize = 3;
     const UNROLL: u32 = 1;
@@ -21,7 +21,7 @@ mod tests {
     use super::super::all_instructions;
     use super::*;
 
-    /// The marks of all loops of SPIR-V.
+    /// The loop controls of SPIR-V.
     fn controls(words: &[u32]) -> Vec<u32> {
         all_instructions(words).filter(|i| i.operation == OP_LOOP_MERGE).map(|i| i.words[3]).collect()
     }

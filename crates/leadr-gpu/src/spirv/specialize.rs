@@ -1,10 +1,10 @@
-//! SPIR-V whose specialization constants are settled before the driver sees it.
+//! Specialises the constants of SPIR-V before it reaches the driver.
 //!
-//! One entry point holds every technique, light and kind of surface; a pipeline needs a third of it. Drivers translate all of it before they
-//! leave out what constants rule out, which took llvmpipe a second for each pipeline that filters and shades, and which no cache of that driver
-//! spares. Here it takes milliseconds: constants are propagated along the edges that can be taken (Wegman and Zadeck 1991), through calls,
-//! returned values and local variables; then blocks that cannot be reached and functions that are never called are dropped. Instructions that
-//! stay are not changed.
+//! One entry point contains every technique, light and kind of surface; a pipeline needs a third of it. Drivers translate all
+//! of it before they remove dead code. This took llvmpipe a second for each pipeline that filters and shades, and that driver
+//! has no cache that avoids it. Here it takes milliseconds. Constants are propagated along reachable edges (Wegman and Zadeck
+//! 1991), through calls, returned values and local variables; then unreachable blocks and uncalled functions are removed. The
+//! remaining instructions stay unchanged.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -46,18 +46,18 @@ const OP_TERMINATE_INVOCATION: u32 = 4416;
 const OP_DEMOTE: u32 = 5380;
 const SPEC_ID: u32 = 1;
 
-/// What is known of a value.
+/// Lattice value of an identifier.
 #[derive(Clone, Copy, PartialEq)]
 enum Known {
-    /// No path to it has been found.
+    /// Not reached on any path so far.
     Nothing,
     Value(u32),
-    /// It differs from run to run.
+    /// Not a constant.
     Varies,
 }
 
 impl Known {
-    /// What is known where both may be.
+    /// The meet of both values.
     fn or(self, other: Self) -> Self {
         match (self, other) {
             (Self::Nothing, known) | (known, Self::Nothing) => known,
@@ -67,36 +67,35 @@ impl Known {
     }
 }
 
-/// What is said of the identifiers of a module.
+/// Data about the identifiers of a module.
 struct Globals {
-    /// What each identifier is known to be: a value, what is in a variable of a function, or what a function returns.
+    /// Lattice value of each identifier: of a value, of the content of a function's variable, or of a function's result.
     known: Vec<Known>,
-    /// The block of its function that each label begins.
-    places: Vec<Option<usize>>,
-    /// Which identifiers are variables of functions, and parameters that may be.
+    /// Index, within its function, of the block of each label.
+    block_indices: Vec<Option<usize>>,
+    /// Identifiers of function variables, and of parameters that may point to them.
     addresses: Vec<bool>,
     /// The kind of each type.
     kinds: Vec<Option<Kind>>,
-    /// Which identifiers are no longer there.
+    /// Removed identifiers.
     lost: Vec<bool>,
 }
 
 /// A block of a function.
 struct Block {
     label: u32,
-    /// Its words, from its label to behind its last instruction.
+    /// Its words, from its label to the end of its last instruction.
     words: Range<usize>,
-    /// Where its last instruction begins, and its merge instruction if it has one.
+    /// Start of its last instruction, and of its merge instruction if it has one.
     last: usize,
     merge: Option<usize>,
     reached: bool,
-    /// Labels of the blocks before it, of edges that can be taken.
+    /// Labels of its predecessors along reachable edges.
     before: Vec<u32>,
 }
 
-/// The module with these values in place of its specialization constants, others at their defaults, and without what can then not be
-/// reached. `value`: of the constant of a number. A module whose functions are not understood is returned with its constants alone
-/// settled.
+/// The module with these values for its specialization constants, others at their defaults, and without unreachable code.
+/// `value`: value for a constant's number. In a module with unsupported functions only the constants are specialised.
 pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
     let Some(bound) = module.get(BOUND).filter(|_| module.len() >= HEADER).map(|bound| *bound as usize) else {
         return module.to_vec();
@@ -104,12 +103,12 @@ pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u3
     let mut out = module[..HEADER].to_vec();
     let mut globals = Globals {
         known: vec![Known::Varies; bound],
-        places: vec![None; bound],
+        block_indices: vec![None; bound],
         addresses: vec![false; bound],
         lost: vec![false; bound],
         kinds: vec![None; bound],
     };
-    let at = settle_constants(module, value, &mut globals, &mut out);
+    let at = specialize_constants(module, value, &mut globals, &mut out);
     let Some(mut functions) = parse_functions(module, at, &mut globals) else {
         out.extend_from_slice(&module[at..]);
         return out;
@@ -130,7 +129,7 @@ pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u3
     without_lost_names(&out, &globals.lost)
 }
 
-/// The functions from a word on, those that are entered marked as reached; nothing if one holds what is not known here.
+/// The functions from a word on, with entry points marked as reached; `None` if one contains unsupported instructions.
 fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option<Vec<Function>> {
     let entry_points = all_instructions(module).take_while(|i| i.operation != OP_FUNCTION);
     let entered: Vec<u32> =
@@ -143,18 +142,18 @@ fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option
         functions.push(function);
         at = end;
     }
-    forget_what_is_written_elsewhere(module, from, &functions, globals);
+    invalidate_escaping_variables(module, from, &functions, globals);
     Some(functions)
 }
 
-/// Variables and parameters whose address goes where more than loads and stores of this function may use it hold what is not known.
-fn forget_what_is_written_elsewhere(module: &[u32], from: usize, functions: &[Function], globals: &mut Globals) {
+/// Marks variables and parameters as varying if their address has other uses than loads and stores of this function.
+fn invalidate_escaping_variables(module: &[u32], from: usize, functions: &[Function], globals: &mut Globals) {
     let mut written = Vec::new();
     let mut passed = Vec::new();
     for i in instructions(module, from) {
         match i.operation {
             OP_VARIABLE | OP_LOAD | OP_FUNCTION_PARAMETER => (),
-            // An operand that is a number may look like an identifier: then less is known.
+            // A literal operand may equal an identifier; the result is then only less precise.
             OP_STORE => written.extend([(i.words[2], true), (i.words[1], false)]),
             OP_FUNCTION_CALL => passed.push(i.words),
             OP_RETURN_VALUE => written.push((i.words[1], true)),
@@ -164,13 +163,13 @@ fn forget_what_is_written_elsewhere(module: &[u32], from: usize, functions: &[Fu
     let is_address = |globals: &Globals, id: u32| globals.addresses.get(id as usize) == Some(&true);
     let parameters: HashSet<u32> = functions.iter().flat_map(|function| &function.parameters).copied().collect();
     for (id, anyhow) in written {
-        // A store to a parameter is a store to the variable of the caller.
+        // A store to a parameter is a store to the caller's variable.
         if is_address(globals, id) && (anyhow || parameters.contains(&id)) {
             globals.known[id as usize] = Known::Varies;
         }
     }
     let by_id: HashMap<u32, &Function> = functions.iter().map(|function| (function.id, function)).collect();
-    // What is handed on to a parameter that is only read stays known; from the innermost call outwards.
+    // Arguments for read-only parameters stay known; from the innermost call outwards.
     loop {
         let mut changed = false;
         for call in &passed {
@@ -191,7 +190,7 @@ fn forget_what_is_written_elsewhere(module: &[u32], from: usize, functions: &[Fu
     }
 }
 
-/// Finds what can be reached, and what is constant there.
+/// Finds reachable code and its constants.
 fn follow(module: &[u32], functions: &mut [Function], globals: &mut Globals) {
     let by_id: HashMap<u32, usize> = functions.iter().enumerate().map(|(i, function)| (function.id, i)).collect();
     loop {
@@ -211,15 +210,15 @@ fn follow(module: &[u32], functions: &mut [Function], globals: &mut Globals) {
                 }
             }
         }
-        // Where a choice depends on what is never written, anything may be chosen.
+        // A choice on an undefined value may take any branch.
         if !changed && !functions.iter().filter(|function| function.reached).any(|f| f.open_choices(module, globals)) {
             return;
         }
     }
 }
 
-/// Writes what comes before the first function with its constants settled, and returns where that begins.
-fn settle_constants(
+/// Writes everything before the first function with specialised constants, and returns the start of the functions.
+fn specialize_constants(
     module: &[u32],
     value: impl Fn(u32) -> Option<u32>,
     globals: &mut Globals,
@@ -278,7 +277,7 @@ fn push_constant(kind: Kind, of_type: u32, id: u32, bits: u32, out: &mut Vec<u32
 }
 
 impl Globals {
-    /// What an operation of this type makes of its operands.
+    /// The lattice value of an operation of this type.
     fn folded(&self, of_type: u32, operation: u32, operands: &[u32]) -> Known {
         let scalar = self.kinds.get(of_type as usize).copied().flatten().is_some();
         if !scalar || !fold::is_known(operation) || operands.len() > 3 {
@@ -299,14 +298,14 @@ impl Globals {
         self.known[id as usize]
     }
 
-    /// Notes what an identifier may be too. Returns whether that was not known: what is known only becomes less.
+    /// Lowers the lattice value of an identifier. Returns whether it changed.
     fn learn(&mut self, id: u32, known: Known) -> bool {
         let slot = &mut self.known[id as usize];
         let before = std::mem::replace(slot, slot.or(known));
         before != *slot
     }
 
-    /// Notes a variable of a function or a parameter, of which nothing is known yet.
+    /// Registers a function variable or a parameter, with no value so far.
     fn add_variable(&mut self, words: &[u32]) -> Option<()> {
         let (of_type, id) = (*words.get(1)? as usize, *words.get(2)? as usize);
         *self.known.get_mut(id)? = Known::Nothing;
@@ -316,16 +315,16 @@ impl Globals {
     }
 
     fn block(&self, label: u32) -> usize {
-        self.places[label as usize].unwrap_or(0)
+        self.block_indices[label as usize].unwrap_or(0)
     }
 }
 
-/// A function while it is followed.
+/// A function during the analysis.
 struct Function {
     id: u32,
     parameters: Vec<u32>,
     reached: bool,
-    /// What comes before its first block, and behind its last one.
+    /// Words before its first block, and after its last one.
     head: Range<usize>,
     tail: Range<usize>,
     blocks: Vec<Block>,
@@ -337,7 +336,7 @@ fn ends_block(operation: u32) -> bool {
 }
 
 impl Function {
-    /// The function in these words; nothing for one that holds what is not known here.
+    /// The function in these words; `None` if it contains unsupported instructions.
     fn parse(module: &[u32], words: Range<usize>, globals: &mut Globals) -> Option<Self> {
         let mut blocks: Vec<Block> = Vec::new();
         let (mut id, mut parameters) = (0, Vec::new());
@@ -353,7 +352,7 @@ impl Function {
                     if blocks.is_empty() {
                         head.end = i.at;
                     }
-                    *globals.places.get_mut(*i.words.get(1)? as usize)? = Some(blocks.len());
+                    *globals.block_indices.get_mut(*i.words.get(1)? as usize)? = Some(blocks.len());
                     blocks.push(Block {
                         label: i.words[1],
                         words: i.at..i.at,
@@ -390,7 +389,8 @@ impl Function {
         (!open && !blocks.is_empty()).then_some(Self { id, parameters, reached: false, head, tail, blocks })
     }
 
-    /// Where the conditional branch at the end of a block goes whatever happens; none of one that closes a loop, which stays as it is.
+    /// The only target of the conditional branch at the end of a block. `None` for one that closes a loop, which stays
+    /// unchanged.
     fn always(&self, module: &[u32], block: usize, globals: &Globals) -> Option<u32> {
         let i = last_of(module, &self.blocks[block]);
         match (i.operation == OP_BRANCH_CONDITIONAL).then(|| globals.of(i.words[1]))? {
@@ -401,7 +401,7 @@ impl Function {
         }
     }
 
-    /// The labels that a block may go on to. An edge back to the head of a loop is never ruled out: a loop must have one.
+    /// The reachable successors of a block. A back edge to a loop header always counts: a loop must have one.
     fn targets(&self, module: &[u32], block: usize, globals: &Globals) -> Vec<u32> {
         let i = last_of(module, &self.blocks[block]);
         match i.operation {
@@ -419,12 +419,12 @@ impl Function {
         }
     }
 
-    /// Whether one of the blocks that a block branches to is the head of a loop around it.
+    /// Whether a block branches to the header of a loop around it.
     fn closes_loop(&self, module: &[u32], block: usize, globals: &Globals) -> bool {
         last_of(module, &self.blocks[block]).words[2..4].iter().any(|label| globals.block(*label) <= block)
     }
 
-    /// Finds what can be reached if callers and what is called do what is known of them, and the calls there. Returns whether there is news.
+    /// Finds reachable code and calls from the current values of parameters and results. Returns whether anything changed.
     fn follow<'a>(&mut self, module: &'a [u32], globals: &mut Globals, calls: &mut Vec<&'a [u32]>) -> bool {
         self.blocks[0].reached = true;
         let mut any = false;
@@ -443,7 +443,7 @@ impl Function {
         }
     }
 
-    /// Opens the choices that depend on what nothing is known of. Returns whether there is one.
+    /// Makes choices on unknown values varying. Returns whether there is one.
     fn open_choices(&self, module: &[u32], globals: &mut Globals) -> bool {
         let mut opened = false;
         for block in self.blocks.iter().filter(|block| block.reached) {
@@ -506,17 +506,19 @@ impl Function {
         changed
     }
 
-    /// Writes what can be reached. `undefined`: an identifier without a value, of this type.
+    /// Writes the reachable code. `undefined`: makes an undefined value of this type.
     fn write(&self, module: &[u32], globals: &mut Globals, out: &mut Vec<u32>, undefined: &mut impl FnMut(u32) -> u32) {
         if !self.reached {
             let gone = instructions(&module[..self.tail.end], self.head.start);
             gone.filter_map(|i| result_of(&i)).for_each(|id| globals.lost[id as usize] = true);
             return;
         }
-        // Blocks that merge instructions name must be there, reached or not.
+        // Blocks in merge instructions must exist, reached or not.
         let mut named: Vec<Option<u32>> = vec![None; self.blocks.len()];
         for block in self.blocks.iter().filter(|block| block.reached) {
-            let Some(merge) = block.merge.filter(|_| !self.is_settled(module, block, globals)) else { continue };
+            let Some(merge) = block.merge.filter(|_| !self.has_constant_branch(module, block, globals)) else {
+                continue;
+            };
             let words = &module[merge..];
             let rest = globals.block(words[1]);
             named[rest] = named[rest].or(Some(OP_UNREACHABLE));
@@ -541,8 +543,8 @@ impl Function {
         out.extend_from_slice(&module[self.tail.clone()]);
     }
 
-    /// Whether a block ends in a choice between two ways, one of which is always taken.
-    fn is_settled(&self, module: &[u32], block: &Block, globals: &Globals) -> bool {
+    /// Whether a block ends in a conditional branch that always takes the same way.
+    fn has_constant_branch(&self, module: &[u32], block: &Block, globals: &Globals) -> bool {
         self.always(module, globals.block(block.label), globals).is_some()
             && block.merge.is_none_or(|merge| module[merge] & 0xffff == OP_SELECTION_MERGE)
     }
@@ -556,8 +558,8 @@ impl Function {
         undefined: &mut impl FnMut(u32) -> u32,
     ) {
         let always = self.always(module, globals.block(block.label), globals);
-        let settled = self.is_settled(module, block, globals);
-        // A loop whose end is never reached begins anew only by name.
+        let constant_branch = self.has_constant_branch(module, block, globals);
+        // A loop with an unreachable continue block keeps a back edge for form only.
         let lost_end =
             block.merge.filter(|&merge| module[merge] & 0xffff == OP_LOOP_MERGE).map(|merge| module[merge + 2]);
         let lost_end = lost_end.filter(|label| !self.blocks[globals.block(*label)].reached);
@@ -573,13 +575,13 @@ impl Function {
                     }
                     out[start] |= ((out.len() - start) as u32) << 16;
                 }
-                OP_SELECTION_MERGE if settled => (),
+                OP_SELECTION_MERGE if constant_branch => (),
                 OP_BRANCH_CONDITIONAL => match always {
                     Some(taken) => out.extend([2 << 16 | OP_BRANCH, taken]),
                     None => out.extend_from_slice(i.words),
                 },
                 OP_SWITCH => match globals.of(i.words[1]) {
-                    // What breaks out of a switch may do so from within others: it stays one.
+                    // Nested constructs may break out of a switch, so it stays a switch.
                     Known::Value(bits) => out.extend([3 << 16 | OP_SWITCH, i.words[1], case_of(i.words, bits)]),
                     _ => out.extend_from_slice(i.words),
                 },
@@ -594,13 +596,13 @@ fn last_of<'a>(module: &'a [u32], block: &Block) -> Instruction<'a> {
     Instruction { operation: words[0] & 0xffff, at: block.last, words }
 }
 
-/// Where a switch goes on for a value.
+/// Target of a switch for a value.
 fn case_of(words: &[u32], value: u32) -> u32 {
     let cases = words[3..].as_chunks::<2>().0;
     cases.iter().find(|[case, _]| *case == value).map_or(words[2], |[_, label]| *label)
 }
 
-/// The identifier that an instruction of a function defines.
+/// The result identifier of a function's instruction.
 fn result_of(i: &Instruction<'_>) -> Option<u32> {
     match i.operation {
         OP_LABEL => i.words.get(1).copied(),
@@ -622,7 +624,7 @@ fn result_of(i: &Instruction<'_>) -> Option<u32> {
     }
 }
 
-/// The module without names and decorations of what it no longer has.
+/// The module without names and decorations of removed identifiers.
 fn without_lost_names(module: &[u32], lost: &[bool]) -> Vec<u32> {
     let mut out = module[..HEADER].to_vec();
     for i in all_instructions(module) {
@@ -650,7 +652,7 @@ mod tests {
         shaders().find(|shader| shader.name == name).unwrap()
     }
 
-    /// What does not hold together in the functions of a module.
+    /// Inconsistencies in the functions of a module.
     fn faults(module: &[u32]) -> Vec<String> {
         let mut faults = Vec::new();
         let mut before: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
@@ -663,7 +665,7 @@ mod tests {
             match i.operation {
                 OP_LABEL => {
                     if open || !labels.insert(i.words[1]) {
-                        faults.push(format!("block {} begins in another, or twice", i.words[1]));
+                        faults.push(format!("block {} starts inside another, or twice", i.words[1]));
                     }
                     (label, open) = (i.words[1], true);
                 }
@@ -679,25 +681,25 @@ mod tests {
                 }
                 OP_DECORATE if i.words[2] == SPEC_ID => faults.push("a constant still has a number".to_owned()),
                 OP_SPEC_CONSTANT | OP_SPEC_CONSTANT_TRUE | OP_SPEC_CONSTANT_FALSE => {
-                    faults.push(format!("constant {} is open", i.words[2]));
+                    faults.push(format!("constant {} is not specialised", i.words[2]));
                 }
                 _ => (),
             }
             open &= !ends_block(i.operation);
         }
         let targets: BTreeSet<u32> = before.keys().copied().chain(merges).collect();
-        faults.extend(targets.difference(&labels).map(|lost| format!("{lost} is not there")));
+        faults.extend(targets.difference(&labels).map(|lost| format!("{lost} does not exist")));
         let none = BTreeSet::new();
         for (label, from) in phis {
             let expected = before.get(&label).unwrap_or(&none);
             if from != *expected {
-                faults.push(format!("block {label} takes values from {from:?}, and comes after {expected:?}"));
+                faults.push(format!("block {label} takes values from {from:?}, but follows {expected:?}"));
             }
         }
         faults
     }
 
-    /// Every value of truth constants and of small numbers in turn, with the rest at their defaults.
+    /// Every value of boolean constants and of small numbers, one at a time, with the rest at their defaults.
     fn settings(shader: &Shader) -> Vec<(u32, u32)> {
         let of = |kind| match kind {
             ConstantKind::Bool => 0..2,
@@ -714,7 +716,7 @@ mod tests {
 
     #[test]
     #[ignore = "long"]
-    fn all_shaders_hold_together_whatever_their_constants_are() {
+    fn all_specialisations_stay_valid() {
         let mut smaller = 0;
         for shader in shaders() {
             let name = shader.name;
@@ -724,7 +726,7 @@ mod tests {
             for (id, value) in settings(shader).into_iter().chain([(u32::MAX, 0)]) {
                 let special = specialized(&module, |constant| (constant == id).then_some(value));
                 assert_eq!(faults(&special).first(), None, "{name} with constant {id} at {value}");
-                assert_eq!(faults(&specialized(&special, |_| None)).first(), None, "{name}, settled twice");
+                assert_eq!(faults(&specialized(&special, |_| None)).first(), None, "{name}, specialised twice");
                 smaller += usize::from(special.len() < module.len());
             }
         }
@@ -732,7 +734,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_reached_is_left_out() {
+    fn unreachable_code_is_removed() {
         let shader = shader("passes/filter/filter_shade.frag");
         let module = shader.words();
         let of = |family: u32| {
@@ -755,7 +757,7 @@ mod tests {
             });
             all_instructions(&special).filter(|i| i.operation == OP_FUNCTION).count()
         };
-        // Nothing but `main` where it leaves at once. `looped` is reached whether it is early or not.
+        // Only `main` remains if it returns at once. `looped` is called in either case.
         assert_eq!(functions(0, -1.0), 1);
         assert_eq!(functions(0, 1.0), functions(1, 1.0));
         assert!(functions(0, 1.0) > 5);
@@ -765,12 +767,12 @@ mod tests {
     fn lost_edges_and_open_constants_are_noticed() {
         let shader = shader("probes/selftest/selftest_branches.comp");
         let module = shader.words();
-        assert!(faults(&module).iter().any(|fault| fault.contains("is open")));
+        assert!(faults(&module).iter().any(|fault| fault.contains("is not specialised")));
         let special = specialized(&module, |_| None);
         let label = all_instructions(&special).filter(|i| i.operation == OP_LABEL).last().unwrap();
         let mut broken = special.clone();
         broken[label.at + 1] = 0;
-        assert!(faults(&broken).iter().any(|fault| fault.contains("is not there")));
+        assert!(faults(&broken).iter().any(|fault| fault.contains("does not exist")));
         let special = specialized(&self::shader("passes/filter/filter.frag").words(), |_| None);
         let phi = all_instructions(&special).find(|i| i.operation == OP_PHI).expect("a choice of two values");
         let mut broken = special.clone();

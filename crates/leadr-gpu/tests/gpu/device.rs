@@ -1,4 +1,4 @@
-//! Vulkan itself: computing, drawing and transfers work, validation is active, and errors say what to do.
+//! Vulkan itself: computing, drawing and transfers work, validation is active, and errors name the remedy.
 
 use std::process::Command;
 
@@ -14,7 +14,7 @@ const FLOATS: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 #[test]
 fn a_probe_sees_every_item_once() {
     let Some(gpu) = test_gpu() else { return };
-    // More than one chunk, and not a whole number of work groups.
+    // More than one chunk, and not a multiple of the work group size.
     let inputs: Vec<[f32; 1]> = (0..300_001).map(|i| [i as f32]).collect();
     let outputs = run_probe(&gpu, "probes/selftest/selftest.comp", &inputs, 1);
     assert_eq!(outputs.len(), inputs.len());
@@ -53,7 +53,7 @@ leadr_gpu::shared_struct! {
 }
 
 leadr_gpu::shared_struct! {
-    /// `std140`: elements of arrays lie 16 bytes apart.
+    /// `std140`: elements of arrays are 16 bytes apart.
     struct Settings for "Settings" {
         offset: [f32; 4],
         gain: [[f32; 4]; 3],
@@ -93,7 +93,7 @@ fn constants_includes_and_shared_structs() {
     assert!(special[2].is_nan(), "LIMIT keeps the third invocation from writing");
 }
 
-/// What `selftest_branches.comp` computes.
+/// The expected output of `selftest_branches.comp`.
 #[derive(Clone, Copy, Debug)]
 struct Branches {
     way: i32,
@@ -199,11 +199,11 @@ fn constants_decide_where_shaders_go_on() {
             seen.insert(format!("{outputs:?}"));
         }
     }
-    // Otherwise the constants would decide nothing.
+    // Otherwise the constants would have no effect.
     assert!(seen.len() > 20, "{} different outputs", seen.len());
 }
 
-/// A colour that differs by mip, layer and place.
+/// A colour that differs by mip, layer and position.
 fn texels(size: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
     (0..size * size).map(|i| [mip as f32, layer as f32, i as f32, 1.0]).collect()
 }
@@ -426,7 +426,7 @@ fn timestamps_rise_and_carry_their_names() {
             (0..4).for_each(|_| cmd.timestamp(&timestamps, "mark"));
         })
         .unwrap_err();
-    assert!(error.to_string().contains("room for 3"), "{error}");
+    assert!(error.to_string().contains("room for only 3"), "{error}");
 }
 
 #[test]
@@ -434,7 +434,7 @@ fn validation_reports_a_wrong_layout() {
     let Some(gpu) = test_gpu() else { return };
     let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
     let sampler = Sampler::new(&gpu, Filter::Nearest, AddressMode::ClampToEdge).unwrap();
-    // Never written and never brought to Use::Sampled.
+    // Never written and never changed to Use::Sampled.
     let further = [("cube", Descriptor::Sampled(cube.whole(), &sampler))];
     run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &[[1.0, 0.0, 0.0, 0.0]], 4, &[], &further, &[]);
     let messages = gpu.take_validation_messages();
@@ -480,7 +480,7 @@ fn the_guard_fails_a_test_that_validation_complains_about() {
 }
 
 #[test]
-fn an_unknown_device_names_those_there_are() {
+fn unknown_device_lists_available_devices() {
     let Some(gpu) = test_gpu() else { return };
     for wanted in ["no such device", "99", ""] {
         let options = GpuOptions { device: Some(wanted.to_owned()), ..Default::default() };
@@ -493,7 +493,7 @@ fn an_unknown_device_names_those_there_are() {
 }
 
 #[test]
-fn without_a_driver_the_error_says_what_to_install() {
+fn missing_driver_error_gives_install_hint() {
     let child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "device::child_without_a_driver", "--nocapture"])
         .env("VK_DRIVER_FILES", "nonexistent.json")
@@ -505,7 +505,7 @@ fn without_a_driver_the_error_says_what_to_install() {
     assert!(text.contains("install") && text.contains("mesa-vulkan-drivers"), "{text}");
 }
 
-/// An atlas as large as the baked one: half a gigabyte through a 2 GiB heap. To be run by hand.
+/// An atlas as large as the baked one: half a gigabyte through a 2 GiB heap. Run it by hand.
 #[test]
 #[ignore = "needs 1.5 GiB of memory"]
 fn the_largest_atlas_passes_through() {
@@ -516,7 +516,7 @@ fn the_largest_atlas_passes_through() {
     assert!(image.read::<[f32; 4]>(0, 0).unwrap() == data);
 }
 
-/// Run by `without_a_driver_the_error_says_what_to_install` in another process, because the loader reads its variables once.
+/// Run by `missing_driver_error_gives_install_hint` in another process, because the loader reads its variables once.
 #[test]
 fn child_without_a_driver() {
     if std::env::var_os("VK_DRIVER_FILES").is_none_or(|files| files != "nonexistent.json") {
@@ -526,7 +526,7 @@ fn child_without_a_driver() {
     println!("{error}");
 }
 
-/// Objects of a large scene have a few samplers each; devices have as few as 4,000.
+/// Objects of a large scene have a few samplers each; devices support as few as 4,000.
 #[test]
 fn samplers_of_a_kind_are_one() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! What crosses from Rust to the shaders has names: which are accepted, and what the refusal of others says.
+//! Names shared by Rust and the shaders: the accepted ones, and the errors for others.
 
 use leadr_gpu::{
     Buffer, Commands, ComputePipeline, Descriptor, GraphicsDesc, GraphicsPipeline, Memory, SharedStruct, SpecValue,
@@ -37,7 +37,7 @@ fn resources_are_bound_by_name_and_refusals_list_the_names() {
     }
 }
 
-/// The order of the names says nothing.
+/// The order of the names has no effect.
 #[test]
 fn names_may_come_in_any_order() {
     let Some(gpu) = test_gpu() else { return };
@@ -53,9 +53,9 @@ fn names_may_come_in_any_order() {
     assert_eq!(output.read_all::<f32>().unwrap(), [42.0]);
 }
 
-/// Variants of a shader leave out what they do not need; who records need not know.
+/// Variants of a shader remove unused resources; recording code may still bind them.
 #[test]
-fn what_is_declared_but_unused_may_be_bound_set_and_pushed() {
+fn unused_declarations_may_be_bound() {
     let Some(gpu) = test_gpu() else { return };
     let spec = [("UNUSED_FACTOR", SpecValue::F32(2.0))];
     let pipeline = ComputePipeline::new(&gpu, UNUSED, &spec, &[Count::LAYOUT]).unwrap();
@@ -123,7 +123,7 @@ fn push_constants_are_of_the_type_that_the_pipeline_was_made_with() {
 }
 
 #[test]
-fn stages_agree_on_what_a_name_is() {
+fn stages_agree_on_resource_names() {
     let Some(gpu) = test_gpu() else { return };
     let desc = GraphicsDesc {
         vertex: "probes/selftest/selftest.vert",
@@ -145,7 +145,7 @@ leadr_gpu::shared_struct! {
 }
 
 #[test]
-fn misuse_is_an_error_with_the_name_in_it() {
+fn misuse_error_contains_the_name() {
     let Some(gpu) = test_gpu() else { return };
     let buffer = Buffer::new(&gpu, "b", 64, Memory::Device).unwrap();
     type Misuse<'a> = Box<dyn Fn(&mut Commands) + 'a>;

@@ -1,4 +1,4 @@
-//! Recordings: they run ahead, keep what they use, are submitted once, and change nothing before.
+//! Recordings run ahead, keep their objects alive, are submitted once, and change nothing before submission.
 
 use leadr_gpu::{
     Buffer, CommandRecorder, Commands, ComputePipeline, Descriptor, GpuError, Image, ImageDesc, Memory, Result,
@@ -19,7 +19,7 @@ fn record_double(cmd: &mut Commands, double: &ComputePipeline, from: &Buffer, to
 }
 
 #[test]
-fn a_recorder_runs_ahead_and_keeps_what_it_uses() {
+fn recorder_keeps_resources_alive() {
     let Some(gpu) = test_gpu() else { return };
     let double = doubling(&gpu);
     let buffers: Vec<Buffer> =
@@ -54,14 +54,14 @@ fn a_recording_is_submitted_once() {
     refused(recorder.submit(&[], &[]));
     recorder.record("frame", |cmd| record_double(cmd, &double, &from, &to)).unwrap();
     recorder.submit(&[], &[]).unwrap();
-    // Under way or done, it is not submitted again.
+    // Pending or done, it cannot be submitted again.
     refused(recorder.submit(&[], &[]));
     recorder.wait().unwrap();
     refused(recorder.submit(&[], &[]));
     let failed = recorder.record("frame", |cmd| cmd.dispatch([1, 1, 1]));
     assert!(failed.is_err());
     refused(recorder.submit(&[], &[]));
-    // A refusal does no harm.
+    // A rejected submission does no harm.
     recorder.record("frame", |cmd| record_double(cmd, &double, &to, &from)).unwrap();
     recorder.submit(&[], &[]).unwrap();
     recorder.wait().unwrap();
@@ -69,7 +69,7 @@ fn a_recording_is_submitted_once() {
 }
 
 #[test]
-fn images_remember_what_was_submitted_not_what_was_recorded() {
+fn image_layouts_follow_submission_order() {
     let Some(gpu) = test_gpu() else { return };
     let desc = ImageDesc::new(vk::Format::R32_SFLOAT, 4, 4).storage();
     let image = Image::new(&gpu, "image", desc).unwrap();
@@ -80,13 +80,13 @@ fn images_remember_what_was_submitted_not_what_was_recorded() {
         cmd.fail(GpuError::Usage { name: "test".to_owned(), fault: "refused on purpose".to_owned() });
     });
     assert!(refused.is_err());
-    // From the wrong layout, the barrier of this read would draw a complaint of the validation layer.
+    // With the wrong layout, the barrier of this read would trigger a validation message.
     assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
     let mut dropped = CommandRecorder::new(&gpu, "dropped").unwrap();
     dropped.record("never submitted", |cmd| cmd.transition(&image, Use::ComputeReadWrite)).unwrap();
     assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
     gpu.assert_silent();
-    // Within a recording, each barrier starts from the last.
+    // Within a recording, each barrier starts from the last use.
     gpu.submit("there and back", |cmd| {
         cmd.transition(&image, Use::ComputeReadWrite);
         cmd.transition(&image, Use::CopySource);
@@ -96,9 +96,9 @@ fn images_remember_what_was_submitted_not_what_was_recorded() {
     assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
 }
 
-/// Otherwise reading the marks would wait for ever.
+/// Otherwise reading the marks would wait forever.
 #[test]
-fn timestamps_remember_what_was_submitted() {
+fn timestamps_follow_submission() {
     let Some(gpu) = test_gpu() else { return };
     let timestamps = Timestamps::new(&gpu, 4).unwrap();
     let mark = |names: &[&str], misuse: bool| {
@@ -118,7 +118,7 @@ fn timestamps_remember_what_was_submitted() {
     assert!(error.contains("not reset"), "{error}");
 }
 
-/// Without the lock of labels where command buffers are made, the validation layer of Debian 12 crashed in 5 of 40 runs.
+/// Without the label lock at the creation of command buffers, the validation layer of Debian 12 crashed in 5 of 40 runs.
 #[test]
 fn threads_upload_side_by_side() {
     let Some(gpu) = test_gpu() else { return };

@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use crate::report::{SECTIONS, SectionEntry};
 use leadr_tools::command::device::DeviceArgs;
 
-/// Shown below the help.
+/// Text below the help.
 pub const EXAMPLES: &str = "Examples:
   leadr-lab report                                  everything, into out/report; takes half an hour without a GPU
   leadr-lab report --quick -o out/quick             everything, small, in minutes

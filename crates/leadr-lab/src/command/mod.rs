@@ -1,4 +1,4 @@
-//! The `leadr-lab` command.
+//! The `leadr-lab` command line.
 
 pub mod args;
 
@@ -14,14 +14,14 @@ use leadr_tools::program;
 use self::args::ReportArgs;
 use crate::report::{ReportConfig, report};
 
-/// Repeats the papers' experiments and measures what the renderer claims.
+/// Repeats the papers' experiments and measures the accuracy of the renderer.
 #[derive(Debug, Parser)]
 #[command(name = "leadr-lab", version, propagate_version = true, arg_required_else_help = true)]
 struct Cli {
-    /// What to do.
+    /// The subcommand.
     #[command(subcommand)]
     command: Command,
-    /// How to report it.
+    /// Output options.
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -33,16 +33,16 @@ enum Command {
     Report(ReportArgs),
 }
 
-/// Parses the command line (program name first), does the work and returns the exit code, as `leadr` does.
+/// Parses the command line (program name first), runs it and returns the exit code, like `leadr`.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    program::announce(env!("LEADR_COMMIT"));
+    program::set_commit(env!("LEADR_COMMIT"));
     let work = |cli: Cli, _: &ArgMatches, output: &Output| match cli.command {
         Command::Report(arguments) => run_report(&arguments, output),
     };
     leadr_tools::command::run::run(with_negative_numbers(Cli::command()), arguments, |cli: &Cli| cli.output, work)
 }
 
-/// Makes the report, writes it and prints its findings.
+/// Builds the report, writes it and prints its findings.
 fn run_report(arguments: &ReportArgs, output: &Output) -> Result<(), AppError> {
     let config = ReportConfig {
         quick: arguments.quick,

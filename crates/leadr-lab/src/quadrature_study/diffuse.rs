@@ -1,4 +1,4 @@
-//! Diffuse facets under order-2 harmonics: the moments of the visible normals.
+//! Diffuse facets under order-2 harmonics: moments of the visible normals.
 
 use super::Row;
 use super::surfaces::{Surface, surfaces};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// Panels of the converged integrals per axis: 96² slopes.
 const PANELS: usize = 12;
 
-/// Surfaces with their converged moments, and environments.
+/// Surfaces, their converged moments, and environments.
 pub struct DiffuseSet {
     surfaces: Vec<Surface>,
     truth: Vec<NormalMoments>,
@@ -93,7 +93,7 @@ impl DiffuseSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// The mean normal alone, the paper's grids and the rules of [`visible_diffuse`](leadr_reflectance::visible::diffuse).
+    /// The mean normal alone, the paper's grids, and the rules of [`visible_diffuse`](leadr_reflectance::visible::diffuse).
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s| grid_moments(s, n));
         let terms = |n: u32| self.row(&format!("visible {n} terms"), n, |s| visible_diffuse_moments(s.wo, s.m, s.s, n));
@@ -101,7 +101,7 @@ impl DiffuseSet {
     }
 }
 
-/// The paper's grid as the renderer uses it.
+/// The paper's grid as implemented in the renderer.
 pub fn grid_moments(surface: &Surface, n: u32) -> NormalMoments {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

@@ -1,7 +1,7 @@
-//! Where the constants of [`visible_diffuse`](leadr_reflectance::visible::diffuse) come from: nonlinear least squares of the radiance
-//! of random surfaces under random environments ([`least_squares`]).
+//! Fits the constants of [`visible_diffuse`](leadr_reflectance::visible::diffuse): nonlinear least squares of the radiance of random
+//! surfaces under random environments ([`least_squares`]).
 //!
-//! `cargo run --release --example 11_fit_diffuse_terms` runs it.
+//! Run it with `cargo run --release --example 11_fit_diffuse_terms`.
 
 use super::diffuse::{Environment, converged_moments};
 use super::surfaces::{Surface, surfaces, wild_surfaces};
@@ -11,12 +11,12 @@ use leadr_reflectance::random::Random;
 use leadr_reflectance::visible::diffuse::{Term, moments_by_terms};
 use rayon::prelude::*;
 
-/// Environments that each surface is seen in.
+/// Environments per surface.
 const ENVIRONMENTS: usize = 16;
 /// Panels of the converged integrals per axis.
 const PANELS: usize = 12;
 
-/// Surfaces, their converged moments, and environments to see them in.
+/// Surfaces, their converged moments, and environments.
 pub struct Training {
     surfaces: Vec<Surface>,
     truth: Vec<NormalMoments>,
@@ -24,7 +24,7 @@ pub struct Training {
 }
 
 impl Training {
-    /// `tame` surfaces like those of the tables, of another seed, and `wild` ones beyond them.
+    /// `tame` surfaces like those of the tables with another seed, and `wild` ones outside their ranges.
     pub fn new(tame: usize, wild: usize, seed: u64) -> Self {
         let mut all = surfaces(tame, seed);
         all.extend(wild_surfaces(wild, seed + 1));
@@ -41,21 +41,21 @@ impl Training {
             .zip(&self.truth)
             .flat_map_iter(|(surface, truth)| {
                 let v = moments_by_terms(surface.wo, surface.m, surface.s, terms);
-                // Smoother surfaces are more frequent in pictures, so their errors weigh more.
+                // Smoother surfaces are more frequent in pictures, so their errors have a larger weight.
                 let weight = 1.0 / (0.1 + surface.roughness()).sqrt();
                 self.environments.iter().map(move |e| weight * (e.radiance(&v) - e.radiance(truth)))
             })
             .collect()
     }
 
-    /// Root mean square of the weighted errors of the radiance.
+    /// RMS of the weighted radiance errors.
     pub fn error(&self, terms: &[Term]) -> f64 {
         let r = self.residuals(terms);
         (r.iter().map(|e| e * e).sum::<f64>() / r.len() as f64).sqrt()
     }
 }
 
-/// Terms on a geometric ladder of exponents that are exact for a smooth surface: a start for a fit.
+/// Terms with geometrically spaced exponents that are exact for a smooth surface, as a start for a fit.
 pub fn plain_terms(n: usize) -> Vec<Term> {
     // ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the two inverses of |N|, x = |N|².
     let ladder = (0..n).map(|i| 0.2 * 6f64.powi(i as i32));
@@ -63,7 +63,7 @@ pub fn plain_terms(n: usize) -> Vec<Term> {
     ladder.map(|t| Term { exponent: [t, 0.0], first: [t.sqrt() / whole, 0.0], second: [t / 0.2, 0.0] }).collect()
 }
 
-/// The last weight of `1/|N|` such that the sum is 1 at `|N|² = 1` without spread: smooth surfaces are exact.
+/// Sets the last weight of `1/|N|` to make the sum 1 at `|N|² = 1` without spread: exact for smooth surfaces.
 fn exact_when_smooth(mut terms: Vec<Term>) -> Vec<Term> {
     if let Some((last, others)) = terms.split_last_mut() {
         let rest: f64 = others.iter().map(|t| t.first[0] * (-t.exponent[0]).exp()).sum();
@@ -72,7 +72,7 @@ fn exact_when_smooth(mut terms: Vec<Term>) -> Vec<Term> {
     terms
 }
 
-/// The free parameters: all but the last weight of `1/|N|` (above) and the first of `1/|N|²` (its unit is free).
+/// The free parameters: all but the last weight of `1/|N|` (above) and the first of `1/|N|²` (its unit is arbitrary).
 fn unknowns(terms: &[Term]) -> Vec<f64> {
     let last = terms.len() - 1;
     let mut p = Vec::new();
@@ -102,7 +102,7 @@ fn terms_of(p: &[f64], n: usize) -> Vec<Term> {
     exact_when_smooth(terms)
 }
 
-/// Terms of least squared error over `training`, from `start`, in at most `steps` steps of Levenberg and Marquardt.
+/// Least-squares terms over `training`, from `start`, in at most `steps` Levenberg–Marquardt steps.
 pub fn fit_terms(training: &Training, start: &[Term], steps: u32) -> Vec<Term> {
     let n = start.len();
     terms_of(&least_squares(unknowns(start), steps, |p| training.residuals(&terms_of(p, n))), n)
@@ -125,12 +125,12 @@ mod tests {
     }
 
     #[test]
-    fn a_fit_from_afar_comes_near_the_constants() {
+    fn fit_from_a_plain_start_approaches_the_constants() {
         let training = Training::new(120, 80, 5);
         let start = plain_terms(2);
         let fitted = fit_terms(&training, &start, 20);
         let [before, after, ours] = [&start, &fitted, visible_diffuse_terms(2)].map(|t| training.error(t));
-        // Fitted to these few surfaces it is better on them than constants from others, but not by much.
+        // Fitted to these few surfaces, it beats the default constants on them, but not by much.
         assert!(after < 0.2 * before && after < ours && after > 0.5 * ours, "{before} {after} {ours}");
     }
 }

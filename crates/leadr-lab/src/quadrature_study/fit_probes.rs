@@ -1,12 +1,12 @@
-//! Where the rings for wide lobes of [`visible_specular`](leadr_reflectance::visible::specular) come from: a least-squares
-//! fit to what random rough surfaces reflect of lights without width and of random lobes, with and without shadows.
+//! Fits the wide-lobe rings of [`visible_specular`](leadr_reflectance::visible::specular) by least squares. Targets are random rough
+//! surfaces under point-like lights and random lobes, with and without shadows.
 //!
-//! Radius, weight and cover of each ring in wide lobes and the kernels' share are free; narrow lobes are fixed. Every surface
-//! is lit by [`POINTS`] lights without width, one at a time, from directions that it reflects: the lobe itself is the truth,
-//! and errors count in units of its root mean square. A light without width shows every pattern that a rule has. Further
-//! errors are those of six lobes of radiance, of the lit part of a white room, and of the mean Fresnel term.
+//! The radius, weight and cover of each wide-lobe ring and the kernels' fraction are free; narrow lobes are fixed. Every surface is lit by
+//! [`POINTS`] lights without width, one at a time, from directions that it reflects. The reflected lobe is the truth; errors are relative
+//! to its RMS. A light without width reveals every pattern of a rule. Other errors: six radiance lobes, the lit part of a white room, and
+//! the mean Fresnel term.
 //!
-//! `cargo run --release --example 12_fit_probes` runs it.
+//! Run it with `cargo run --release --example 12_fit_probes`.
 
 use super::specular::{Lobes, Sharpness};
 use super::surfaces::{Surface, rough_surfaces, spherical, surfaces};
@@ -25,11 +25,10 @@ use std::f64::consts::{PI, TAU};
 
 /// Lights without width per surface.
 pub const POINTS: usize = 10;
-/// Factors of the errors under one such light, without shadows and with them; under lobes, likewise; of the lit part of a
-/// white room; of the Fresnel term.
+/// Error weights: one light without width, without and with shadows; lobes, likewise; the lit part of a white room; the Fresnel term.
 const FACTORS: [f64; 6] = [0.1, 1.5, 0.4, 6.0, 4.0, 5.0];
 
-/// The density of reflected directions about `wi`, per steradian, and the share of it that is lit.
+/// Density of reflected directions about `wi`, per steradian, and its lit fraction.
 pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     let Surface { wo, m, s } = *surface;
     let h = wo + wi;
@@ -50,7 +49,7 @@ pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     [density, density * lit_fraction(Shadowing::Correlated, &area(wo), &area(wi))]
 }
 
-/// A kernel of this variance about a direction, per steradian, at an angle of this cosine from it.
+/// A kernel of this variance, per steradian, at an angle of this cosine from its axis.
 pub fn kernel(variance: f64, cosine: f64) -> f64 {
     let k = Lobes::of_variance(variance.max(1e-7));
     k / (TAU * (1.0 - (-2.0 * k).exp())) * (k * (cosine - 1.0)).exp()
@@ -58,12 +57,12 @@ pub fn kernel(variance: f64, cosine: f64) -> f64 {
 
 struct Item {
     surface: Surface,
-    /// Directions of lights without width, with what is reflected of them, without shadows and with them.
+    /// Directions of lights without width, with their reflection without and with shadows.
     points: Vec<(DVec3, [f64; 2])>,
     lobes: Lobes,
-    /// Radiance without shadows and with them, lit fraction, Schlick's weight.
+    /// Radiance without and with shadows, lit fraction, Schlick's weight.
     truth: [f64; 4],
-    /// What each error is divided by: of points without shadows and with them, then as `truth`.
+    /// Units of the errors: points without and with shadows, then as in `truth`.
     unit: [f64; 6],
 }
 
@@ -91,7 +90,7 @@ fn converged(surface: &Surface, lobes: &Lobes, finest: f64) -> [f64; 4] {
     [light.x, light.y, light.z, fresnel.x]
 }
 
-/// Directions that a surface reflects, at random.
+/// Random directions that a surface reflects.
 fn reflected(r: &mut Random, surface: &Surface) -> Vec<DVec3> {
     let Surface { wo, m, s } = *surface;
     let cholesky = slope_cholesky(s);
@@ -99,7 +98,7 @@ fn reflected(r: &mut Random, surface: &Surface) -> Vec<DVec3> {
     while out.len() < POINTS {
         let radius = (-2.0 * r.unit().max(1e-9).ln()).sqrt();
         let slope = slope_at(radius * DVec2::from_angle(r.range(0.0, TAU)), m, cholesky);
-        // Slopes are drawn as they are, and kept in proportion to what is visible of them.
+        // Slopes are drawn from the distribution and accepted in proportion to their visible area.
         if 3.0 * r.unit() < facet_area(wo, slope) {
             let wn = normal_of_slope(slope);
             out.push(2.0 * wn.dot(wo) * wn - wo);
@@ -108,7 +107,7 @@ fn reflected(r: &mut Random, surface: &Surface) -> Vec<DVec3> {
     out
 }
 
-/// Round lobes, wide for the most part, without a mean slope.
+/// Round, mostly wide lobes without a mean slope.
 fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
     (0..n)
         .map(|_| {
@@ -116,15 +115,15 @@ fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
             let large = r.log(0.3, 2.0);
             let (x, y) = (large * large, (large * r.log(0.6, 1.0)).powi(2));
             let axis = DVec2::from_angle(r.range(0.0, PI));
-            let turned = DVec3::new(axis.x * axis.x, axis.y * axis.y, axis.x * axis.y);
-            Surface { wo, m: DVec2::ZERO, s: DVec3::new(y, y, 0.0) + (x - y) * turned }
+            let rotated = DVec3::new(axis.x * axis.x, axis.y * axis.y, axis.x * axis.y);
+            Surface { wo, m: DVec2::ZERO, s: DVec3::new(y, y, 0.0) + (x - y) * rotated }
         })
         .collect()
 }
 
 impl ProbeTraining {
-    /// `n` surfaces like those of the tables, of another seed, and `rough` ones, as many again with round lobes; half of
-    /// each under smooth lobes and half under sharp ones.
+    /// `n` surfaces like those of the tables with another seed, and twice `rough` ones, half of them with round lobes. Half of each are
+    /// under smooth lobes, half under sharp ones.
     pub fn new(n: usize, rough: usize, seed: u64) -> Self {
         let mut r = Random(seed + 2);
         let mut all = surfaces(n, seed);
@@ -147,8 +146,8 @@ impl ProbeTraining {
         Self(cases.into_par_iter().enumerate().map(item).collect())
     }
 
-    /// Errors of a rule in the units of the module's head, six kinds per surface; the first two are root mean squares over
-    /// the points, with the errors of each point behind.
+    /// Errors of a rule in the module's units, six kinds per surface. The first two are RMS over the points; the errors of each point
+    /// follow.
     fn errors(&self, rule: ProbeRule<'_>) -> Vec<Vec<f64>> {
         self.0
             .par_iter()
@@ -187,8 +186,7 @@ impl ProbeTraining {
             .collect()
     }
 
-    /// Root mean square errors of a rule: under one light without width, without shadows and with them; under lobes,
-    /// likewise; of the lit fraction; of the Fresnel term.
+    /// RMS errors of a rule: one light without width, without and with shadows; lobes, likewise; the lit fraction; the Fresnel term.
     pub fn error(&self, rule: ProbeRule<'_>) -> [f64; 6] {
         let mut sums = [0.0; 6];
         for errors in self.errors(rule) {
@@ -200,7 +198,7 @@ impl ProbeTraining {
     }
 }
 
-/// The kind of the error at this place.
+/// The kind of the error at this index.
 fn kind(i: usize) -> usize {
     if i < 2 * POINTS { i / POINTS } else { i - 2 * POINTS + 2 }
 }
@@ -208,20 +206,20 @@ fn kind(i: usize) -> usize {
 /// A rule that owns its rings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedRule {
-    /// Its kernels.
+    /// The kernels.
     pub kernel: ProbeKernel,
-    /// Its rings.
+    /// The rings.
     pub rings: Vec<ProbeRing>,
 }
 
 impl FittedRule {
-    /// The rule.
+    /// Borrows it as a rule.
     pub fn rule(&self) -> ProbeRule<'_> {
         ProbeRule { kernel: self.kernel, rings: &self.rings }
     }
 
-    /// The unknowns, logarithms of ratios: of wide rings, and the kernels' share. The weight of the first ring and the radius of the
-    /// last one are the units; unit variance gives the scale.
+    /// The unknowns, as logarithms of ratios: wide rings and the kernels' fraction. The weight of the first ring and the radius of the last
+    /// one are the units; unit variance sets the scale.
     fn unknowns(&self) -> Vec<f64> {
         let unit = self.rings[0].wide.weight;
         let last = self.rings.len() - 1;
@@ -234,7 +232,7 @@ impl FittedRule {
         self.rings.iter().enumerate().flat_map(of_ring).chain([(share / (1.0 - share)).ln()]).collect()
     }
 
-    /// The rule that these unknowns stand for, with the narrow rings of this one.
+    /// The rule of these unknowns, with this rule's narrow rings.
     fn with_unknowns(&self, p: &[f64]) -> Self {
         let mut out = self.clone();
         let mut p = p.iter().map(|p| p.exp());
@@ -260,8 +258,7 @@ impl FittedRule {
     }
 }
 
-/// The rule of least squared error over `training`, from `start`, in at most `steps` steps. Large errors count less than
-/// their square.
+/// The least-squares rule over `training`, from `start`, in at most `steps` steps. Large errors are down-weighted.
 pub fn fit_probes(training: &ProbeTraining, start: &FittedRule, steps: u32) -> FittedRule {
     let residuals = |p: &[f64]| -> Vec<f64> {
         let errors = training.errors(start.with_unknowns(p).rule());
@@ -276,7 +273,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::visible::specular::probe_rule;
 
-    /// The truth under a light without width is a density.
+    /// The truth for a light without width is a density.
     #[test]
     fn reflected_directions_add_up() {
         let surface = Surface { wo: spherical(0.7, 0.3), m: DVec2::new(0.1, 0.0), s: DVec3::new(0.05, 0.02, 0.01) };

@@ -1,4 +1,4 @@
-//! Diffuse facets under one light, clamped cosine and all.
+//! Diffuse facets under one light, with the clamped cosine.
 
 use super::Row;
 use super::surfaces::{Surface, spherical, surfaces};
@@ -15,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 /// Panels of the converged integrals between their kinks.
 const PANELS: usize = 6;
 
-/// Surfaces, a light for each, and the converged cosine.
+/// Surfaces, one light each, and the converged cosine.
 pub struct LightSet {
     surfaces: Vec<Surface>,
     lights: Vec<DVec3>,
@@ -41,7 +41,7 @@ impl LightSet {
         Self { surfaces, lights, truth }
     }
 
-    /// Errors of a rule for the mean cosine, absolute: a facet that faces the light has 1.
+    /// Absolute errors of a rule for the mean cosine; a facet that faces the light has 1.
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, DVec3) -> f64 + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -53,7 +53,7 @@ impl LightSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// Harmonics with converged moments, the paper's grids, and the rules by two clamps.
+    /// Harmonics with converged moments, the paper's grids, and the rules with two clamps.
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s, wi| grid_cosine(s, wi, n));
         let terms = |n: u32| {
@@ -82,7 +82,7 @@ impl LightSet {
     }
 }
 
-/// The paper's grid as the renderer uses it.
+/// The paper's grid as implemented in the renderer.
 pub fn grid_cosine(surface: &Surface, wi: DVec3, n: u32) -> f64 {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

@@ -1,9 +1,9 @@
-//! How accurate the rules of this library are: every rule for integrals over visible slopes against converged
-//! integrals, over random surfaces, viewers and environments. The tables of `docs/measurements/quadrature.md`.
+//! Accuracy of the library's rules for integrals over visible slopes, against converged integrals over random surfaces, viewers and
+//! environments. Source of the tables in `docs/measurements/quadrature.md`.
 //!
-//! [`diffuse`]: order-2 irradiance. [`light`]: one light's clamped cosine. [`specular`]: an environment of lobes, smooth or
-//! sharp, prefiltered as a mip chain would. [`fit`], [`fit_probes`]: the constants of these rules. [`sweep`]: how far the result moves per
-//! step of a slow sweep.
+//! [`diffuse`]: order-2 irradiance. [`light`]: one light's clamped cosine. [`specular`]: an environment of smooth or sharp lobes,
+//! prefiltered like a mip chain. [`fit`], [`fit_probes`]: the constants of these rules. [`sweep`]: change of the result per step of a slow
+//! sweep.
 
 pub mod diffuse;
 pub mod fit;
@@ -15,7 +15,7 @@ pub mod sweep;
 
 use surfaces::Surface;
 
-/// Upper bounds of the classes of roughness in [`Row::classes`], by the larger slope deviation; the last is open.
+/// Upper bounds of the roughness classes of [`Row::classes`], by the larger slope deviation; the last is open.
 pub const CLASSES: [f64; 5] = [0.1, 0.3, 0.7, 1.2, 2.0];
 
 /// Errors of one rule.
@@ -25,13 +25,13 @@ pub struct Row {
     pub rule: String,
     /// Slopes, terms or lookups per pixel.
     pub evaluations: u32,
-    /// Root mean square error, in units of the environment's mean radiance or the light's irradiance.
+    /// RMS error, in units of the environment's mean radiance or the light's irradiance.
     pub rms: f64,
     /// 95th percentile of the absolute error.
     pub p95: f64,
     /// Largest error.
     pub max: f64,
-    /// Root mean square error per class of [`CLASSES`]; NaN where no surface is.
+    /// RMS error per class of [`CLASSES`]; NaN without surfaces.
     pub classes: [f64; 5],
 }
 
@@ -40,7 +40,7 @@ impl Row {
     pub const HEADER: &str =
         "rule                          n      rms      p95      max | rms by roughness <.1 <.3 <.7 <1.2 <2";
 
-    /// Statistics of the absolute errors `errors[surface]`, any number for each.
+    /// Statistics of the absolute errors `errors[surface]`, any number per surface.
     pub fn new(rule: &str, evaluations: u32, surfaces: &[Surface], errors: &[Vec<f64>]) -> Self {
         let rms = |e: &mut dyn Iterator<Item = f64>| {
             let (sum, n) = e.fold((0.0, 0u32), |(s, n), e| (s + e * e, n + 1));
@@ -62,7 +62,7 @@ impl Row {
         }
     }
 
-    /// One line of text, columns as in [`Row::HEADER`].
+    /// One line of text, with the columns of [`Row::HEADER`].
     pub fn line(&self) -> String {
         let classes: Vec<String> = self.classes.iter().map(|c| format!("{c:.1e}")).collect();
         format!(

@@ -1,4 +1,4 @@
-//! Mirror facets under an environment of lobes.
+//! Specular facets under an environment of lobes.
 
 use super::Row;
 use super::surfaces::{Surface, surfaces};
@@ -17,11 +17,11 @@ use std::f64::consts::PI;
 
 /// Texels per edge of the prefiltered environment.
 pub const SIZE: f64 = 128.0;
-/// Number of its box-filtered levels, and of those blurred for probes.
+/// Number of its box-filtered levels, and of the levels blurred for probes.
 const LEVELS: usize = 8;
 const KERNELS: usize = 6;
 
-/// How narrow the lobes of an environment are.
+/// Lobe width of an environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sharpness {
     /// Concentrations 2–20: skies and rooms.
@@ -39,18 +39,18 @@ impl Sharpness {
     }
 }
 
-/// A von Mises–Fisher lobe, and its blurred form in every mip level.
+/// A von Mises–Fisher lobe, and its blurred form at every mip level.
 #[derive(Clone, Debug)]
 struct Lobe {
     direction: DVec3,
-    /// Concentration and peak: of the lobe itself, then level by level.
+    /// Concentration and peak of the lobe itself, then per level.
     levels: [(f64, f64); LEVELS + 1],
-    /// The same for the levels that probes look up.
+    /// The same for the levels used by probes.
     kernels: [(f64, f64); KERNELS],
 }
 
-/// Lobes over a constant, mean radiance 1, with the levels of a box-filtered mip chain looked up trilinearly: level `l`
-/// of texels `h` adds a variance of `h²/4`.
+/// Lobes over a constant, mean radiance 1, with trilinear lookups in a box-filtered mip chain: level `l` with texels of size `h` adds a
+/// variance of `h²/4`.
 #[derive(Clone, Debug)]
 pub struct Lobes {
     ambient: f64,
@@ -62,7 +62,7 @@ fn mean_cosine(k: f64) -> f64 {
     1.0 / k.tanh() - 1.0 / k
 }
 
-/// Concentration of the lobe of mean cosine `a` (Banerjee's estimate, then Newton's method).
+/// Concentration of a lobe with mean cosine `a` (Banerjee's estimate, then Newton's method).
 fn concentration(a: f64) -> f64 {
     let mut k = a * (3.0 - a * a) / (1.0 - a * a);
     for _ in 0..8 {
@@ -73,7 +73,7 @@ fn concentration(a: f64) -> f64 {
 }
 
 impl Lobes {
-    /// One lobe with nothing around it.
+    /// One lobe on black.
     pub fn single(direction: DVec3, k: f64) -> Self {
         Self { ambient: 0.0, lobes: vec![Lobe::new(direction, k, 1.0)] }
     }
@@ -106,7 +106,7 @@ impl Lobes {
         self.sum(d, |l| l.levels[level])
     }
 
-    /// Lookup through a kernel of this variance, as probes make it.
+    /// Lookup through a kernel of this variance, as used by probes.
     pub fn seen(&self, d: DVec3, variance: f64) -> f64 {
         let lod = kernel_lod(variance, SIZE).min((KERNELS - 1) as f64);
         let level = (lod as usize).min(KERNELS - 2);
@@ -114,7 +114,7 @@ impl Lobes {
         (1.0 - f) * self.sum(d, |l| l.kernels[level]) + f * self.sum(d, |l| l.kernels[level + 1])
     }
 
-    /// Radiance itself.
+    /// Unfiltered radiance.
     pub fn radiance(&self, d: DVec3) -> f64 {
         self.level(d, 0)
     }
@@ -144,7 +144,7 @@ impl Lobe {
     }
 }
 
-/// Converged radiance of mirror facets; `finest`: concentration of the narrowest lobe.
+/// Converged radiance of specular facets; `finest`: concentration of the narrowest lobe.
 pub fn converged_radiance(surface: &Surface, lobes: &Lobes, finest: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let panels = visible_extents(wo, s).map(|e| (4.0 + 3.6 * finest.sqrt() * e).ceil() as usize);
@@ -155,7 +155,7 @@ pub fn converged_radiance(surface: &Surface, lobes: &Lobes, finest: f64) -> f64 
     .x
 }
 
-/// Surfaces, an environment for each, and the converged radiance.
+/// Surfaces, one environment each, and the converged radiance.
 pub struct SpecularSet {
     surfaces: Vec<Surface>,
     environments: Vec<Lobes>,
@@ -176,7 +176,7 @@ impl SpecularSet {
         Self { surfaces, environments, truth }
     }
 
-    /// Errors of a rule, relative to the radiance where that is above the mean radiance 1.
+    /// Errors of a rule, relative to the radiance where that exceeds the mean radiance 1.
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, &Lobes) -> f64 + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -188,8 +188,8 @@ impl SpecularSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// The paper's grids, with the level of detail of the supplement where it gives one and with matched solid angles, and
-    /// the rules of few probes.
+    /// The paper's grids, with the supplement's level of detail if it gives one and with matched solid angles, and the rules with few
+    /// probes.
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
@@ -213,7 +213,7 @@ impl SpecularSet {
     }
 }
 
-/// The paper's grid as the renderer uses it.
+/// The paper's grid as implemented in the renderer.
 pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let lambda = grid_lambda(n);
@@ -226,7 +226,7 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
     .x
 }
 
-/// A rule of few probes.
+/// A rule with few probes.
 pub fn probe_radiance(surface: &Surface, lobes: &Lobes, rule: ProbeRule<'_>) -> f64 {
     let Surface { wo, m, s } = *surface;
     let radiance = |p: &VisibleProbe| DVec3::splat(lobes.seen(p.wi, p.variance));

@@ -5,7 +5,7 @@ use leadr_reflectance::facets::projected_area::{meso_area, slope_spread};
 use leadr_reflectance::random::Random;
 use std::f64::consts::TAU;
 
-/// A viewer and Gaussian slopes, tangent frame.
+/// A viewer and Gaussian slopes, in the tangent frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Viewer, unit.
@@ -17,7 +17,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The larger of the two slope deviations.
+    /// The larger of the two slope standard deviations.
     pub fn roughness(&self) -> f64 {
         self.s.x.max(self.s.y).sqrt()
     }
@@ -28,8 +28,8 @@ pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Viewers up to 85°, deviations of uniform logarithm in .01–2, correlations in ±.9, mean slopes in the unit disc, the
-/// mesosurface facing the viewer with a projected area above .01.
+/// Viewers up to 85°, log-uniform deviations in .01–2, correlations in ±.9, mean slopes in the unit disc. The mesosurface faces the viewer
+/// with a projected area above .01.
 pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -44,9 +44,9 @@ pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
-/// Wide lobes: viewers as the pixels of a sphere show them, to 83°; the larger deviation of uniform logarithm in .4–2, the smaller .15–1
-/// times as large; two in five surfaces isotropic, of the others every second aligned with the axes and the rest correlated to ±.7;
-/// half of the mean slopes 0, the others to .7 per axis.
+/// Wide lobes. Viewers are distributed like the pixels of a sphere, to 83°. The larger deviation is log-uniform in .4–2, the smaller .15–1
+/// times as large. Two in five surfaces are isotropic; of the others half are axis-aligned and half correlated to ±.7. Half of the mean
+/// slopes are 0, the others up to .7 per axis.
 pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -64,8 +64,8 @@ pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
-/// Viewers to 88°, deviations of uniform logarithm in .01–2.5, correlations in ±.95, mean slopes of any direction to 4, the
-/// mesosurface turned away by at most one deviation.
+/// Viewers to 88°, log-uniform deviations in .01–2.5, correlations in ±.95, mean slopes of any direction to 4. The mesosurface is turned
+/// away by at most one deviation.
 pub fn wild_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);

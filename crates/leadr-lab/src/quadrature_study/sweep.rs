@@ -1,4 +1,4 @@
-//! Slow sweeps of a viewer, a roughness, an azimuth: how far the result moves from step to step.
+//! Slow sweeps of viewer, roughness and azimuth: change of the result from step to step.
 
 use super::diffuse::{Environment, grid_moments};
 use super::light::grid_cosine;
@@ -12,12 +12,12 @@ use leadr_reflectance::visible::specular::probe_rule;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// What a sweep changes.
+/// The quantity that a sweep changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     /// The viewer's polar angle, −80° to 80° through the displacement direction, in steps of 0.1°.
     Elevation,
-    /// The viewer's azimuth once around, at 1° from the displacement direction, in steps of 0.25°.
+    /// The viewer's azimuth over a full turn, at 1° from the displacement direction, in steps of 0.25°.
     Azimuth,
     /// The ratio of the deviations from 1/2 to 2 through isotropy, correlation ±.02, in 1600 steps.
     Anisotropy,
@@ -39,7 +39,7 @@ impl Path {
         }
     }
 
-    /// The surfaces along the path that starts from `base`.
+    /// The surfaces along the path from `base`.
     #[must_use]
     pub fn surfaces(self, base: &Surface) -> Vec<Surface> {
         let sigma = base.roughness().clamp(0.05, 1.0);
@@ -76,11 +76,11 @@ impl Path {
 pub struct Steps {
     /// Largest change from one step to the next.
     pub step: f64,
-    /// Largest change of that change: what an eye sees as a pop.
+    /// Largest change of that change, visible as popping.
     pub bend: f64,
 }
 
-/// The steps of `value` along `path`, from each of `n` surfaces; `value` gets the number of the surface too.
+/// The steps of `value` along `path`, from each of `n` surfaces; `value` also gets the surface index.
 pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) -> f64 + Sync) -> Steps {
     let one = |(i, base): (usize, &Surface)| {
         let values: Vec<f64> = path.surfaces(base).iter().map(|s| value(i, s)).collect();
@@ -96,7 +96,7 @@ pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) ->
 /// The steps of one rule along one path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepRow {
-    /// What is integrated.
+    /// The integral.
     pub integral: &'static str,
     /// Path.
     pub path: Path,
@@ -106,7 +106,7 @@ pub struct SweepRow {
     pub steps: Steps,
 }
 
-/// The paper's 5×5 grid and the visible-slope rules along every path, from `n` surfaces each.
+/// The paper's 5×5 grid and the visible-slope rules along every path, for `n` surfaces each.
 pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
     const SEED: u64 = 5;
     let mut r = Random(SEED);

@@ -1,28 +1,28 @@
-//! Rays against a [`Tile`]: first hits from above, and whether a ray that starts on the surface escapes.
+//! Rays against a [`Tile`]: first hits from above, and whether a ray from the surface escapes.
 //!
-//! Between the crossings with the lines of the lattice (and its diagonals) both the ray and the surface under it are
-//! straight, so a ray is below the surface somewhere on such a stretch exactly when it is below at one of the ends: no
-//! tolerance in length, no gap between triangles, and no offset at the start. [`BELOW`] only absorbs rounding.
+//! Between crossings of the lattice lines (and diagonals), the ray and the surface under it are straight. A ray is therefore below the
+//! surface on a segment exactly when it is below at one of its ends. There is no length tolerance, no gap between triangles, and no start
+//! offset. [`BELOW`] only absorbs rounding.
 
 use glam::{DVec2, DVec3};
 
 use super::tile::Tile;
 
-/// Depth under the surface that counts as rounding, in cells: heights are tens of cells at most, in 53 bits.
+/// Depth below the surface that counts as rounding, in cells; heights are at most tens of cells, in 53 bits.
 const BELOW: f64 = -1e-10;
 
-/// A place on the surface.
+/// A point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct SurfacePoint {
     pub cell: [i32; 2],
-    /// Which triangle of the cell: above the diagonal.
+    /// Whether it is on the triangle above the cell's diagonal.
     pub upper: bool,
-    /// On the lattice, with the height.
+    /// Position on the lattice, with the height.
     pub position: DVec3,
 }
 
-impl Place {
-    /// The place over the corner of a cell plus `offset` (0 to 1) in it.
+impl SurfacePoint {
+    /// The point above the corner of a cell plus `offset` (0 to 1).
     pub fn over(tile: &Tile, cell: [i32; 2], offset: DVec2) -> Self {
         let upper = offset.y > offset.x;
         let [h00, h10, h01, h11] = tile.corners(cell[0], cell[1]);
@@ -35,15 +35,15 @@ fn surface([h00, h10, h01, h11]: [f64; 4], at: DVec2, upper: bool) -> f64 {
     if upper { h00 + (h11 - h01) * at.x + (h01 - h00) * at.y } else { h00 + (h10 - h00) * at.x + (h11 - h10) * at.y }
 }
 
-/// The place where a ray that comes from `direction` (upward, any length) and aims at `over` on the plane `z = 0` first
-/// meets the surface. `None` for directions that are not upward.
-pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<Place> {
+/// First intersection with the surface of a ray from `direction` (upward, any length) aimed at `over` on the plane `z = 0`. `None` for
+/// directions that are not upward.
+pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<SurfacePoint> {
     if direction.z <= 0.0 {
         return None;
     }
     if direction.truncate().length() <= 1e-9 * direction.z {
         let cell = over.floor().as_ivec2();
-        return Some(Place::over(tile, cell.to_array(), over - cell.as_dvec2()));
+        return Some(SurfacePoint::over(tile, cell.to_array(), over - cell.as_dvec2()));
     }
     let start = (tile.highest(tile.top(), 0, 0) + 1.0) / direction.z;
     let origin = over.extend(0.0) + direction * start;
@@ -51,21 +51,20 @@ pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<Pl
     walk(tile, origin, -direction, cell, tile.top())
 }
 
-/// Whether a ray from a place on the surface escapes in `direction`, which must leave the surface there.
-pub(super) fn escapes(tile: &Tile, from: &Place, direction: DVec3) -> bool {
+/// Whether a ray from a surface point escapes in `direction`, which must leave the surface there.
+pub(super) fn escapes(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> bool {
     if direction.z <= 0.0 {
         return false;
     }
     direction.truncate().length() <= 1e-9 * direction.z || walk(tile, from.position, direction, from.cell, 0).is_none()
 }
 
-/// Follows a ray that is not vertical from a point above or on the surface to where it dips below; `None` once it is
-/// above all of it.
-fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32) -> Option<Place> {
+/// Follows a non-vertical ray from a point above or on the surface until it dips below; `None` once it is above the whole surface.
+fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32) -> Option<SurfacePoint> {
     let top = tile.top();
     let ceiling = tile.highest(top, 0, 0);
     let inverse = DVec2::new(direction.x.recip(), direction.y.recip());
-    // Per axis: whether cells are left through their far side.
+    // Per axis: whether the ray leaves cells through their far side.
     let forward = [direction.x > 0.0, direction.y > 0.0];
     let [mut x, mut y] = cell;
     let (mut level, mut t) = (level, 0.0f64);
@@ -81,8 +80,8 @@ fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32
                 level -= 1;
                 continue;
             }
-            if let Some(place) = meet(tile, origin, direction, [x, y], t, exit) {
-                return Some(place);
+            if let Some(point) = meet(tile, origin, direction, [x, y], t, exit) {
+                return Some(point);
             }
         }
         t = exit;
@@ -97,24 +96,24 @@ fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32
             y = if forward[1] { (ny + 1) << level } else { (ny << level) - 1 };
             x = within(origin.x + direction.x * t, nx);
         }
-        // A new square of the next level: try to skip it whole.
+        // A new square of the next level: try to skip it.
         if level < top && ((x >> (level + 1)) != (nx >> 1) || (y >> (level + 1)) != (ny >> 1)) {
             level += 1;
         }
     }
 }
 
-/// Where a ray that is in a cell from `t0` to `t1`, above the surface at first, dips below it.
+/// The point where a ray in a cell from `t0` to `t1`, initially above the surface, dips below it.
 #[inline]
-fn meet(tile: &Tile, origin: DVec3, direction: DVec3, [x, y]: [i32; 2], t0: f64, t1: f64) -> Option<Place> {
+fn meet(tile: &Tile, origin: DVec3, direction: DVec3, [x, y]: [i32; 2], t0: f64, t1: f64) -> Option<SurfacePoint> {
     let corners = tile.corners(x, y);
     let corner = DVec2::new(f64::from(x), f64::from(y));
     let offset = |t: f64| (origin.truncate() - corner + direction.truncate() * t).clamp(DVec2::ZERO, DVec2::ONE);
     let above = |t: f64, at: DVec2, upper: bool| origin.z + direction.z * t - surface(corners, at, upper);
-    let place = |a: (f64, f64), b: (f64, f64), upper: bool| {
+    let point = |a: (f64, f64), b: (f64, f64), upper: bool| {
         let share = (a.1 / (a.1 - b.1)).clamp(0.0, 1.0);
         let at = corner + offset(a.0 + (b.0 - a.0) * share);
-        Place { cell: [x, y], upper, position: at.extend(surface(corners, at - corner, upper)) }
+        SurfacePoint { cell: [x, y], upper, position: at.extend(surface(corners, at - corner, upper)) }
     };
     let (enter, leave) = (offset(t0), offset(t1));
     let (side0, side1) = (enter.y - enter.x, leave.y - leave.x);
@@ -124,13 +123,13 @@ fn meet(tile: &Tile, origin: DVec3, direction: DVec3, [x, y]: [i32; 2], t0: f64,
         let t = t0 + (t1 - t0) * side0 / (side0 - side1);
         let to = (t, above(t, offset(t), upper));
         if to.1 < BELOW {
-            return Some(place(from, to, upper));
+            return Some(point(from, to, upper));
         }
         from = to;
         upper = side1 > 0.0;
     }
     let to = (t1, above(t1, leave, upper));
-    (to.1 < BELOW).then(|| place(from, to, upper))
+    (to.1 < BELOW).then(|| point(from, to, upper))
 }
 
 #[cfg(test)]
@@ -143,8 +142,8 @@ mod tests {
         DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
     }
 
-    /// The same question by brute force: every cell on the way, in steps too small to miss one.
-    fn escapes_by_steps(tile: &Tile, from: &Place, direction: DVec3) -> bool {
+    /// The same test by brute force: every cell along the ray, in steps too small to miss one.
+    fn escapes_by_steps(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> bool {
         let top = tile.highest(tile.top(), 0, 0);
         let step = 0.01;
         let mut t = 1e-3;
@@ -154,7 +153,7 @@ mod tests {
                 return true;
             }
             let cell = p.truncate().floor();
-            let ground = Place::over(tile, cell.as_ivec2().to_array(), p.truncate() - cell).position.z;
+            let ground = SurfacePoint::over(tile, cell.as_ivec2().to_array(), p.truncate() - cell).position.z;
             if p.z < ground - 1e-9 {
                 return false;
             }
@@ -170,7 +169,7 @@ mod tests {
             let mut random = Random::stream(2, i);
             let mut u = || random.unit();
             let cell = [(u() * 64.0) as i32, (u() * 64.0) as i32];
-            let from = Place::over(&tile, cell, DVec2::new(u(), u()));
+            let from = SurfacePoint::over(&tile, cell, DVec2::new(u(), u()));
             let w = direction(0.2 + 1.3 * u(), 7.0 * u());
             let slope = tile.slopes(cell[0], cell[1])[usize::from(from.upper)];
             if w.z - w.x * slope.x - w.y * slope.y <= 0.0 {
@@ -178,7 +177,7 @@ mod tests {
             }
             let free = escapes(&tile, &from, w);
             blocked += usize::from(!free);
-            // The steps miss corners that a ray grazes for less than a step.
+            // The steps miss corners that a ray grazes for less than one step.
             disagree += usize::from(free != escapes_by_steps(&tile, &from, w));
         }
         println!("{blocked} blocked, {disagree} decided otherwise by steps");
@@ -186,17 +185,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_seen_sees_back() {
+    fn visibility_is_symmetric() {
         let tile = Tile::new(Spectrum::Ring, 128, 6.0, 4);
         for i in 0..4000 {
             let mut random = Random::stream(3, i);
             let mut u = || random.unit();
             let w = direction(1.5 * u(), 7.0 * u());
-            let place = first_hit(&tile, DVec2::new(128.0 * u(), 128.0 * u()), w).unwrap();
-            let slope = tile.slopes(place.cell[0], place.cell[1])[usize::from(place.upper)];
+            let point = first_hit(&tile, DVec2::new(128.0 * u(), 128.0 * u()), w).unwrap();
+            let slope = tile.slopes(point.cell[0], point.cell[1])[usize::from(point.upper)];
             assert!(w.z - w.x * slope.x - w.y * slope.y > -1e-9, "a facet seen from behind");
-            assert!(escapes(&tile, &place, w), "ray {i}");
-            let offset = place.position.truncate() - DVec2::new(f64::from(place.cell[0]), f64::from(place.cell[1]));
+            assert!(escapes(&tile, &point, w), "ray {i}");
+            let offset = point.position.truncate() - DVec2::new(f64::from(point.cell[0]), f64::from(point.cell[1]));
             assert!(offset.min_element() >= 0.0 && offset.max_element() <= 1.0);
         }
     }
@@ -206,10 +205,10 @@ mod tests {
         let tile = Tile::new(Spectrum::Gaussian, 64, 4.0, 1);
         for w in [DVec3::Z, DVec3::new(0.8, 0.0, 0.6), DVec3::new(0.0, -0.8, 0.6), DVec3::new(0.6, 0.6, 0.5)] {
             for over in [DVec2::ZERO, DVec2::new(3.0, 2.5), DVec2::new(7.25, 7.25), DVec2::new(-3.0, 100.0)] {
-                let place = first_hit(&tile, over, w).unwrap();
-                assert!(escapes(&tile, &place, w), "{w} {over}");
-                let along = (place.position - over.extend(0.0)).cross(w).length();
-                assert!(along < 1e-9 * (1.0 + place.position.length()), "{w} {over}: {along} beside the ray");
+                let point = first_hit(&tile, over, w).unwrap();
+                assert!(escapes(&tile, &point, w), "{w} {over}");
+                let along = (point.position - over.extend(0.0)).cross(w).length();
+                assert!(along < 1e-9 * (1.0 + point.position.length()), "{w} {over}: {along} beside the ray");
             }
         }
         assert!(first_hit(&tile, DVec2::ZERO, DVec3::new(1.0, 0.0, 0.0)).is_none());

@@ -1,13 +1,13 @@
-//! A [`Tile`] stretched, sheared and tilted to slopes of any mean and covariance, and what a viewer sees of it.
+//! A [`Tile`] stretched, sheared and tilted to slopes of any mean and covariance, and its view by an observer.
 //!
-//! An affine map of the plane and a plane added to the heights turn triangles into triangles and rays into rays, so one
-//! tile serves every surface, and the moments of its slopes are met exactly, not in expectation.
+//! An affine map of the plane plus a plane added to the heights preserves triangles and rays. One tile therefore serves every surface, and
+//! its slope moments are exact rather than expected values.
 
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
-use super::cast::{Place, escapes, first_hit};
+use super::cast::{SurfacePoint, escapes, first_hit};
 use super::tile::Tile;
 use leadr_reflectance::facets::beckmann::beckmann_p22;
 use leadr_reflectance::facets::projected_area::meso_area;
@@ -15,7 +15,7 @@ use leadr_reflectance::frame::{frame_about, from_frame};
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::normal_of_slope;
 
-/// An endless displaced patch: the facets of a [`Tile`] with slopes of exactly this mean and covariance.
+/// An infinite displaced patch: the facets of a [`Tile`] with exactly this slope mean and covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch<'a> {
     tile: &'a Tile,
@@ -25,30 +25,30 @@ pub struct Patch<'a> {
     factor: DMat2,
 }
 
-/// A facet that a ray met.
+/// A facet hit by a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facet {
     /// Its slope.
     pub slope: DVec2,
     /// Its unit normal.
     pub normal: DVec3,
-    place: Place,
+    point: SurfacePoint,
 }
 
 impl Facet {
-    /// Where the ray met it, over the lattice of the tile, which repeats after its size.
+    /// Hit position over the lattice of the tile, which repeats with its size.
     pub fn over(&self) -> DVec2 {
-        self.place.position.truncate()
+        self.point.position.truncate()
     }
 }
 
 /// Means of `K` values over rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate<const K: usize> {
-    /// Over all rays.
+    /// Mean over all rays.
     pub mean: [f64; K],
-    /// Over two halves of the rays that share none: their difference estimates the noise of the rays (not how far this one
-    /// tile differs from others; for that, use tiles of other seeds).
+    /// Means over two disjoint halves of the rays. Their difference estimates ray noise, but not the variation between tiles; use several
+    /// seeds for that.
     pub halves: [[f64; K]; 2],
 }
 
@@ -63,16 +63,16 @@ impl<const K: usize> Estimate<K> {
     }
 }
 
-/// How often facets of one slope are seen and lit.
+/// Visibility and lighting of facets with one slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenAndLit {
-    /// Fraction that the viewer sees.
+    /// Fraction visible to the viewer.
     pub seen: f64,
-    /// Fraction that the light reaches.
+    /// Fraction reached by the light.
     pub lit: f64,
-    /// Fraction that is both.
+    /// Fraction both visible and lit.
     pub both: f64,
-    /// Triangles the slope was found on.
+    /// Triangles with the slope.
     pub facets: usize,
 }
 
@@ -89,32 +89,32 @@ impl<'a> Patch<'a> {
         Self { tile, mean: m, covariance: s, factor: cholesky(s) * cholesky(tile.covariance()).inverse() }
     }
 
-    /// A direction in the frame of the lattice. Its height is the projected area of the mesosurface.
+    /// A direction in the lattice frame. Its height is the projected area of the mesosurface.
     fn lattice(&self, w: DVec3) -> DVec3 {
         (self.factor.transpose() * w.xy()).extend(meso_area(w, self.mean))
     }
 
-    fn facet(&self, place: Place) -> Facet {
-        let [x, y] = place.cell;
-        let slope = self.mean + self.factor * self.tile.slopes(x, y)[usize::from(place.upper)];
-        Facet { slope, normal: normal_of_slope(slope), place }
+    fn facet(&self, point: SurfacePoint) -> Facet {
+        let [x, y] = point.cell;
+        let slope = self.mean + self.factor * self.tile.slopes(x, y)[usize::from(point.upper)];
+        Facet { slope, normal: normal_of_slope(slope), point }
     }
 
-    /// `A(w)`: area of all facets that face `w`, projected along it, per unit of macrosurface. Exact for these triangles;
-    /// for Gaussian slopes it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
+    /// `A(w)`: area of all facets facing `w`, projected along it, per unit of macrosurface. Exact for these triangles; for Gaussian slopes
+    /// it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
     pub fn facing_area(&self, w: DVec3) -> f64 {
         self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s).max(0.0))
     }
 
-    /// Whether the light from `wi` reaches a facet: it faces it, and nothing is in between.
+    /// Whether light from `wi` reaches a facet: the facet faces it and is not blocked.
     pub fn is_lit(&self, facet: &Facet, wi: DVec3) -> bool {
-        meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.place, self.lattice(wi))
+        meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.point, self.lattice(wi))
     }
 
-    /// Means of `f` over what a viewer in direction `wo` sees, by `n`² rays spread evenly over one repeat (jittered, the
-    /// same for the same `seed`): the pixel's mean when `f` is a facet's radiance. `f` may draw numbers of its own.
+    /// Means of `f` over the visible surface from direction `wo`, with `n`² rays spread evenly over one repeat (jittered by `seed`). The
+    /// result is a pixel's mean if `f` is a facet's radiance. `f` may draw random numbers.
     ///
-    /// `None` where the mesosurface turns away from the viewer, so that an endless surface shows nothing.
+    /// `None` where the mesosurface turns away from the viewer, so that nothing of an infinite surface is visible.
     pub fn mean_over_visible<const K: usize>(
         &self,
         wo: DVec3,
@@ -136,8 +136,8 @@ impl<'a> Patch<'a> {
                     let mut random = Random::stream(seed, u64::from(y) << 32 | u64::from(x));
                     let jitter = DVec2::new(random.unit(), random.unit());
                     let over = (DVec2::new(f64::from(x), f64::from(y)) + jitter) * cell;
-                    let place = first_hit(self.tile, over, direction).expect("an upward direction");
-                    let values = f(&self.facet(place), &mut random);
+                    let point = first_hit(self.tile, over, direction).expect("an upward direction");
+                    let values = f(&self.facet(point), &mut random);
                     for (sum, value) in sum.iter_mut().zip(values) {
                         *sum += value;
                     }
@@ -145,7 +145,7 @@ impl<'a> Patch<'a> {
                 sum
             })
             .collect();
-        // In the order of the rows, so that threads change no bit.
+        // In row order, so that results do not depend on threads.
         let half = |first: usize| {
             let rows = rows.iter().skip(first).step_by(2);
             let count = f64::from(n) * rows.len() as f64;
@@ -155,7 +155,7 @@ impl<'a> Patch<'a> {
         Some(Estimate::new([half(0), half(1)]))
     }
 
-    /// Mean and covariance of the slopes that a viewer sees: `x, y, xx, yy, xy`.
+    /// Mean and covariance of the visible slopes: `x, y, xx, yy, xy`.
     pub fn visible_slopes(&self, wo: DVec3, n: u32, seed: u64) -> Option<(DVec2, DVec3)> {
         let e = self.mean_over_visible(wo, n, seed, |f, _| {
             let s = f.slope - self.mean;
@@ -165,8 +165,8 @@ impl<'a> Patch<'a> {
         Some((self.mean + DVec2::new(x, y), DVec3::new(xx - x * x, yy - y * y, xy - x * y)))
     }
 
-    /// Fraction of the area that faces `w`, projected along it, that something else hides. An endless surface hides
-    /// `1 − a(w) / A(w)`; here it is found the other way round, by rays that start on `n`² facets.
+    /// Hidden fraction of the area that faces `w`, projected along it. An infinite surface hides `1 − a(w) / A(w)`; here rays that start on
+    /// `n`² facets measure it.
     pub fn masked_fraction(&self, w: DVec3, n: u32, seed: u64) -> f64 {
         let direction = self.lattice(w);
         let n = n.max(1);
@@ -180,11 +180,11 @@ impl<'a> Patch<'a> {
                     let jitter = DVec2::new(random.unit(), random.unit());
                     let over = (DVec2::new(f64::from(x), f64::from(y)) + jitter) * cell;
                     let corner = over.floor();
-                    let place = Place::over(self.tile, corner.as_ivec2().to_array(), over - corner);
-                    let area = meso_area(w, self.facet(place).slope);
+                    let point = SurfacePoint::over(self.tile, corner.as_ivec2().to_array(), over - corner);
+                    let area = meso_area(w, self.facet(point).slope);
                     if area > 0.0 {
                         sums[0] += area;
-                        sums[1] += area * f64::from(!escapes(self.tile, &place, direction));
+                        sums[1] += area * f64::from(!escapes(self.tile, &point, direction));
                     }
                 }
                 sums
@@ -194,8 +194,8 @@ impl<'a> Patch<'a> {
         hidden / all.max(f64::MIN_POSITIVE)
     }
 
-    /// Radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it: with masking
-    /// alone (every facet that faces the light is lit), and with shadows.
+    /// Radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it: with masking only (all facets
+    /// facing the light are lit), and with shadows.
     pub fn diffuse_light(&self, wo: DVec3, wi: DVec3, n: u32, seed: u64) -> Option<Estimate<2>> {
         self.mean_over_visible(wo, n, seed, |facet, _| {
             let radiance = facet.normal.dot(wi).max(0.0) * FRAC_1_PI;
@@ -203,8 +203,8 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Radiance of white diffuse facets under an environment, by `directions` rays to it from every facet: with masking
-    /// alone, and with shadows (what is blocked is black: light is not reflected twice).
+    /// Radiance of white diffuse facets under an environment, with `directions` rays from every facet: with masking only, and with shadows
+    /// (blocked light is black; light is not reflected twice).
     pub fn diffuse_environment(
         &self,
         wo: DVec3,
@@ -227,7 +227,7 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Radiance of perfect mirrors (`F = 1`) under an environment: with masking alone, and with shadows.
+    /// Radiance of perfect mirrors (`F = 1`) under an environment: with masking only, and with shadows.
     pub fn specular_environment(
         &self,
         wo: DVec3,
@@ -242,8 +242,9 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// How often facets of about this slope (within `radius` standard deviations) are seen from `wo` and lit from `wi`,
-    /// by up to `rays` starts on them. `None` where no triangle has such a slope.
+    /// Visibility from `wo` and lighting from `wi` of facets near this slope (within `radius` standard deviations), from up to `rays`
+    /// starts on them.
+    /// `None` if no triangle has such a slope.
     pub fn visibility_of_slope(
         &self,
         slope: DVec2,
@@ -254,7 +255,7 @@ impl<'a> Patch<'a> {
         seed: u64,
     ) -> Option<SeenAndLit> {
         let size = self.tile.size() as i32;
-        // On the lattice the slopes are whitened up to the tile's own, nearly unit, covariance.
+        // On the lattice, slopes are whitened up to the tile's own, nearly unit, covariance.
         let centre = self.factor.inverse() * (slope - self.mean);
         if !centre.is_finite() {
             return None;
@@ -278,12 +279,12 @@ impl<'a> Patch<'a> {
             .into_par_iter()
             .map(|i| {
                 let mut random = Random::stream(seed, u64::from(i));
-                // In order through all of them, so that few rays spread as evenly as many.
+                // Evenly through all of them, so that few rays spread as well as many.
                 let at = (u64::from(i) * found.len() as u64 / u64::from(rays)) as usize;
                 let (cell, upper) = found[at];
                 let (a, b) = (random.unit(), random.unit());
                 let offset = if upper { DVec2::new(a.min(b), a.max(b)) } else { DVec2::new(a.max(b), a.min(b)) };
-                let facet = self.facet(Place::over(self.tile, cell, offset));
+                let facet = self.facet(SurfacePoint::over(self.tile, cell, offset));
                 let (seen, lit) = (self.is_lit(&facet, wo), self.is_lit(&facet, wi));
                 [seen, lit, seen && lit].map(u64::from)
             })
@@ -292,10 +293,9 @@ impl<'a> Patch<'a> {
         Some(SeenAndLit { seen, lit, both, facets: found.len() })
     }
 
-    /// Radiance of perfect mirrors (`F = 1`) under a directional light of unit irradiance on a plane facing it: the density
-    /// of Gaussian slopes at the half vector, times how often such facets are seen (masking alone) and seen and lit
-    /// (with shadows), per projected area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. The arguments of
-    /// [`visibility_of_slope`](Self::visibility_of_slope).
+    /// Radiance of perfect mirrors (`F = 1`) under a directional light of unit irradiance on a plane facing it. It is the density of
+    /// Gaussian slopes at the half vector, times the fraction of facets seen (masking only) or seen and lit (with shadows), per projected
+    /// area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. Arguments as in [`visibility_of_slope`](Self::visibility_of_slope).
     pub fn specular_light(&self, wo: DVec3, wi: DVec3, radius: f64, rays: u32, seed: u64) -> Option<[f64; 2]> {
         let half = (wo + wi).normalize();
         let area = meso_area(wo, self.mean);
@@ -309,7 +309,7 @@ impl<'a> Patch<'a> {
     }
 }
 
-/// A direction about z with density `cos θ / π`.
+/// Samples a direction about z with density `cos θ / π`.
 pub(crate) fn cosine_direction(random: &mut Random) -> DVec3 {
     let (u, v) = (random.unit(), random.unit());
     let (sin, cos) = (TAU * v).sin_cos();

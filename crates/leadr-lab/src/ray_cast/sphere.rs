@@ -1,4 +1,4 @@
-//! Pictures of a sphere in infinitely fine relief: every pixel is a [`Patch`](super::Patch) seen at its own angle.
+//! Pictures of a sphere with infinitely fine relief: every pixel is a [`Patch`](super::Patch) at its own angle.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,15 +10,15 @@ use leadr_reflectance::random::Random;
 /// One pixel of the sphere: an orthographic viewer at `+z` looks at a unit sphere, x to the right, y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpherePixel {
-    /// Tangents and the sphere's normal. x runs up the meridian through the pixel, towards the top of the sphere.
+    /// Tangents and the sphere's normal. x points up the pixel's meridian, towards the top of the sphere.
     pub frame: Frame,
-    /// The viewer in that frame.
+    /// View direction in that frame.
     pub wo: DVec3,
 }
 
 impl SpherePixel {
-    /// The centre of pixel `(x, y)` of `size`² pixels, row 0 on top, in which the sphere has the `radius` in halves of the
-    /// picture; `None` beside it.
+    /// The centre of pixel `(x, y)` of `size`² pixels, with row 0 on top. `radius`: sphere radius in half picture widths. `None` outside
+    /// the sphere.
     pub fn new(x: u32, y: u32, size: u32, radius: f64) -> Option<Self> {
         let at = |i: u32| ((2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0) / radius;
         let p = DVec2::new(at(x), -at(y));
@@ -33,36 +33,36 @@ impl SpherePixel {
     }
 }
 
-/// `K` pictures of a sphere and the noise in them.
+/// `K` pictures of a sphere and their noise.
 #[derive(Clone, Debug)]
 pub struct SphereTruth<const K: usize> {
     /// Pixels along a side.
     pub size: u32,
-    /// Radius of the sphere, in halves of the picture.
+    /// Radius of the sphere, in half picture widths.
     pub radius: f64,
-    /// Values by pixel, row by row from the top, by two halves of the rays; `None` beside the sphere.
+    /// Values per pixel, row by row from the top, for two halves of the rays; `None` outside the sphere.
     pub halves: Vec<Option<[[f64; K]; 2]>>,
 }
 
-/// How a picture differs from the truth. All relative to the mean of the truth over the same pixels.
+/// Difference of a picture from the truth, relative to the truth's mean over the same pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereError {
-    /// Root mean square with the truth's own noise subtracted; negative where the noise was overestimated (then
-    /// minus the root of what the mean square lacks): the difference is too small to be seen.
+    /// RMSE without the truth's noise. It is negative if the noise estimate is larger (minus the root of the deficit): the difference is
+    /// then too small to measure.
     pub rmse: f64,
-    /// The same with the noise.
+    /// RMSE including the noise.
     pub rmse_with_noise: f64,
     /// Standard error of a pixel of the truth.
     pub noise: f64,
     /// Mean difference, positive when the picture is too bright.
     pub bias: f64,
-    /// Mean difference over the pixels whose normal has `z < 0.35`, relative to their own mean.
+    /// Mean difference over pixels with a normal of `z < 0.35`, relative to their own mean.
     pub rim_bias: f64,
 }
 
 impl<const K: usize> SphereTruth<K> {
-    /// Casts `rays`² rays per pixel (an even number): `value` is asked what a facet sends to the viewer, knowing the pixel it is in (its
-    /// normals and directions are in the pixel's frame) and how lit it is by way of `patch`.
+    /// Casts `rays`² rays per pixel (an even number). `value` returns the radiance of a facet towards the viewer. It gets the pixel (with
+    /// normals and directions in its frame) and the `patch` for lighting tests.
     pub fn cast(
         patch: &Patch<'_>,
         size: u32,
@@ -89,8 +89,8 @@ impl<const K: usize> SphereTruth<K> {
         self.halves[(y * self.size + x) as usize].map(|h| 0.5 * (h[0][k] + h[1][k]))
     }
 
-    /// Compares picture `k` with `model`, which gives the value of a pixel, or NaN for pixels to leave out. The halves are independent, so the mean product
-    /// of the differences to both is the mean square of the true difference, without the noise.
+    /// Compares picture `k` with `model`, which returns a pixel's value, or NaN to skip it. The halves are independent, so the mean product
+    /// of their differences is the mean squared true difference without noise.
     pub fn compare(&self, k: usize, model: impl Fn(u32, u32, &SpherePixel) -> f64) -> SphereError {
         let mut sums = Sums::default();
         let mut rim = Sums::default();

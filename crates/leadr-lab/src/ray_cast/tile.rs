@@ -1,4 +1,4 @@
-//! Periodic Gaussian height fields, and the pyramid of their maxima that rays skip empty space with.
+//! Periodic Gaussian height fields, and their pyramid of maxima for skipping empty space.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use leadr_reflectance::random::Random;
 
-/// The energy of a random surface by wave number `k`, with `L` the correlation length.
+/// The energy spectrum of a random surface by wave number `k`, with correlation length `L`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spectrum {
-    /// Heights correlate as `exp(−r²/L²)`: energy `exp(−k²L²/4)`.
+    /// Heights with autocorrelation `exp(−r²/L²)`: energy `exp(−k²L²/4)`.
     Gaussian,
-    /// Waves of nearly one length, any direction: equal energy within 15 % of `k = 2/L`, none elsewhere.
+    /// Waves of nearly one length in all directions: equal energy within 15 % of `k = 2/L`, none elsewhere.
     Ring,
 }
 
@@ -26,24 +26,24 @@ impl Spectrum {
     }
 }
 
-/// A height field that repeats, on a square lattice of cells of side 1, each of two flat triangles divided by the
-/// diagonal from its lower to its upper corner. Slopes have standard deviation near 1 in either direction.
+/// A periodic height field on a square lattice of unit cells, each split into two flat triangles by the diagonal from its lower to its
+/// upper corner. Slopes have standard deviation near 1 along both axes.
 #[derive(Clone, Debug)]
 pub struct Tile {
     size: u32,
     heights: Vec<f32>,
-    /// The highest corner of each cell, of 2 × 2 cells, …
+    /// Highest corner of each cell, then of 2 × 2 cells, and so on.
     maxima: Vec<Vec<f32>>,
     covariance: DVec3,
 }
 
 impl Tile {
-    /// A random surface of `size`² cells (a power of two, at least 16) whose correlation length is `correlation` cells.
-    /// The same arguments give the same surface.
+    /// A random surface of `size`² cells (a power of two, at least 16) with a correlation length of `correlation` cells. The result is
+    /// deterministic.
     ///
     /// # Panics
-    /// On a size that is no power of two or below 16, or a correlation length that is not at least 2 and at most an
-    /// eighth of the size (a ring needs wave numbers on the lattice of the tile, and a spectrum must be resolved).
+    /// If the size is not a power of two or is below 16, or if the correlation length is below 2 or above an eighth of the size. A ring
+    /// needs wave numbers on the tile's lattice, and a spectrum must be resolved.
     pub fn new(spectrum: Spectrum, size: u32, correlation: f64, seed: u64) -> Self {
         assert!(size.is_power_of_two() && size >= 16, "a tile of {size} cells: use a power of two, at least 16");
         assert!(
@@ -65,17 +65,17 @@ impl Tile {
             field.par_chunks_mut(n).for_each(fourier);
             field = transpose(&field, n);
         }
-        // The real part is a surface with the spectrum's correlation (the imaginary part would be another).
+        // The real part has the spectrum's correlation; the imaginary part would be another surface.
         let raw: Vec<f64> = field.iter().map(|v| v.x).collect();
         let s = slope_covariance(n, |x, y| raw[y * n + x]);
         let scale = (0.5 * (s.x + s.y)).sqrt().recip();
         Self::from_heights(size, raw.iter().map(|h| (h * scale) as f32).collect())
     }
 
-    /// The repeating surface through `heights`, row by row, in units of the cell.
+    /// The periodic surface through `heights`, row by row, in cell units.
     ///
     /// # Panics
-    /// On a size that is no power of two, or another number of heights than its square.
+    /// If the size is not a power of two, or the number of heights is not its square.
     pub fn from_heights(size: u32, heights: Vec<f32>) -> Self {
         let n = size as usize;
         assert!(size.is_power_of_two() && heights.len() == n * n, "{} heights for {size}² cells", heights.len());
@@ -106,7 +106,7 @@ impl Tile {
         self.size
     }
 
-    /// Heights of the lattice points, row by row, in units of the cell.
+    /// Heights of the lattice points, row by row, in cell units.
     pub fn heights(&self) -> &[f32] {
         &self.heights
     }
@@ -121,7 +121,7 @@ impl Tile {
         self.maxima.len() as u32 - 1
     }
 
-    /// The highest point of a square of `2^level` cells; squares repeat like the tile.
+    /// The highest point of a square of `2^level` cells, with periodic coordinates.
     #[inline]
     pub(super) fn highest(&self, level: u32, x: i32, y: i32) -> f64 {
         let (bits, mask) = (self.top() - level, (1i32 << (self.top() - level)) - 1);
@@ -137,14 +137,14 @@ impl Tile {
         [y0 + x0, y0 + x1, y1 + x0, y1 + x1].map(|i| f64::from(self.heights[i]))
     }
 
-    /// Slopes of the two triangles of a cell: below the diagonal (`u > v`), above it.
+    /// Slopes of the two triangles of a cell: below (`u > v`) and above the diagonal.
     #[inline]
     pub(super) fn slopes(&self, x: i32, y: i32) -> [DVec2; 2] {
         let [h00, h10, h01, h11] = self.corners(x, y);
         [DVec2::new(h10 - h00, h11 - h10), DVec2::new(h11 - h01, h01 - h00)]
     }
 
-    /// Mean of `f` over the triangles, each of the same area on the plane, given their slopes.
+    /// Mean of `f` over the slopes of all triangles, which have equal areas on the plane.
     pub fn mean_over_facets(&self, f: impl Fn(DVec2) -> f64 + Sync) -> f64 {
         let n = self.size as i32;
         let rows: Vec<f64> = (0..n)
@@ -155,7 +155,7 @@ impl Tile {
     }
 }
 
-/// Covariance of the slopes of all triangles of a repeating lattice. The mean of a repeating surface is 0.
+/// Covariance of the slopes of all triangles of a periodic lattice. Its mean slope is 0.
 fn slope_covariance(n: usize, height: impl Fn(usize, usize) -> f64 + Sync) -> DVec3 {
     let next = |i: usize| (i + 1) % n;
     let rows: Vec<DVec3> = (0..n)
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_transform_is_the_sum_it_stands_for() {
+    fn transform_equals_its_sum() {
         let input: Vec<DVec2> = (0..16).map(|i| DVec2::from(Random::stream(1, i).normals())).collect();
         let mut fast = input.clone();
         fourier(&mut fast);

@@ -1,4 +1,4 @@
-//! A picture compared with the truth, kept so that the last section can look for the worst of them.
+//! A picture compared with the truth, kept for the last section, which lists the worst ones.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,34 +6,34 @@ use super::nan::or_nan;
 use super::verdict::{Anatomy, Errors, Verdict};
 use leadr_tools::html::Figure;
 
-/// What was measured of one picture.
+/// Measurements of one picture.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Case {
-    /// Section it comes from.
+    /// Section of the picture.
     pub section: String,
-    /// What it shows, such as roughness and light.
+    /// Subject, such as roughness and light.
     pub subject: String,
     /// Technique and rule.
     pub look: String,
-    /// What it was compared with.
+    /// Truth of the comparison.
     pub truth: String,
     /// Errors over the object.
     pub object: Errors,
-    /// Errors over its inside.
+    /// Errors over its interior.
     pub interior: Errors,
-    /// Where the error lies.
+    /// Distribution of the error.
     pub anatomy: Anatomy,
-    /// Errors inside, against normal-map truth, where that was measured.
+    /// Interior errors against normal-map truth, if measured.
     pub normal_map: Option<Errors>,
-    /// Relative noise of the truth inside.
+    /// Relative noise of the truth in the interior.
     #[serde(deserialize_with = "or_nan")]
     pub noise: f64,
-    /// The picture, the truth, and the errors, if they are on the page.
+    /// Figures on the page: picture, truth and errors.
     pub figures: Vec<Figure>,
 }
 
 impl Case {
-    /// The case of a verdict.
+    /// Builds the case of a verdict.
     pub fn new(
         section: &str,
         subject: impl Into<String>,

@@ -1,4 +1,4 @@
-//! What a report was made with.
+//! Facts about a run: device, program and time.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -10,20 +10,20 @@ use leadr_tools::program::{VERSION, commit};
 /// Device, program and time of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Facts {
-    /// As the driver names it.
+    /// Device name from the driver.
     pub device: String,
     /// Driver and version.
     pub driver: String,
-    /// When the run began, UTC.
+    /// Start time of the run, UTC.
     pub date: String,
-    /// The call that repeats it.
+    /// Command that repeats it.
     pub call: String,
-    /// Whether pictures are small and samples few, instead of what the papers show.
+    /// Whether pictures are small and samples few, unlike the papers.
     pub quick: bool,
 }
 
 impl Facts {
-    /// The facts of a run that begins now.
+    /// The facts of a run that starts now.
     pub fn gather(gpu: &Gpu, quick: bool) -> Self {
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
         let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -75,7 +75,7 @@ mod tests {
     use super::utc;
 
     #[test]
-    fn dates_are_the_calendars() {
+    fn dates_match_the_calendar() {
         assert_eq!(utc(0), "1970-01-01 00:00 UTC");
         assert_eq!(utc(951_782_399), "2000-02-28 23:59 UTC");
         assert_eq!(utc(951_782_400), "2000-02-29 00:00 UTC");

@@ -1,4 +1,4 @@
-//! Sections kept beside the page as soon as they are made, so that an interrupted run can resume.
+//! Stores finished sections next to the page, so that an interrupted run can resume.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,25 +15,25 @@ use leadr_maps::new_file::write_atomic;
 use leadr_tools::error::LabError;
 use leadr_tools::program::build;
 
-/// Folder of the kept sections, below that of the report.
+/// Folder of the stored sections, below the report's folder.
 const FOLDER: &str = "kept";
 
-/// A section with everything it produced.
+/// A section with all its results.
 #[derive(Debug)]
 pub struct Made {
-    /// Which section.
+    /// The section's entry.
     pub entry: &'static SectionEntry,
-    /// What it says.
+    /// Its content.
     pub section: Section,
-    /// How long it took.
+    /// Time it took, seconds.
     pub seconds: f64,
-    /// The pictures it compared with the truth.
+    /// Its pictures' comparisons with the truth.
     pub cases: Vec<Case>,
     /// Its pictures, as paths from the page and PNG bytes.
     pub pictures: BTreeMap<String, Vec<u8>>,
 }
 
-/// What sections on one page must have in common: the build, the device, and whether the run was quick.
+/// Requirements for sections to share a page: same build, same device, same quick flag.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     program: String,
@@ -49,7 +49,7 @@ impl Origin {
     }
 }
 
-/// The file of a kept section.
+/// The file of a stored section.
 #[derive(Serialize, Deserialize)]
 struct File {
     origin: Origin,
@@ -59,11 +59,11 @@ struct File {
     pictures: Vec<String>,
 }
 
-fn place(folder: &Path, entry: &SectionEntry) -> PathBuf {
+fn section_path(folder: &Path, entry: &SectionEntry) -> PathBuf {
     folder.join(FOLDER).join(entry.key).with_extension("json")
 }
 
-/// Keeps a section: its pictures first, then the file that names them.
+/// Stores a section: its pictures first, then the file that lists them.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -81,13 +81,13 @@ pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError>
         pictures: made.pictures.keys().cloned().collect(),
     };
     let json = serde_json::to_vec(&file).map_err(|e| LabError::json(&e))?;
-    write_atomic(place(folder, made.entry), &json)?;
+    write_atomic(section_path(folder, made.entry), &json)?;
     Ok(())
 }
 
-/// A section that an earlier run of the same origin kept whole.
+/// A section completely stored by an earlier run of the same origin.
 pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
-    let file: File = serde_json::from_slice(&read_file(&place(folder, entry)).ok()?).ok()?;
+    let file: File = serde_json::from_slice(&read_file(&section_path(folder, entry)).ok()?).ok()?;
     let pictures = file.pictures.into_iter().map(|picture| {
         let bytes = read_file(&folder.join(FOLDER).join(&picture)).ok()?;
         Some((picture, bytes))
@@ -109,7 +109,7 @@ mod tests {
     use leadr_tools::html::Html;
 
     #[test]
-    fn what_is_kept_is_found_again_whole_and_by_its_origin_alone() {
+    fn kept_sections_are_found_by_origin() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let origin =

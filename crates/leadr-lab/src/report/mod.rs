@@ -1,9 +1,9 @@
-//! The report: tables, pictures and plots of the papers, measured again and taken further, on one page.
+//! The report: the papers' tables, pictures and plots, measured again and extended, on one page.
 
 mod case;
+mod configuration;
 mod facts;
 mod kept;
-mod look;
 mod nan;
 mod outside;
 mod run;

@@ -1,8 +1,8 @@
-//! NaN in JSON, which has none.
+//! NaN in JSON, stored as null.
 
 use serde::{Deserialize, Deserializer};
 
-/// A number; null is NaN.
+/// Reads a number; null is NaN.
 ///
 /// # Errors
 /// If it is something else.

@@ -1,8 +1,8 @@
-//! Makes the report, section by section.
+//! Builds the report, section by section.
 //!
-//! Sections run one after another in a studio. Each is kept as soon as it is made, so that an interrupted run can resume. The
-//! page is written only when the last of them has succeeded: pictures first, then `report.json`, and `index.html` last, each
-//! under another name that is changed when the file is whole. A section that fails ends the report, and an older page stays.
+//! Sections run one after another and are stored when finished, so an interrupted run can resume. The page is written only after all
+//! sections succeed: pictures first, then `report.json`, then `index.html`. Each file gets its final name when complete. A failing section
+//! ends the report and leaves an older page in place.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -23,20 +23,20 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{PageSection, page};
 use leadr_tools::program::Stamped;
 
-/// What to report.
+/// Configuration of a report.
 #[derive(Clone, Debug)]
 pub struct ReportConfig {
     /// Small pictures and few samples.
     pub quick: bool,
-    /// Only these sections; all if empty.
+    /// Sections to run; all if empty.
     pub only: Vec<&'static SectionEntry>,
-    /// Whether to keep sections that an earlier run of this build on this device left in the folder.
+    /// Whether to reuse sections stored in the folder by an earlier run of this build on this device.
     pub resume: bool,
     /// Folder of the report.
     pub folder: PathBuf,
 }
 
-/// What a report found, and where it is.
+/// Findings of a report, and its location.
 #[derive(Debug, Serialize)]
 pub struct ReportSummary {
     command: &'static str,
@@ -67,18 +67,19 @@ impl fmt::Display for ReportSummary {
     }
 }
 
-/// Makes the report and writes it. `open` opens the device, once the folder is known to be there.
+/// Builds the report and writes it. `open` opens the device, after the folder is known to be writable.
 ///
 /// # Errors
-/// A folder that cannot be written, no device, a lost device, a section whose work fails (it is named), or any validation
-/// message. Nothing is written then.
+/// If the folder cannot be written, there is no device or it is lost, a section fails (its name is given), or there is any validation
+/// message.
+/// Nothing is written then.
 pub fn report(
     config: &ReportConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
     progress: &Output,
 ) -> Result<ReportSummary, LabError> {
     let folder = &config.folder;
-    // A folder that cannot be made or refuses a file is reported now, not after half an hour.
+    // Report an unwritable folder now instead of after half an hour.
     std::fs::create_dir_all(folder).map_err(|e| LabError::io("make the folder", folder, e))?;
     let page_file = folder.join("index.html");
     remove_abandoned([page_file.as_path(), &folder.join("report.json")]);
@@ -91,17 +92,17 @@ pub fn report(
     let origin = Origin::of(&facts);
     let mut made: Vec<Made> = Vec::new();
     for (index, &entry) in entries.iter().enumerate() {
-        let place = format!("[{}/{}]", index + 1, entries.len());
+        let counter = format!("[{}/{}]", index + 1, entries.len());
         let again = config.resume && !entry.judges_others;
         if let Some(section) = again.then(|| kept::find(folder, &origin, entry)).flatten() {
-            progress.say(&format!("{place} {}: kept from an earlier run", entry.key));
+            progress.say(&format!("{counter} {}: reused from an earlier run", entry.key));
             studio.cases.extend(section.cases.iter().cloned());
             made.push(section);
             continue;
         }
-        progress.say(&format!("{place} {}", entry.title));
+        progress.say(&format!("{counter} {}", entry.title));
         let section = make(entry, &mut studio)?;
-        progress.say(&format!("{place} {}: {:.0} s", entry.key, section.seconds));
+        progress.say(&format!("{counter} {}: {:.0} s", entry.key, section.seconds));
         kept::keep(folder, &origin, &section)?;
         made.push(section);
     }
@@ -118,7 +119,7 @@ pub fn report(
     Ok(ReportSummary { command: "report", facts, sections, page: page_file })
 }
 
-/// Makes one section.
+/// Builds one section.
 fn make(entry: &'static SectionEntry, studio: &mut Studio) -> Result<Made, LabError> {
     let before = studio.cases.len();
     let start = Instant::now();
@@ -133,7 +134,7 @@ fn make(entry: &'static SectionEntry, studio: &mut Studio) -> Result<Made, LabEr
     Ok(Made { entry, section, seconds, cases, pictures })
 }
 
-/// Writes pictures, data and, last of all, the page that shows them.
+/// Writes pictures and data, and the page last.
 fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), LabError> {
     let mut pictures = BTreeMap::new();
     for (file, bytes) in made.iter().flat_map(|made| &made.pictures) {
@@ -141,8 +142,8 @@ fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), LabError> {
             return Err(LabError(format!("two pictures of the report are called {file}")));
         }
     }
-    let place = folder.join(PICTURES);
-    std::fs::create_dir_all(&place).map_err(|e| LabError::io("make the folder", &place, e))?;
+    let counter = folder.join(PICTURES);
+    std::fs::create_dir_all(&counter).map_err(|e| LabError::io("make the folder", &counter, e))?;
     for (file, bytes) in pictures {
         write_atomic(folder.join(file), bytes)?;
     }

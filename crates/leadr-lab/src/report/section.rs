@@ -8,16 +8,16 @@ use leadr_tools::html::Html;
 /// The content of a section.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
-    /// For people.
+    /// Content of the page.
     pub html: Html,
-    /// For programs.
+    /// Machine-readable data.
     pub data: serde_json::Value,
-    /// Conclusions, each computed from the data.
+    /// Conclusions computed from the data.
     pub findings: Vec<String>,
 }
 
 impl Section {
-    /// A section with an introduction, its findings, and then the tables and plots behind them.
+    /// A section with an introduction, its findings, and the supporting tables and plots.
     ///
     /// # Errors
     /// If the data cannot be written as JSON.

@@ -1,8 +1,8 @@
-//! Data of others, where the variable `LEADR_SHARED` leads to it.
+//! Third-party data in the folder of the variable `LEADR_SHARED`.
 
 use std::path::PathBuf;
 
-/// A file or folder of it, if it is there.
+/// A file or folder of the shared data, if it exists.
 pub fn shared(path: &str) -> Option<PathBuf> {
     let path = PathBuf::from(std::env::var_os("LEADR_SHARED")?).join("data").join(path);
     path.exists().then_some(path)

@@ -1,4 +1,4 @@
-//! What the sections of a run share: the device, the settings, the pictures made so far, and the cases to judge at the end.
+//! State shared by the sections of a run: device, settings, pictures, and cases for the last section.
 
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use leadr_maps::save::encode_png_srgb8;
 use leadr_maps::tonemap::{Tonemap, display_image};
 use leadr_maps::{MapFault, Rgb8Image, RgbImage};
 use leadr_render::frame::Renderer;
-use leadr_render::sampling::seed_apart;
+use leadr_render::sampling::independent_seed;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_tools::command::bars::Bar;
@@ -20,10 +20,10 @@ use leadr_tools::command::output::Output;
 use leadr_tools::error::LabError;
 use leadr_tools::html::Figure;
 
-/// Folder of the pictures beside the page.
+/// Folder of the pictures next to the page.
 pub const PICTURES: &str = "pictures";
 
-/// What the sections of one run share.
+/// State shared by the sections of one run.
 pub struct Studio<'a> {
     /// The device.
     pub gpu: Arc<Gpu>,
@@ -34,9 +34,9 @@ pub struct Studio<'a> {
     /// The pictures compared with the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
-    /// Of the section that is being made, once it draws or tells its steps.
+    /// Progress bar of the current section, once it renders or reports steps.
     bar: OnceCell<Bar>,
-    /// Pictures rendered for it.
+    /// Pictures rendered for the current section.
     rendered: Cell<u32>,
 }
 
@@ -58,12 +58,12 @@ impl<'a> Studio<'a> {
         self.bar.get_or_init(|| self.progress.bar(0))
     }
 
-    /// Begins a section's work of this many steps. Without, its progress is told in pictures.
+    /// Sets the number of steps of a section. Without it, progress counts pictures.
     pub fn steps(&self, steps: usize) {
         self.bar().restart(steps);
     }
 
-    /// One more step is done.
+    /// Completes a step.
     pub fn step(&self) {
         self.bar().step();
     }
@@ -82,7 +82,7 @@ impl<'a> Studio<'a> {
     /// Renders a picture.
     ///
     /// # Errors
-    /// If the device fails, or a pixel is not finite (its place is named).
+    /// If the device fails, or a pixel is not finite (its position is given).
     pub fn shoot(
         &self,
         renderer: &mut Renderer,
@@ -92,7 +92,7 @@ impl<'a> Studio<'a> {
         self.shoot_range(renderer, state, settings, 0..settings.samples.max(1))
     }
 
-    /// Renders some of a picture's samples: their mean.
+    /// Renders a range of a picture's samples and returns their mean.
     ///
     /// # Errors
     /// As [`shoot`](Self::shoot).
@@ -120,7 +120,7 @@ impl<'a> Studio<'a> {
         })
     }
 
-    /// Renders a truth in two halves with different seeds; their difference tells how noisy the mean is.
+    /// Renders a truth in two halves with different seeds; their difference estimates the noise of the mean.
     ///
     /// # Errors
     /// As [`shoot`](Self::shoot).
@@ -133,12 +133,11 @@ impl<'a> Studio<'a> {
         let samples = settings.samples.div_ceil(2);
         let half = |seed: u64| RenderSettings { samples, seed, ..*settings };
         let first = self.shoot(renderer, state, &half(settings.seed))?;
-        let second = self.shoot(renderer, state, &half(seed_apart(samples, settings.seed)))?;
+        let second = self.shoot(renderer, state, &half(independent_seed(samples, settings.seed)))?;
         Shot::mean_of(&first, &second).map_err(fault)
     }
 
-    /// Keeps a picture under `name` (letters, digits and dashes), seen with `exposure` (a factor) through the filmic
-    /// curve.
+    /// Stores a picture under `name` (letters, digits and dashes), with the factor `exposure` and the filmic curve.
     ///
     /// # Errors
     /// If it cannot be encoded.
@@ -153,7 +152,7 @@ impl<'a> Studio<'a> {
         self.codes(name, &display_image(image, exposure, Tonemap::Filmic), alt, caption)
     }
 
-    /// Keeps the picture of a verdict's FLIP errors: black is none, pale yellow is 1.
+    /// Stores the picture of a verdict's FLIP errors: black is 0, pale yellow is 1.
     ///
     /// # Errors
     /// If it cannot be encoded.
@@ -176,13 +175,13 @@ impl<'a> Studio<'a> {
         Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
     }
 
-    /// Takes the pictures made since the last call, as paths from the page and PNG bytes.
+    /// Takes the pictures since the last call, as paths relative to the page and PNG bytes.
     pub fn take_pictures(&mut self) -> BTreeMap<String, Vec<u8>> {
         std::mem::take(&mut self.pictures)
     }
 }
 
-/// The error of a picture that has no file.
+/// An error of a picture without a file.
 pub fn fault(fault: MapFault) -> LabError {
     LabError(fault.to_string())
 }

@@ -1,4 +1,4 @@
-//! What sections render: a stage on the device with its light.
+//! Subjects of the sections: a stage on the device with its light.
 
 use super::studio::Studio;
 use leadr_maps::RgbImage;
@@ -12,7 +12,7 @@ use leadr_scenes::stage::{Lights, ReliefOptions, Stage, sphere_stage};
 use leadr_scenes::trex::stage::trex_stage;
 use leadr_tools::error::LabError;
 
-/// A stage whose objects are on the device.
+/// A stage with uploaded objects.
 pub struct Subject {
     /// Holds the objects.
     pub renderer: Renderer,
@@ -24,7 +24,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Uploads a stage in a panorama's light and `lights`.
+    /// Uploads a stage lit by a panorama and `lights`.
     ///
     /// # Errors
     /// If the device fails.
@@ -40,7 +40,7 @@ impl Subject {
         Ok(Self { renderer, stage, lights, time: 0.0, objects })
     }
 
-    /// Uploads a stage under the sky and its sun; `time` is the moment of its motion, seconds.
+    /// Uploads a stage under the sky and its sun; `time` is that of its motion, seconds.
     ///
     /// # Errors
     /// If the device fails.
@@ -48,7 +48,7 @@ impl Subject {
         Self::kept_in(MomentFormat::default(), studio, stage, time)
     }
 
-    /// The same with the slopes of its maps kept in `format`.
+    /// Like `under_the_sky`, with map slopes stored in `format`.
     ///
     /// # Errors
     /// If the device fails.
@@ -80,12 +80,12 @@ impl Subject {
         Self::under_the_sky(studio, stage, 0.4)
     }
 
-    /// Chooses the moment of the stage's motion, seconds.
+    /// Sets the time of the stage's motion, seconds.
     pub fn set_time(&mut self, time: f64) {
         self.time = time;
     }
 
-    /// The stage's state as `camera` sees it.
+    /// The stage's state from `camera`.
     pub fn seen_by(&self, camera: &Camera) -> FrameState {
         let mut state = self.stage.state(self.time, camera, &self.lights);
         state.poses.truncate(self.objects);
@@ -93,8 +93,8 @@ impl Subject {
     }
 }
 
-/// `camera` moved to `factor` times its distance from its target, with a narrower field of view: a picture with `factor` times
-/// fewer pixels each way then shows the same.
+/// `camera` moved to `factor` times its distance from its target, with a narrower field of view. A picture with `factor` times fewer pixels
+/// along each axis then shows the same.
 pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
     let distance = camera.position.distance(camera.target);
     let fov_y = 2.0 * ((0.5 * camera.fov_y).tan() / factor).atan();

@@ -4,12 +4,12 @@ use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr_render::surfaces::tessellation::TessellationSettings;
 
-/// What a picture is compared with.
+/// The reference of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     /// The displaced surface itself, supersampled.
     Displacement,
-    /// The same, where bumps cast shadows on each other, from every light and from the environment.
+    /// The same with shadows between bumps, from every light and the environment.
     Shadowed,
     /// The smooth surface with the slopes of the displaced one, supersampled.
     NormalMap,
@@ -39,7 +39,7 @@ impl Truth {
         self.settings_for(Technique::Leadr, size, samples, seed)
     }
 
-    /// Settings of a picture of this truth for what `technique` draws: with the same base material.
+    /// Settings of a picture of this truth for comparison with `technique`, with the same base material.
     pub fn settings_for(self, technique: Technique, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
         let default = ShadingOptions::default();
         RenderSettings {
@@ -50,11 +50,11 @@ impl Truth {
                 relief_shadows: self == Self::Shadowed,
                 shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
                 sky_occlusion: false,
-                // An estimate of shadows, which one truth has in full and the others leave out.
+                // One truth has complete shadows, the others none; an estimate would alter both.
                 relief_occlusion: false,
                 ..default
             }),
-            // A smooth surface needs no vertex for every texel.
+            // A smooth surface does not need a vertex per texel.
             tessellation: TessellationSettings { to_texels: self != Self::NormalMap, ..Default::default() },
             displacement: self != Self::NormalMap,
             ..Default::default()

@@ -1,4 +1,4 @@
-//! How far a shot is from the truth, over the object and over its inside.
+//! Differences of a shot from the truth, over the object and over its interior.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -11,36 +11,36 @@ use leadr_reflectance::color::luminance;
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::{bias_over, compare, rrmse_over};
 
-/// Width of the silhouette that the inside leaves out, pixels.
+/// Width of the silhouette excluded from the interior, pixels.
 pub const SILHOUETTE: u32 = 2;
 
-/// A rendered picture with what covers it.
+/// A rendered picture with its coverage.
 #[derive(Clone, Debug)]
 pub struct Shot {
     /// Linear radiance.
     pub image: RgbImage,
-    /// Share of each pixel that objects cover, 0 to 1.
+    /// Fraction of each pixel covered by objects, 0 to 1.
     pub coverage: Vec<f32>,
     /// Device time of all passes and samples.
     pub milliseconds: f64,
     /// Samples per pixel.
     pub samples: u32,
-    /// Noise of a truth: relative RMSE inside, from the difference of its two halves; 0 for other pictures.
+    /// Noise of a truth: relative RMSE in the interior, from the difference of its two halves; 0 for other pictures.
     pub noise: f64,
 }
 
 impl Shot {
-    /// The mean of shots of equally many samples; its samples and times are their sums.
+    /// The mean of shots with equal sample counts; sample counts and times are summed.
     ///
     /// # Errors
-    /// Sizes that differ, or no shot.
+    /// If sizes differ, or there is no shot.
     pub fn mean(shots: &[Self]) -> Result<Self, MapFault> {
         let Some(first) = shots.first() else { return Err(MapFault::Empty { width: 0, height: 0 }) };
         let share = 1.0 / shots.len() as f32;
         let (mut texels, mut coverage) = (vec![[0.0f32; 3]; first.image.texels.len()], vec![0.0; first.coverage.len()]);
         for shot in shots {
             if (shot.image.width, shot.image.height) != (first.image.width, first.image.height) {
-                return Err(MapFault::SizeMismatch { what: "shots of several sizes were averaged".to_owned() });
+                return Err(MapFault::SizeMismatch { what: "shots of different sizes cannot be averaged".to_owned() });
             }
             for (sum, texel) in texels.iter_mut().zip(&shot.image.texels) {
                 (0..3).for_each(|c| sum[c] += share * texel[c]);
@@ -56,7 +56,7 @@ impl Shot {
         })
     }
 
-    /// The mean of independent truths of different things, with its noise.
+    /// The mean of independent truths of different subjects, with its noise.
     ///
     /// # Errors
     /// As [`mean`](Self::mean).
@@ -65,10 +65,10 @@ impl Shot {
         Ok(Self { noise, ..Self::mean(truths)? })
     }
 
-    /// The mean of two independent shots of the same thing, with its noise.
+    /// The mean of two independent shots of one subject, with its noise.
     ///
     /// # Errors
-    /// Sizes that differ.
+    /// If sizes differ.
     pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
         let mut mean = Self::mean(&[a.clone(), b.clone()])?;
         // Independent halves differ by √2 of the noise of one, and their mean has 1/√2 of it.
@@ -76,13 +76,13 @@ impl Shot {
         Ok(mean)
     }
 
-    /// This shot with further samples added.
+    /// This shot with more samples.
     ///
     /// # Errors
-    /// Sizes that differ.
+    /// If sizes differ.
     pub fn joined(&self, more: &Self) -> Result<Self, MapFault> {
         if (more.image.width, more.image.height) != (self.image.width, self.image.height) {
-            return Err(MapFault::SizeMismatch { what: "shots of several sizes were joined".to_owned() });
+            return Err(MapFault::SizeMismatch { what: "shots of different sizes cannot be joined".to_owned() });
         }
         let samples = self.samples + more.samples;
         let share = more.samples as f32 / samples as f32;
@@ -98,10 +98,10 @@ impl Shot {
         })
     }
 
-    /// The picture whose pixels are blocks of `side × side` pixels of this one.
+    /// Reduces blocks of `side × side` pixels to one pixel each.
     ///
     /// # Errors
-    /// If it is smaller than a block.
+    /// If the picture is smaller than a block.
     pub fn of_blocks(&self, side: u32) -> Result<Self, MapFault> {
         let covered = self.coverage.iter().map(|&c| [c; 3]).collect();
         let coverage = block_means(&RgbImage::new(self.image.width, self.image.height, covered)?, side)?;
@@ -109,7 +109,7 @@ impl Shot {
             image: block_means(&self.image, side)?,
             coverage: coverage.texels.iter().map(|t| t[0]).collect(),
             samples: self.samples * side * side,
-            // Its pixels' noises are independent.
+            // The noise of its pixels is independent.
             noise: self.noise / f64::from(side),
             ..*self
         })
@@ -118,15 +118,15 @@ impl Shot {
     /// The pixels that objects touch.
     ///
     /// # Errors
-    /// Never for a picture that was rendered.
+    /// Never for a rendered picture.
     pub fn object(&self) -> Result<Mask, MapFault> {
         Mask::covered(self.image.width, self.image.height, &self.coverage, 1e-4)
     }
 
-    /// The pixels that objects fill, at least [`SILHOUETTE`] pixels away from all others.
+    /// The pixels fully covered by objects, at least [`SILHOUETTE`] pixels away from all others.
     ///
     /// # Errors
-    /// Never for a picture that was rendered.
+    /// Never for a rendered picture.
     pub fn interior(&self) -> Result<Mask, MapFault> {
         let filled = Mask::covered(self.image.width, self.image.height, &self.coverage, 0.999)?;
         Ok(filled.eroded(SILHOUETTE))
@@ -140,13 +140,13 @@ impl Shot {
     }
 }
 
-/// Errors over one set of pixels; NaN where there are none.
+/// Errors over a set of pixels; NaN if it is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Mean FLIP, 0 to 1.
     #[serde(deserialize_with = "or_nan")]
     pub flip: f64,
-    /// Relative root mean square error of linear radiance.
+    /// Relative RMSE of linear radiance.
     #[serde(deserialize_with = "or_nan")]
     pub rrmse: f64,
     /// Relative bias; positive is too bright.
@@ -154,38 +154,38 @@ pub struct Errors {
     pub bias: f64,
 }
 
-/// Where a squared error lies.
+/// Distribution of a squared error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Share of the object's squared error that lies on its silhouette.
+    /// Fraction of the object's squared error on its silhouette.
     pub outline: f64,
-    /// Share of the squared error inside that lies in the brightest twentieth of the reference's inside.
+    /// Fraction of the interior's squared error in the brightest twentieth of the reference's interior.
     pub highlights: f64,
 }
 
-/// How far a test is from a reference.
+/// Differences of a test from a reference.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// Errors over the pixels that the reference's object touches, without the background.
     pub object: Errors,
-    /// Errors over the inside, without the silhouette.
+    /// Errors over the interior, without the silhouette.
     pub interior: Errors,
-    /// Where the error lies.
+    /// Distribution of the error.
     pub anatomy: Anatomy,
     /// Noise of the reference ([`Shot::noise`]).
     pub noise: f64,
-    /// FLIP of every pixel as colours.
+    /// FLIP of every pixel, as colours.
     pub error_image: Rgb8Image,
 }
 
-/// Compares `test` with `reference`; FLIP sees both with `exposure` (a factor) through the filmic curve.
+/// Compares `test` with `reference`; FLIP uses both with the factor `exposure` and the filmic curve.
 ///
 /// # Errors
-/// Sizes that differ, or a NaN or infinity, with its place.
+/// If sizes differ, or a pixel is NaN or infinite; its position is given.
 pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
     let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
     let errors = |mask: &Mask| -> Result<Errors, MapFault> {
-        // No pixels, no error: zero would claim that they are right.
+        // NaN, because zero would claim that missing pixels are correct.
         if mask.count() == 0 {
             return Ok(Errors { flip: f64::NAN, rrmse: f64::NAN, bias: f64::NAN });
         }
@@ -225,10 +225,10 @@ fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask
     Anatomy { outline: share(whole - within, whole).max(0.0), highlights: share(total(&inside), within) }
 }
 
-/// The error of a filter: that of the mean of pictures of several reliefs of a kind, less the share that single ones still have in it.
-/// A pixel sees few bumps, and which ones is an accident; so is the noise of the truth. Both are independent from relief to relief, so a
-/// mean of n has 1/n of their squares, which (n mean² − single²) / (n − 1) takes off. With one relief there is nothing to tell them by.
-pub fn without_grain(of_mean: f64, of_singles: &[f64]) -> f64 {
+/// Estimates the filter's error: that of the mean picture over several reliefs, minus the contribution of single ones. A pixel covers only
+/// a few random bumps, and the truth is noisy; both are independent between reliefs. A mean of n has 1/n of their squares, and (n mean² −
+/// single²) / (n − 1) removes it. With one relief they cannot be separated.
+pub fn without_relief_noise(of_mean: f64, of_singles: &[f64]) -> f64 {
     let n = of_singles.len() as f64;
     if n < 2.0 {
         return of_mean;
@@ -242,7 +242,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::random::Random;
 
-    /// A disc on a bright ground, its inside and its outline dimmed by factors.
+    /// A disc on a bright background, with interior and outline dimmed by factors.
     fn disc(inside: f32, outline: f32) -> Shot {
         let (mut texels, mut coverage) = (Vec::new(), Vec::new());
         for i in 0..40 * 40 {
@@ -266,9 +266,9 @@ mod tests {
         assert!((mean(&blocks) - mean(&shot)).abs() < 1e-5);
     }
 
-    /// Pictures that err by a known amount each, and by an accident of their own.
+    /// Pictures with a known common error and independent random errors.
     #[test]
-    fn grain_is_told_from_the_error_of_a_filter() {
+    fn grain_is_separated_from_filter_error() {
         let (bias, grain, n) = (0.03, 0.1, 8);
         let mut random = Random::stream(1, 0);
         let (mut found, mut of_means, rounds) = (0.0, 0.0, 200);
@@ -278,18 +278,18 @@ mod tests {
             let rms = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
             let mean: Vec<f64> = (0..400).map(|i| all.iter().map(|one| one[i]).sum::<f64>() / n as f64).collect();
             let singles: Vec<f64> = all.iter().map(|one| rms(one)).collect();
-            found += without_grain(rms(&mean), &singles).powi(2) / f64::from(rounds);
+            found += without_relief_noise(rms(&mean), &singles).powi(2) / f64::from(rounds);
             of_means += rms(&mean).powi(2) / f64::from(rounds);
         }
         assert!((found.sqrt() - bias).abs() < 0.001, "{}", found.sqrt());
-        // The mean alone is no such thing.
+        // The error of the mean alone does not give the bias.
         assert!(of_means.sqrt() > 1.4 * bias, "{}", of_means.sqrt());
-        assert_eq!(without_grain(0.2, &[0.2]), 0.2);
-        assert_eq!(without_grain(0.1, &[0.5, 0.5]), 0.0);
+        assert_eq!(without_relief_noise(0.2, &[0.2]), 0.2);
+        assert_eq!(without_relief_noise(0.1, &[0.5, 0.5]), 0.0);
     }
 
     #[test]
-    fn halves_tell_the_noise_of_their_mean() {
+    fn half_difference_estimates_noise() {
         let mean = Shot::mean_of(&disc(1.1, 1.0), &disc(0.9, 1.0)).unwrap();
         assert!((mean.noise - 0.1).abs() < 0.01, "{}", mean.noise);
         assert_eq!(mean.samples, 2);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn inside_and_outline_are_told_apart() {
+    fn interior_and_outline_are_separated() {
         let truth = disc(1.0, 1.0);
         let same = judge(&truth, &truth, 1.0).unwrap();
         assert_eq!((same.object.rrmse, same.interior.flip), (0.0, 0.0));
@@ -315,7 +315,7 @@ mod tests {
         let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
         assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
         assert!(edge.anatomy.outline > 0.9 && dim.anatomy.outline < 0.2, "{:?} {:?}", edge.anatomy, dim.anatomy);
-        // Half the light is missing evenly; a broken highlight is not.
+        // Half the light is missing evenly; this is not an error of highlights.
         assert!(dim.anatomy.highlights < 0.1, "{:?}", dim.anatomy);
         let mut lit = truth.clone();
         (790..795).for_each(|i| lit.image.texels[i] = [9.0; 3]);

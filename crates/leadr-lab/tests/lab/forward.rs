@@ -1,4 +1,4 @@
-//! The bench's plain forward pass draws the pictures that the renderer draws, so that their times can be compared.
+//! The bench's plain forward pass draws the same pictures as the renderer, so that their times are comparable.
 
 use leadr_scenes::view::Size;
 use leadr_tools::bench::{Forward, FullScreen, against_forward};
@@ -7,7 +7,7 @@ use leadr_testing::gpu::test_gpu;
 
 const SIZE: Size = Size { width: 96, height: 64 };
 
-/// Root mean square difference of the colours over that of the reference, and the largest difference over the reference's mean.
+/// RMS colour difference relative to the reference's RMS, and the largest difference relative to the reference's mean.
 fn difference(reference: &[[f32; 4]], test: &[[f32; 4]]) -> (f64, f64) {
     assert!(reference.len() == test.len() && test.iter().flatten().all(|value| value.is_finite()));
     let colors =
@@ -20,7 +20,7 @@ fn difference(reference: &[[f32; 4]], test: &[[f32; 4]]) -> (f64, f64) {
 }
 
 #[test]
-fn the_forward_pass_draws_what_the_renderer_draws() {
+fn forward_pass_matches_the_renderer() {
     let Some(gpu) = test_gpu() else { return };
     let mut quad = FullScreen::new(SIZE, &gpu).unwrap();
     let rows = against_forward(&quad.state, SIZE);
@@ -45,7 +45,7 @@ fn the_forward_pass_draws_what_the_renderer_draws() {
         ("leadr 1x1, mirrored", Forward::Environment(1), 1e-3),
         ("leadr 3x3, mirrored", Forward::Environment(3), 1e-3),
         ("leadr 5x5, mirrored", Forward::Environment(5), 1e-3),
-        // The renderer takes from the diffuse light what the mirrors reflect.
+        // The renderer subtracts the specular reflection from the diffuse light.
         ("leadr 5x5, diffuse", Forward::Irradiance(5), 6e-2),
     ];
     let mut faults = Vec::new();
@@ -53,7 +53,7 @@ fn the_forward_pass_draws_what_the_renderer_draws() {
         let rms = drawn(name, kind, 1.0);
         faults.extend((rms > tolerance).then(|| format!("{name} and {kind}: {rms}")));
     }
-    // Another technique, fewer samples, and steeper bumps are told apart.
+    // Another technique, fewer samples and steeper bumps must be detected.
     let wrong = [
         ("lean", Forward::Leadr, 1.0),
         ("leadr", Forward::Lean, 1.0),

@@ -1,4 +1,4 @@
-//! Painted relief, ray cast: the colour that is seen and lit against its closed form and against the mean colour.
+//! Painted relief by ray casts: the visible lit colour against its closed form and against the mean colour.
 
 use glam::{DVec2, DVec3};
 use leadr_lab::ray_cast::{Patch, Spectrum, Tile};
@@ -13,12 +13,12 @@ use leadr_testing::standard::direction;
 
 const SIZE: u32 = 512;
 
-/// What is painted white on black.
+/// The region painted white on black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Paint {
-    /// This share of the heights, on top.
+    /// This fraction of the heights, at the top.
     Tops(f64),
-    /// At the bottom.
+    /// This fraction of the heights, at the bottom.
     Cracks(f64),
     /// Slopes that rise toward +x.
     RainSide,
@@ -32,7 +32,7 @@ struct Painted {
 }
 
 impl Painted {
-    /// On slopes of deviation `sigma`.
+    /// The paint on slopes of deviation `sigma`.
     fn new(paint: Paint, sigma: f64) -> Self {
         let tile = Tile::new(Spectrum::Gaussian, SIZE, 10.0, 3);
         let heights = tile.heights();
@@ -71,7 +71,7 @@ impl Painted {
         self.colors[cell(over.y) * SIZE as usize + cell(over.x)]
     }
 
-    /// The colour that is seen and lit: ray cast, and by closed form.
+    /// The visible lit colour: by ray casts and by closed form.
     fn colors(&self, sigma: f64, wo: DVec3, wi: DVec3) -> [f64; 2] {
         let s = self.tile.covariance() * sigma * sigma;
         let patch = Patch::new(&self.tile, DVec2::ZERO, s);
@@ -89,7 +89,7 @@ impl Painted {
     }
 }
 
-/// Root mean squares of the errors of the closed form and of the mean colour, over views of 15 to 80 degrees and lights from all sides.
+/// RMS errors of the closed form and of the mean colour, over views from 15 to 80 degrees and lights from all sides.
 fn errors(paint: Paint, sigma: f64) -> [f64; 2] {
     let painted = Painted::new(paint, sigma);
     let (mut ours, mut of_mean, mut count) = (0.0, 0.0, 0.0);
@@ -117,7 +117,7 @@ fn errors(paint: Paint, sigma: f64) -> [f64; 2] {
 
 #[test]
 #[ignore = "long"]
-fn paint_is_seen_where_rays_see_it() {
+fn paint_matches_ray_casts() {
     for (paint, sigma, part) in [
         (Paint::Tops(0.3), 0.5, 0.19),
         (Paint::Tops(0.3), 1.0, 0.19),

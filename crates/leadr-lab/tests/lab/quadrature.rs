@@ -1,4 +1,4 @@
-//! The visible-slope rules against converged integrals, beside the paper's grids. Bounds are close to the values measured on
+//! The visible-slope rules against converged integrals, with the paper's grids for comparison. Bounds are close to the values measured on
 //! these seeds, so a wrong rule breaks them. `examples/07_quadrature.rs` and docs/measurements/quadrature.md have full tables.
 
 use glam::{DVec2, DVec3};
@@ -25,7 +25,7 @@ fn find<'a>(rows: &'a [Row], rule: &str) -> &'a Row {
     rows.iter().find(|r| r.rule == rule).unwrap_or_else(|| panic!("no row {rule}"))
 }
 
-/// `(rule, rms, max)` that no row may exceed.
+/// Upper bounds `(rule, rms, max)` of the rows.
 fn check(rows: &[Row], bounds: &[(&str, f64, f64)]) {
     print(rows);
     for &(rule, rms, max) in bounds {
@@ -47,17 +47,17 @@ fn diffuse_moments() {
     let paper = find(&rows, "paper 5x5").rms;
     assert!(find(&rows, "visible 2 terms").rms < paper / 6.0);
     assert!(find(&rows, "visible 3 terms").rms < paper / 40.0);
-    // With the wrong sign of the correlation, the errors must show.
+    // The wrong sign of the correlation must cause errors.
     let wrong = set.row("wrong", 2, |s| visible_diffuse_moments(s.wo, s.m, DVec3::new(s.s.x, s.s.y, -s.s.z), 2));
     assert!(wrong.rms > 10.0 * find(&rows, "visible 2 terms").rms, "{}", wrong.line());
 }
 
-/// Denser grids are nearer to the integral, up to the densest: with a fixed extent they would all miss the same tail.
+/// Denser grids are more accurate, up to the densest; with a fixed extent they would all miss the same tail.
 #[test]
 fn grids_converge() {
     let (diffuse, light) = (DiffuseSet::new(120, 8, 5).rows(), LightSet::new(300, 5).rows());
-    let mirrors = SpecularSet::new(60, Sharpness::Smooth, 5).rows();
-    for (rows, factor) in [(&diffuse, 2.5), (&light, 2.0), (&mirrors, 1.7)] {
+    let specular = SpecularSet::new(60, Sharpness::Smooth, 5).rows();
+    for (rows, factor) in [(&diffuse, 2.5), (&light, 2.0), (&specular, 1.7)] {
         let rms = ["16x16", "32x32", "64x64", "128x128"].map(|n| find(rows, &format!("paper {n}")).rms);
         println!("{rms:?}");
         assert!(rms[1] > factor * rms[2] && rms[2] > factor * rms[3], "{rms:?}");
@@ -99,7 +99,7 @@ fn specular(sharpness: Sharpness, bounds: &[(&str, f64, f64)]) {
     let printed = find(&rows, "paper 5x5, supplement's LOD").rms;
     assert!(find(&rows, "rings of 5").rms < 0.8 * printed);
     assert!(find(&rows, "rings of 16").rms < 0.5 * find(&rows, "paper 5x5").rms);
-    // With the wrong sign of the correlation, the errors must show.
+    // The wrong sign of the correlation must cause errors.
     let wrong = set.row("wrong", 16, |s, lobes| {
         probe_radiance(&Surface { s: DVec3::new(s.s.x, s.s.y, -s.s.z), ..*s }, lobes, probe_rule(16))
     });
@@ -119,7 +119,7 @@ fn sharp_environments() {
     specular(Sharpness::Sharp, &[("rings of 5", 0.228, 2.1), ("rings of 9", 0.21, 2.3), ("rings of 16", 0.126, 1.25)]);
 }
 
-/// The mean Fresnel term of the visible facets, which is what the specular term takes from the diffuse one.
+/// The mean Fresnel term of the visible facets, which the specular term takes from the diffuse one.
 #[test]
 fn fresnel_of_the_visible_facets() {
     let all = surfaces(400, 21);
@@ -147,10 +147,10 @@ fn fresnel_of_the_visible_facets() {
     }
 }
 
-/// No popping: over slow sweeps of the view, the roughness and the anisotropy, through normal incidence and isotropy, the
-/// largest second difference of any rule is below the grid's, and its largest step is no more than the picture itself moves.
+/// No popping in slow sweeps of the view, the roughness and the anisotropy, through normal incidence and isotropy. The largest second
+/// difference of any rule is below the grid's; its largest step is no larger than that of the exact picture.
 #[test]
-fn nothing_pops() {
+fn no_popping() {
     let rows = sweep_rows(20);
     for r in &rows {
         println!("{:<11} {:<13} {:<16} {:.1e} {:.1e}", r.path.name(), r.integral, r.rule, r.steps.step, r.steps.bend);
@@ -177,15 +177,15 @@ fn nothing_pops() {
     }
 }
 
-/// The rules are smooth where formulas with azimuths or eigenvectors are singular: seen from straight above, and where the
-/// footprint is a circle.
+/// The rules are smooth at the singularities of formulas with azimuths or eigenvectors: seen from straight above, and with circular
+/// footprints.
 #[test]
 fn flat_and_overhead_surfaces() {
     let m = DVec2::new(0.3, -0.2);
     let flat = visible_diffuse_moments(DVec3::new(0.6, 0.0, 0.8), m, DVec3::ZERO, 2);
     assert!((flat.mean - normal_of_slope(m)).length() < 1e-8, "a flat surface has one normal: {}", flat.mean);
     assert!((flat.diag - flat.mean * flat.mean).length() < 1e-8);
-    // The nodes do not move when the view crosses the vertical.
+    // The nodes do not jump when the view crosses the vertical.
     let s = DVec3::new(0.25, 0.16, 0.1);
     let seen = |tilt: f64, phi: f64| {
         let wo = DVec3::new(tilt * phi.cos(), tilt * phi.sin(), 1.0).normalize();

@@ -1,4 +1,4 @@
-//! The ray casts against another ray caster (`crates/leadr-testing/data`), closed forms, and themselves at another resolution.
+//! The ray casts against another ray caster (`crates/leadr-testing/data`), closed forms, and another resolution.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +48,7 @@ fn patches_agree_with_another_ray_caster() {
                 ("spec_env_const", patch.specular_environment(wo, n, 6, |_| 1.0)),
                 ("spec_env_lobe10", patch.specular_environment(wo, n, 7, lobe)),
             ];
-            // On steep surfaces both casts are noisy, and the other's shadow rays leak.
+            // On steep surfaces both casts are noisy, and shadow rays of the other leak.
             let steep = s.x.max(s.y) > 2.0;
             for (name, estimate) in got {
                 let estimate = estimate.expect("a surface that faces the viewer");
@@ -117,7 +117,7 @@ fn spheres_agree_with_another_ray_caster() {
             let e = truth.compare(k, |x, y, _| want.radiance[(y * SIZE + x) as usize]);
             let (mean, count) = want.mean();
             let theirs = want.noise / mean;
-            // The mean square error without the other's noise, and its standard error.
+            // The mean square error without the noise of the other, and its standard error.
             let rest = e.rmse.powi(2).copysign(e.rmse) - theirs.powi(2);
             let error = 2.0 * (e.noise.powi(2) + theirs.powi(2)) / (count as f64).sqrt();
             println!(
@@ -128,7 +128,7 @@ fn spheres_agree_with_another_ray_caster() {
                 100.0 * e.noise,
                 100.0 * theirs,
             );
-            // The other's shadow rays leak a little.
+            // Shadow rays of the other leak a little.
             let (rms, bias) = if name.ends_with("mask") { (0.005, 0.004) } else { (0.015, 0.012) };
             assert!(rest < rms * rms + 3.0 * error, "{case} {name}: {rest:.1e} is more than {rms}²");
             assert!(e.bias.abs() < bias, "{case} {name}: bias {:+.2} %", 100.0 * e.bias);
@@ -136,10 +136,9 @@ fn spheres_agree_with_another_ray_caster() {
     }
 }
 
-/// Of the area `A` that faces the viewer, an endless surface shows exactly its mean area `a`: rays must not leak at any
-/// angle.
+/// An infinite surface shows exactly its mean area `a` of the area `A` that faces the viewer: rays must not leak at any angle.
 #[test]
-fn an_endless_surface_hides_the_rest_of_its_area() {
+fn infinite_surface_shows_its_mean_area() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 2);
     let n = 300;
     for (m, s) in [
@@ -170,13 +169,13 @@ fn slopes_from_above_are_those_prescribed() {
     let (mean, covariance) = patch.visible_slopes(DVec3::Z, 512, 1).unwrap();
     assert!((mean - m).length() < 0.002, "{mean}");
     assert!((covariance - s).abs().max_element() < 0.003, "{covariance}");
-    // Seen from the side, slopes that face the viewer dominate, and so do slopes that correlate with them.
+    // Seen from the side, slopes facing the viewer dominate, and slopes correlated with them also do.
     let (mean, _) = patch.visible_slopes(direction(60.0, 0.0), 256, 1).unwrap();
     assert!(mean.x < m.x - 0.1 && mean.y > m.y + 0.02, "{mean}");
     assert!(patch.visible_slopes(direction(80.0, 0.0), 16, 1).is_none(), "turned away");
 }
 
-/// The visible areas of all slopes add up to the visible area: ties casts per slope to the projected area.
+/// The visible areas of all slopes add up to the visible area. This ties casts per slope to the projected area.
 #[test]
 fn visibility_by_slope_sums_to_the_projection() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 4);
@@ -203,9 +202,9 @@ fn visibility_by_slope_sums_to_the_projection() {
     assert!((both / seen / rays - 1.0).abs() < 0.03);
 }
 
-/// Mirrors seen from above under a high light, where almost nothing is hidden: LEADR eq. 17 with masking only is exact.
+/// Specular facets seen from above under a high light, where almost nothing is hidden: LEADR eq. 17 with masking only is exact.
 #[test]
-fn mirrors_from_above_are_the_slope_density() {
+fn specular_from_above_is_the_slope_density() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 6);
     let s = DVec3::new(0.04, 0.02, 0.01);
     let patch = Patch::new(&tile, DVec2::ZERO, s);
@@ -215,7 +214,7 @@ fn mirrors_from_above_are_the_slope_density() {
     assert!((masked / want - 1.0).abs() < 1e-4 && (shadowed / want - 1.0).abs() < 0.01, "{masked} {shadowed} {want}");
 }
 
-/// Eight cells per correlation length suffice: twice as many with the same statistics change little.
+/// Eight cells per correlation length suffice: doubling them with the same statistics changes little.
 #[test]
 fn the_lattice_resolves_the_relief() {
     let truth = |cells: f64, size: u32| {
@@ -241,7 +240,7 @@ fn the_lattice_resolves_the_relief() {
     }
 }
 
-/// The error of a wrong picture is measured correctly even where the noise is larger.
+/// The error of a wrong picture is measured correctly even below the noise.
 #[test]
 fn errors_of_spheres_are_measured_correctly() {
     let tile = Tile::new(Spectrum::Gaussian, 256, 8.0, 1);
@@ -252,7 +251,7 @@ fn errors_of_spheres_are_measured_correctly() {
     let bright = truth.compare(0, |x, y, _| 1.03 * better.at(0, x, y).unwrap());
     println!("{right:?}\n{bright:?}");
     assert!(right.noise > 0.03 && right.rmse_with_noise > 0.03, "the pictures should be noisy");
-    // With 1,600 pixels the mean square is uncertain by 2 · 0.068² / √1600, which is a root of 0.015.
+    // With 1,600 pixels the mean square is uncertain by 2 · 0.068² / √1600, with a root of 0.015.
     assert!(right.rmse.abs() < 0.03 && right.bias.abs() < 0.005);
     assert!((bright.bias - right.bias - 0.03).abs() < 0.001);
     let added = bright.rmse * bright.rmse - right.rmse * right.rmse;

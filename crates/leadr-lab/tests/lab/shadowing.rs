@@ -1,5 +1,5 @@
-//! Direction-correlated shadowing and shadowed environments: properties that hold for any constants, and the models'
-//! errors against ray casts, our own and those of another ray caster (`crates/leadr-testing/data`).
+//! Direction-correlated shadowing and shadowed environments: properties for any constants, and the models' errors against ray casts of this
+//! library and of another ray caster (`crates/leadr-testing/data`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -75,7 +75,7 @@ fn symmetric_and_between_smith_and_masking_alone() {
     assert!(brighter > 10_000, "only {brighter} differ from Smith's form");
 }
 
-/// Where the whitened azimuths agree, the lower of the two rays decides: `1 / (1 + max Λ)`.
+/// For equal whitened azimuths, the lower of the two rays decides: `1 / (1 + max Λ)`.
 #[test]
 fn equal_azimuths_are_exact() {
     let mut r = Random(2);
@@ -98,7 +98,7 @@ fn equal_azimuths_are_exact() {
     assert!(tried > 10_000);
 }
 
-/// The terms are continuous: the largest step of a sweep vanishes when the sweep is refined around it.
+/// The terms are continuous: the largest step of a sweep vanishes with refinement around it.
 #[test]
 fn continuous_in_azimuth_and_elevation() {
     let mut r = Random(3);
@@ -130,8 +130,7 @@ fn continuous_in_azimuth_and_elevation() {
     assert!(largest < 1e-4);
 }
 
-/// As a masking variant of microfacet BRDFs it creates no energy for either distribution, and equals the function of the
-/// areas.
+/// As a masking variant of microfacet BRDFs it creates no energy for either distribution, and equals the function of the areas.
 #[test]
 fn white_furnace_of_the_variants() {
     let mut r = Random(4);
@@ -192,7 +191,7 @@ fn smooth_surfaces_have_no_shadows() {
     }
 }
 
-/// The occlusion and the bend of the bent normal against casts of reliefs that nothing was fitted to.
+/// The occlusion and the tilt of the bent normal against casts of reliefs outside the fit.
 #[test]
 fn the_bent_normal_leans_as_the_light_does() {
     for sigma in [0.2f64, 0.5, 1.0] {
@@ -206,9 +205,9 @@ fn the_bent_normal_leans_as_the_light_does() {
     }
 }
 
-/// Few probes lose nearly as much of a constant environment to shadows as the converged integral; without shadows, nothing.
+/// A few probes lose nearly as much of a constant environment to shadows as the converged integral; without shadows, nothing.
 #[test]
-fn probes_keep_what_they_should() {
+fn probes_preserve_moments() {
     let mut r = Random(6);
     let (mut square, mut count) = ([0.0; 3], 0.0);
     for _ in 0..60 {
@@ -233,8 +232,8 @@ fn probes_keep_what_they_should() {
     assert!(count > 30.0 && rms[0] < 0.027 && rms[1] < 0.0195 && rms[2] < 0.0112);
 }
 
-/// The library's own ray casts. Bounds are 1.5 times the measured values, to allow for other seeds. The paper's terms must show
-/// their known errors: 17 % for shadows that ignore the angle between the directions, 51 % for environments without shadows.
+/// The library's own ray casts. Bounds are 1.5 times the measured values, to allow for other seeds. The paper's terms must show their known
+/// errors: 17 % for shadows without the angle between the directions, 51 % for environments without shadows.
 #[test]
 fn spheres_of_the_librarys_ray_caster() {
     let surface = Surface { m: DVec2::ZERO, s: DVec3::new(1.0, 1.0, 0.0) };
@@ -244,14 +243,14 @@ fn spheres_of_the_librarys_ray_caster() {
         println!("{light:?} {model:?}: {:.2} %", 100.0 * row.error.rmse);
         100.0 * row.error.rmse
     };
-    use ShadowingLight::{DiffuseEnvironment, Front, Side, SpecularEnvironment, WhiteMirror};
+    use ShadowingLight::{DiffuseEnvironment, Front, Side, SpecularEnvironment, WhiteSpecular};
     use ShadowingModel::{BentNormal, Correlated, CorrelatedSimple, Masking, Probes, Smith};
     assert!(error(Front, Correlated) < 2.0 && error(Front, CorrelatedSimple) < 2.0);
     assert!((14.0..22.0).contains(&error(Front, Smith)));
     assert!(error(Side, Correlated) < 1.5 && error(Side, Smith) < 4.0);
     assert!(error(DiffuseEnvironment, BentNormal) < 1.5);
     assert!((45.0..60.0).contains(&error(DiffuseEnvironment, Masking)));
-    assert!(error(WhiteMirror, Correlated) < 3.0 && error(WhiteMirror, Probes(16)) < 2.9);
+    assert!(error(WhiteSpecular, Correlated) < 3.0 && error(WhiteSpecular, Probes(16)) < 2.9);
     assert!(error(SpecularEnvironment, Correlated) < 4.0 && error(SpecularEnvironment, Probes(16)) < 5.5);
     assert!(error(SpecularEnvironment, Smith) > 5.0 && error(SpecularEnvironment, Masking) > 60.0);
 }
@@ -279,7 +278,7 @@ fn bent(surface: &Surface, wo: DVec3, c: &Sh9, frame: &Frame) -> f64 {
 
 const WORLD: Frame = Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
 
-/// Relative root mean square errors in percent, by surface and quantity.
+/// Relative RMS errors in percent, by surface and quantity.
 #[derive(Default)]
 struct Errors(BTreeMap<(String, &'static str), Vec<f64>>);
 
@@ -349,12 +348,12 @@ fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
 }
 
 #[test]
-fn patches_of_another_ray_caster() {
+fn shadowed_patches_agree_with_external_ray_caster() {
     let data = oracle("patches.json");
     let rows: Vec<&Value> = ["gauss", "ring"].iter().flat_map(|k| rows(&data[*k])).collect();
     let all: Vec<_> = rows.par_iter().map(|row| patch_errors(row)).collect();
     let mut errors = Errors::default();
-    // Where light and viewer are on opposite sides of a tilted surface, almost nothing is lit and relative errors mean nothing.
+    // With light and viewer on opposite sides of a tilted surface, almost nothing is lit and relative errors are not significant.
     for (surface, quantity, got, want) in all.into_iter().flatten().filter(|e| e.3 > 1e-3) {
         errors.add(&surface, quantity, got, want);
     }
@@ -392,7 +391,7 @@ fn patches_of_another_ray_caster() {
 
 #[test]
 #[ignore = "long"]
-fn spheres_of_another_ray_caster() {
+fn shadowed_spheres_agree_with_external_ray_caster() {
     let sh = order_two(gradient);
     for (case, bounds) in [("isotropic", [1.2, 1.0, 0.6, 2.6]), ("anisotropic", [0.6, 1.7, 0.8, 1.0])] {
         let sphere = SphereOracle::load(case);

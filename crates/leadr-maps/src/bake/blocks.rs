@@ -1,24 +1,24 @@
-//! Block compression of baked maps: which numbers are stored, and rows on their way into blocks.
+//! Block compression of baked maps: stored quantities, and encoding of rows into blocks.
 //!
-//! **What is stored.** Not second moments: `E[x²] − E[x]²` of numbers with an error of some percent is nothing (measured in
-//! docs/measurements/maps.md). Stored are deviations and correlation; a texel's moments follow from them and from the means *as
-//! they were stored*. They are not linear: whoever interpolates makes moments of each texel first.
+//! **Stored quantities.** Raw second moments would not survive: `E[x²] − E[x]²` of values with errors of some percent is useless
+//! (measured in docs/measurements/maps.md). Blocks store deviations and correlation instead. The moments of a texel follow from
+//! these and from the means *as stored*. They are not linear: convert each texel to moments before interpolation.
 //!
-//! **Again and again.** A block of BC5 tells a number to a fourteenth of the block's range. What that leaves over goes into another layer,
-//! and what is left then into a third: heights, which the eye sees as they are, and mean slopes four times, all others twice.
+//! **Residual layers.** A BC5 block resolves a value to 1/14 of the block's range. Another layer stores the residual, a further
+//! one the residual of that. Heights, which are visible directly, and mean slopes use four layers; all others use two.
 
 use rayon::prelude::*;
 
 use super::Kind;
 use crate::bc5;
 
-/// Part of a range that a layer leaves over at most, beside a step of its bytes.
+/// Bound of a layer's residual relative to its range: the block error and a step of its bytes.
 const REST: f32 = 1.0 / 7.0 + 1.0 / 127.0;
 
-/// What a channel of a layer holds: the channel of the map, and how many layers before it hold more of that.
+/// Content of a layer's channel: the map's channel, and its residual index (0 for the value itself).
 pub(crate) type Slot = (usize, usize);
 
-/// In how many layers a channel is stored.
+/// Number of layers for a channel.
 fn depth(name: &str) -> usize {
     match name {
         "height" | "x" | "y" | "B.x" | "B.y" => 4,
@@ -26,7 +26,7 @@ fn depth(name: &str) -> usize {
     }
 }
 
-/// What layers of two channels hold: pair by pair of the map's channels, and then what is stored of one of them alone.
+/// Content of two-channel layers: pairs of the map's channels first, then the remaining residuals of single channels.
 fn slots(channels: &[&str]) -> Vec<Option<Slot>> {
     let mut slots = Vec::new();
     for (pair, names) in channels.chunks(2).enumerate() {
@@ -41,7 +41,7 @@ fn slots(channels: &[&str]) -> Vec<Option<Slot>> {
     slots
 }
 
-/// The name of what is left over of a channel so many layers on.
+/// The name of residual `rest` of a channel.
 pub(crate) fn rest_name(name: &str, rest: usize) -> String {
     match rest {
         0 => name.to_owned(),
@@ -50,7 +50,7 @@ pub(crate) fn rest_name(name: &str, rest: usize) -> String {
     }
 }
 
-/// And back.
+/// The channel and residual index of a name; inverse of [`rest_name`].
 pub(crate) fn of_rest_name(name: &str) -> Option<(&str, usize)> {
     Some(match name.split_once(".rest") {
         None => (name, 0),
@@ -59,7 +59,7 @@ pub(crate) fn of_rest_name(name: &str) -> Option<(&str, usize)> {
     })
 }
 
-/// The names of what is stored of the channels of a map.
+/// Names of the stored quantities for the channels of a map.
 pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
     let stored = |name: &String| match (kind, name.as_str()) {
         (Kind::Leadr, "xx") => "x.deviation".to_owned(),
@@ -73,7 +73,7 @@ pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
     channels.iter().map(stored).collect()
 }
 
-/// In place of second moments, deviations and correlation.
+/// Replaces second moments by deviations and correlation.
 fn to_stored(kind: Kind, texel: &mut [f32]) {
     let deviation = |second: f32, square: f32| (second - square).max(0.0).sqrt();
     let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
@@ -89,7 +89,7 @@ fn to_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// And back.
+/// Restores second moments; inverse of [`to_stored`].
 fn of_stored(kind: Kind, texel: &mut [f32]) {
     let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
     match kind {
@@ -104,7 +104,7 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// The ranges of what is stored, for channels of a map with slopes up to `slope`, heights in `heights`, and light up to `light`.
+/// Ranges of the stored quantities, for slopes up to `slope`, heights in `heights` and light up to `light`.
 pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2], light: f32) -> Vec<[f32; 2]> {
     let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
     let range = |name: &str| match (kind, name) {
@@ -113,27 +113,27 @@ pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2
         (_, "red" | "green" | "blue") => [0.0, light],
         (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
         (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
-        // The deviation in all directions.
+        // Deviation over both axes.
         (_, "M") => [0.0, 1.5 * slope],
         _ => [-slope, slope],
     };
     channels.iter().map(|name| wide(range(name))).collect()
 }
 
-/// How a map is stored in layers of two channels.
+/// Layout of a map in two-channel layers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BlockPlan {
     kind: Kind,
-    /// Channels of the map.
+    /// Channel count of the map.
     channels: usize,
-    /// What each channel of each layer holds; of each channel of the map, what is left over comes after it.
+    /// Content of each channel of each layer; residuals follow their channel.
     pub slots: Vec<Option<Slot>>,
-    /// A channel of the map is the sum of `value / factor + offset` over the slots that hold it.
+    /// A map channel is the sum of `value / factor + offset` over its slots.
     pub scales: Vec<[f32; 2]>,
 }
 
 impl BlockPlan {
-    /// For channels in these ranges.
+    /// A layout for channels with these ranges.
     pub fn new(kind: Kind, channels: &[&str], ranges: &[[f32; 2]]) -> Self {
         let slots = slots(channels);
         let scale = |&slot: &Option<Slot>| {
@@ -145,7 +145,7 @@ impl BlockPlan {
         Self { kind, channels: channels.len(), scales: slots.iter().map(scale).collect(), slots }
     }
 
-    /// As a file tells it: what each slot holds, its factor and its offset.
+    /// A layout read from a file: content, factor and offset of each slot.
     pub fn of_slots(kind: Kind, channels: usize, slots: Vec<Option<Slot>>, factors: &[f64], offsets: &[f64]) -> Self {
         let scales = factors.iter().zip(offsets).map(|(&factor, &offset)| [factor as f32, offset as f32]).collect();
         Self { kind, channels, slots, scales }
@@ -156,7 +156,7 @@ impl BlockPlan {
         self.slots.len() / 2
     }
 
-    /// Encodes up to four rows of texels with interleaved channels: the blocks of each layer, and the rows as they will be read.
+    /// Encodes up to four rows of interleaved channels. Returns the blocks of each layer, and the rows as they will be decoded.
     pub fn encode(&self, rows: &[Vec<f32>]) -> (Vec<Vec<u8>>, Vec<Vec<f32>>) {
         let (channels, width) = (self.channels, rows[0].len() / self.channels);
         let across = width.div_ceil(bc5::SIDE);
@@ -178,7 +178,7 @@ impl BlockPlan {
         (layers, decoded)
     }
 
-    /// A block of every channel of every layer. Beyond the edges the last texels go on.
+    /// Encodes one block for every channel of every layer; edge texels repeat outside the map.
     fn encode_block(&self, rows: &[Vec<f32>], block: usize) -> Vec<[u8; bc5::BYTES]> {
         let width = rows[0].len() / self.channels;
         let texels: Vec<Vec<f32>> = (0..16)
@@ -202,7 +202,8 @@ impl BlockPlan {
         slots.collect()
     }
 
-    /// Hands on the 16 texels of the blocks of all channels of all layers: where in the block, and its channels.
+    /// Decodes the blocks of all channels of all layers. Calls `put` for each of the 16 texels with its position in the block and
+    /// its channels.
     pub fn decode_block(&self, blocks: &[[u8; bc5::BYTES]], mut put: impl FnMut(usize, usize, &[f32])) {
         let mut texels = vec![vec![0.0; self.channels]; 16];
         for ((slot, &[factor, offset]), block) in self.slots.iter().zip(&self.scales).zip(blocks) {
@@ -224,7 +225,7 @@ mod tests {
 
     #[test]
     fn moments_come_back_with_their_variance() {
-        // Steep means with little variance: what raw second moments lose.
+        // Steep means with little variance, which raw second moments lose.
         let texel = |i: usize| {
             let (x, y) = (3.0 + 0.2 * (i as f32 * 0.7).sin(), -2.0 + 0.1 * (i as f32 * 1.3).cos());
             let (sx, sy, rho) = (0.05 + 0.01 * (i % 5) as f32, 0.08, 0.5 - 0.1 * (i % 3) as f32);
@@ -237,7 +238,7 @@ mod tests {
         assert_eq!((layers.len(), layers[0].len()), (9, 2 * 16));
         for (row, decoded) in rows.iter().zip(&decoded) {
             for (a, b) in row.chunks_exact(6).zip(decoded.chunks_exact(6)) {
-                // Means in a range of 8 and heights in one of 0.2: to an eight-thousandth and a four-thousandth of that.
+                // Means in a range of 8, heights in a range of 0.2: within an eight-thousandth and a four-thousandth of it.
                 assert!((a[0] - b[0]).abs() < 1e-3 && (a[5] - b[5]).abs() < 5e-5, "{a:?} {b:?}");
                 let variance = |m: &[f32]| [m[2] - m[0] * m[0], m[3] - m[1] * m[1], m[4] - m[0] * m[1]];
                 for (va, vb) in variance(a).into_iter().zip(variance(b)) {
@@ -245,20 +246,20 @@ mod tests {
                 }
             }
         }
-        // As a file tells it.
+        // The same plan from a file.
         let [factors, offsets] = [0, 1].map(|i| plan.scales.iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
         assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots.clone(), &factors, &offsets), plan);
     }
 
     #[test]
-    fn names_of_what_is_left_over_are_read() {
+    fn leftover_names_are_parsed() {
         for (name, rest) in [("x", 0), ("B.x.deviation", 1), ("height", 2), ("height", 3)] {
             assert_eq!(of_rest_name(&rest_name(name, rest)), Some((name, rest)));
         }
         assert!(["x.rest1", "x.rest0", "x.restless", "x.rest99"].iter().all(|name| of_rest_name(name).is_none()));
     }
 
-    /// Root mean square error of the variances along both axes over variance and that of a base of α = 0.35, for a level of a map.
+    /// RMS error of the variances along both axes, relative to variance plus that of a base with α = 0.35, for a level of a map.
     fn variance_error(exact: &[Vec<f32>], stored: &[Vec<f32>], raw: bool) -> f64 {
         let channels = if raw { 5 } else { 6 };
         let (mut sum, mut count) = (0.0, 0.0);
@@ -278,7 +279,7 @@ mod tests {
     #[test]
     fn raw_second_moments_do_not_survive_blocks() {
         let mut map = crate::procedural::rock(256, 256, 1);
-        // The relief of the plane: .12 m and the factor of generated rock over 2 m.
+        // Relief of the plane scene: .12 m times the factor of generated rock, over 2 m.
         map.texels.iter_mut().for_each(|height| *height *= 0.6 * 0.12 / 2.0);
         let leadr = crate::LeadrMap::new(&map, crate::Wrap::Repeat);
         println!("level   raw     raw twice   deviations   deviations twice");
@@ -293,7 +294,7 @@ mod tests {
             let [low, high] = [-most(5), most(5)];
             let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0);
             let square = slope * slope;
-            // A kind whose channels are stored as they are.
+            // A kind with unchanged stored channels.
             let raw = [[-slope, slope], [-slope, slope], [0.0, square], [0.0, square], [-square, square]];
             let mut errors = Vec::new();
             for (kind, ranges, channels) in [(Kind::Toksvig, &raw[..], 5), (Kind::Leadr, &deviations[..], 6)] {
@@ -301,7 +302,7 @@ mod tests {
                     let names = ["x", "y", "xx", "yy", "xy", "height"];
                     let mut plan = BlockPlan::new(kind, &names[..channels], ranges);
                     if once {
-                        // Nothing is left of what is left over.
+                        // Removes the residuals.
                         let rests =
                             plan.scales.iter_mut().zip(&plan.slots).filter(|(_, slot)| slot.is_some_and(|s| s.1 > 0));
                         rests.for_each(|(scale, _)| scale[0] = 1e30);

@@ -1,19 +1,19 @@
-//! What is found from the pictures before they are baked: heights of normals, and what of the surroundings texels see.
+//! Maps derived before baking: heights from normals, and ambient visibility.
 
 use super::Inputs;
 use crate::derive::{About, Integrated, Integration, SLICES, Slopes, heights_of_slopes, visibility};
 use crate::{MapFault, limits};
 
-/// How well the slopes of found heights are those of the normals.
+/// Fit of integrated heights to the normals' slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundHeights {
-    /// Root mean square of the normals' slopes about their mean.
+    /// RMS of the normals' slopes about their mean.
     pub slope_rms: f64,
-    /// Share of their squares that no heights have, as the slopes have curl.
+    /// Share of their squared slopes that is curl, which no heights can have.
     pub curl_share: f64,
-    /// Root mean square of the slopes that the heights leave over.
+    /// RMS of the slope residual.
     pub residual_rms: f64,
-    /// The mean slope, which heights that repeat leave out.
+    /// The mean slope, which repeating heights cannot have.
     pub mean_slope: [f64; 2],
 }
 
@@ -22,20 +22,20 @@ impl std::fmt::Display for FoundHeights {
         let Self { slope_rms, curl_share, residual_rms, mean_slope: [s, t] } = self;
         write!(
             f,
-            "slopes of {slope_rms:.4} rms, of which {residual_rms:.4} are left over; no heights have {:.2} % of their squares; mean slope {s:.4} {t:.4}",
+            "slope RMS {slope_rms:.4}, residual RMS {residual_rms:.4}, curl {:.2} % of the squared slopes, mean slope {s:.4} {t:.4}",
             100.0 * curl_share
         )
     }
 }
 
 impl Inputs {
-    /// Finds heights, in widths of the texture, from the slopes of the normals.
+    /// Integrates the slopes of the normals to heights, in texture widths.
     ///
     /// # Errors
-    /// If there are no normals, or memory is short.
+    /// If normals are missing, or memory is short.
     pub fn find_heights(&mut self, progress: &dyn Fn(f32)) -> Result<FoundHeights, MapFault> {
         let Some(normals) = &self.normals else {
-            return Err(MapFault::unsupported("there are no normals to find heights of", "give a normal map"));
+            return Err(MapFault::unsupported("there are no normals to compute heights from", "give a normal map"));
         };
         let slopes = Slopes::of_normal_map(normals)?;
         let default = Integration::default();
@@ -48,17 +48,17 @@ impl Inputs {
         Ok(FoundHeights { slope_rms, curl_share, residual_rms, mean_slope })
     }
 
-    /// Finds what each texel sees of its surroundings past the heights, which must be there. About the slopes of the heights: those of
-    /// the normals differ only in what no height has.
+    /// Computes the visibility of each texel from the heights. It uses the slopes of the heights, since those of the normals
+    /// differ only by curl.
     ///
     /// # Errors
-    /// If there are no heights, or memory is short.
-    pub fn look_around(&mut self, progress: &dyn Fn(f32)) -> Result<(), MapFault> {
+    /// If heights are missing, or memory is short.
+    pub fn compute_occlusion(&mut self, progress: &dyn Fn(f32)) -> Result<(), MapFault> {
         let Some(heights) = &self.heights else {
-            let what = "there are no heights to look around from";
+            let what = "there are no heights to compute occlusion from";
             return Err(MapFault::unsupported(what, "give a height map or a normal map"));
         };
-        // With heights in the unit of their map nothing tells how steep they are: the map is taken to be as wide as that.
+        // Heights without a known unit have no known steepness: assume the map is one unit wide.
         let scale = self.usual_height_scale();
         let found = visibility(heights, scale, self.wrap, About::Surface, SLICES, progress)?;
         let mut texels = limits::zeroed::<[f32; 4]>(found.visibility.len())?;

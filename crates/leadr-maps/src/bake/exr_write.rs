@@ -1,6 +1,7 @@
-//! EXR with mip levels: tiles of 64 x 64, sizes rounded down, a channel for each of the plan's.
+//! EXR with mip levels: tiles of 64 x 64, sizes rounded down, one channel for each of the plan's.
 //!
-//! The whole result is held until it is written: the format stores the largest level first and the `exr` crate takes an image as one.
+//! The whole result stays in memory until it is written: the format stores the largest level first, and the `exr` crate takes a
+//! complete image.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -20,19 +21,19 @@ use crate::fault::one_line;
 use crate::pyramid::level_sizes;
 use crate::{MapFault, Wrap, limits};
 
-/// Levels on their way to a file.
+/// An EXR file in preparation.
 pub struct ExrFile<'a> {
     plan: &'a Plan,
     sizes: Vec<[u32; 2]>,
-    /// Each channel, level by level.
+    /// Samples of each channel, by level.
     planes: Vec<Vec<FlatSamples>>,
 }
 
 impl<'a> ExrFile<'a> {
-    /// Takes the memory for the result.
+    /// Allocates the samples.
     ///
     /// # Errors
-    /// If there is not enough.
+    /// If memory is short.
     pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
         let sizes = level_sizes(plan.size);
         let plane = |&[w, h]: &[u32; 2]| {
@@ -40,7 +41,7 @@ impl<'a> ExrFile<'a> {
             Ok(match plan.precision {
                 Precision::F32 => FlatSamples::F32(limits::zeroed(texels)?),
                 Precision::F16 => FlatSamples::F16(limits::zeroed(texels)?),
-                Precision::Bc => return Err(MapFault::unsupported("an EXR holds no blocks", "write a .ktx2 file")),
+                Precision::Bc => return Err(MapFault::unsupported("an EXR cannot hold blocks", "write a .ktx2 file")),
             })
         };
         let planes =

@@ -1,4 +1,4 @@
-//! What is baked: heights, normals, roughness and colour of one size, read row by row.
+//! Inputs of baking: heights, normals, roughness and colour of one size, read row by row.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,14 +10,14 @@ use crate::{HeightMap, MapFault, Wrap};
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::NormalArea;
 
-/// Where roughness comes from.
+/// A roughness map.
 #[derive(Clone, Debug)]
 pub struct Roughness {
     /// The texels.
     pub raster: Raster,
-    /// Which channel of them.
+    /// Channel index.
     pub channel: usize,
-    /// What its numbers are.
+    /// Meaning of its values.
     pub meaning: RoughnessMeaning,
 }
 
@@ -28,54 +28,54 @@ impl Roughness {
     }
 }
 
-/// Normals, with gloss of their own, that lie over those of a surface and repeat more often.
+/// A detail normal map, with optional roughness, that repeats over the surface.
 #[derive(Clone, Debug)]
 pub struct DetailNormals {
     /// The normals.
     pub normals: NormalMap,
-    /// Their roughness; without one they are as rough as what lies below.
+    /// Roughness of the detail; `None` uses that of the base.
     pub roughness: Option<Roughness>,
-    /// Times that they repeat within the surface.
+    /// Repeats per repeat of the surface.
     pub repeat: u32,
-    /// How a normal of it is put over one below, which comes first ([`leadr_reflectance::slopes::normal_blending`]).
+    /// Blends the base normal (first argument) with the detail normal ([`leadr_reflectance::slopes::normal_blending`]).
     pub blend: fn(DVec3, DVec3) -> DVec3,
 }
 
-/// Pictures of one size; heights or normals must be among them.
+/// Input images of one size. Heights or normals are required.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs {
     /// Heights.
     pub heights: Option<HeightMap>,
-    /// Normals, whose slopes are used in place of those of the heights.
+    /// Normals. Their slopes replace those of the heights.
     pub normals: Option<NormalMap>,
-    /// Roughness of the material, filtered beside the slopes.
+    /// Roughness of the material, filtered with the slopes.
     pub roughness: Option<Roughness>,
     /// Colour, filtered as linear light.
     pub color: Option<Raster>,
-    /// Factor on heights, which makes them widths of the texture. `None`: 1, which leaves them in the unit of their map; with normals what
-    /// agrees best with those.
+    /// Factor from heights to texture widths. `None`: the best fit to the normals, or 1 without normals, which keeps the map's
+    /// own unit.
     pub height_scale: Option<f32>,
-    /// What lies beyond the edges of the heights.
+    /// Addressing outside the heights.
     pub wrap: Wrap,
-    /// For kinds normal and gloss, what lies over the normals.
+    /// For kinds normal and gloss: the detail over the normals.
     pub detail: Option<DetailNormals>,
-    /// For kinds occlusion and cones, what each texel sees of its surroundings ([`Inputs::look_around`]): the cone, and the share.
+    /// For kinds occlusion and cones: the cone and visible share of each texel ([`Inputs::compute_occlusion`]).
     pub visibility: Option<Vec<[f32; 4]>>,
-    /// Of heights that are found, the weight of the slopes' variance inside texels ([`crate::derive::Integration::smoothness`]).
+    /// For integrated heights: weight of the slope variance inside texels ([`crate::derive::Integration::smoothness`]).
     pub smoothness: Option<f64>,
-    /// For kind gloss, which scale it is on.
+    /// For kind gloss: the gloss scale.
     pub gloss: Gloss,
-    /// For kind gloss, which areas normals stand for.
+    /// For kind gloss: the area that normals represent.
     pub area: NormalArea,
-    /// For kind gloss, what a texel of the finest level is.
+    /// For kind gloss: meaning of a texel of the finest level.
     pub texels: Texels,
 }
 
 impl Inputs {
-    /// Width and height.
+    /// Width and height in texels.
     ///
     /// # Errors
-    /// If there are neither heights nor normals, or sizes differ.
+    /// If both heights and normals are missing, or sizes differ.
     pub fn size(&self) -> Result<[u32; 2], MapFault> {
         let sizes = [
             ("heights", self.heights.as_ref().map(|map| [map.width, map.height])),
@@ -97,12 +97,12 @@ impl Inputs {
         }
     }
 
-    /// Compares heights with normals, if there are both and neither is flat.
+    /// Compares heights with normals; `None` if one is missing or flat.
     pub fn agreement(&self) -> Option<Agreement> {
         agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }
 
-    /// Compares heights with normals, and settles the factor on heights if nobody told it, so that no kind compares them again.
+    /// Compares heights with normals and sets an unset `height_scale`, so that no kind repeats the comparison.
     pub fn agree(&mut self) -> Option<Agreement> {
         let agreement = self.agreement();
         if agreement.is_some() {
@@ -111,31 +111,31 @@ impl Inputs {
         agreement
     }
 
-    /// The factor that agrees best with the normals, or 1.
+    /// The best-fitting height factor, or 1.
     fn scale_of(&self, agreement: Option<Agreement>) -> f32 {
         let agreed = agreement.filter(|agreed| agreed.scale_texels > 0.0);
         let width = self.heights.as_ref().map_or(1, |map| map.width);
         agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
     }
 
-    /// The factor on heights: the one that is told, or what agrees best with the normals, or 1.
+    /// The height factor: the explicit one, else the best fit to the normals, else 1.
     pub(super) fn usual_height_scale(&self) -> f32 {
         self.height_scale.unwrap_or_else(|| self.scale_of(self.agreement()))
     }
 
-    /// Moments of a row, and mean heights, as [`crate::Moments`] has them. `scale`: factor on heights.
+    /// Moments and mean heights of a row, ordered like [`crate::Moments`]. `scale`: factor on heights.
     pub(super) fn moments(&self, scale: f32, y: u32) -> Vec<[f32; 6]> {
         match (&self.heights, &self.normals) {
             (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
             _ => {
-                // Of slopes in 32 bits, as the renderer squares them.
+                // Slopes in 32 bits, because the renderer squares those.
                 let narrow = self.slopes(scale, y).into_iter().map(|slope| slope.map(|v| v as f32));
                 narrow.map(|[x, y, height]| [x, y, x * x, y * y, x * y, height]).collect()
             }
         }
     }
 
-    /// One slope `dh/ds`, `dh/dt` for each texel of a row, and its height: the normal's, or central differences.
+    /// Slope `dh/ds`, `dh/dt` and height of each texel of a row, from normals or central differences.
     pub(super) fn slopes(&self, scale: f32, y: u32) -> Vec<[f64; 3]> {
         let [width, height] = self.size().expect("checked before baking");
         let texels = [f64::from(width), f64::from(height)];
@@ -157,9 +157,9 @@ impl Inputs {
         (0..width).map(texel).collect()
     }
 
-    /// Channels beside those of the kind at a texel: α² and α⁴, linear colour.
+    /// Appends the additional channels of a texel: α² and α⁴, linear colour.
     pub(super) fn beside(&self, kind: Kind, x: u32, y: u32, texel: &mut Vec<f32>) {
-        if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.tells_variance()) {
+        if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.stores_variance()) {
             let alpha = roughness.alpha(x, y);
             texel.extend([alpha.powi(2), alpha.powi(4)].map(|v| v as f32));
         }
@@ -168,14 +168,14 @@ impl Inputs {
         }
     }
 
-    /// What a texel sees of its surroundings; all of it, where nobody looked around.
+    /// Cone and visible share of a texel; fully open if visibility was not computed.
     pub(super) fn visible_from(&self, x: u32, y: u32) -> [f32; 4] {
         let width = self.size().map_or(0, |size| size[0]) as usize;
         let at = y as usize * width + x as usize;
         self.visibility.as_ref().map_or([0.0, 0.0, 1.0, 1.0], |texels| texels[at])
     }
 
-    /// The steepest of all slopes `dh/ds`, `dh/dt`.
+    /// The steepest slope `dh/ds` or `dh/dt`.
     pub(super) fn steepest(&self, scale: f32) -> f32 {
         if self.normals.is_none() {
             return self.bounds(scale.into())[0] as f32;
@@ -185,14 +185,14 @@ impl Inputs {
         (0..rows).into_par_iter().map(row).reduce(|| 0.0, f64::max) as f32
     }
 
-    /// The least and the greatest height, before scaling.
+    /// Minimum and maximum height before scaling.
     pub(super) fn height_range(&self) -> [f32; 2] {
         let texels = self.heights.iter().flat_map(|map| &map.texels);
         let [low, high] = texels.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &h| [low.min(h), high.max(h)]);
         if low <= high { [low, high] } else { [0.0; 2] }
     }
 
-    /// The brightest of all colours, at least 1.
+    /// The largest colour value, at least 1.
     pub(super) fn brightest(&self) -> f32 {
         match self.color.as_ref().map(Raster::samples) {
             Some(Samples::F32(values)) => values.iter().fold(1.0, |most, &v| most.max(v)),

@@ -1,35 +1,35 @@
-//! What a baked texel holds: the kinds of maps, and the layout of other programs.
+//! Content of a baked texel: the kinds of maps, and the layouts of other programs.
 
-/// What is kept of a surface.
+/// Kind of baked map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Kind {
-    /// LEADR mapping (LEADR section 4): `E[x], E[y], E[x²], E[y²], E[xy]` of `dh/ds`, `dh/dt`, and mean height. Heights are
-    /// triangles between texels, as they are drawn.
+    /// LEADR mapping (LEADR section 4): `E[x], E[y], E[x²], E[y²], E[xy]` of `dh/ds`, `dh/dt`, and mean height. The surface
+    /// between texels consists of the drawn triangles.
     #[default]
     Leadr,
-    /// LEAN mapping (Olano and Baker 2010): `B = n.xy / n.z` of one normal for a texel, in the tangent frame of the base with y up, and
-    /// its second moments `M`; mean height.
+    /// LEAN mapping (Olano and Baker 2010): `B = n.xy / n.z` of one normal per texel in the tangent frame of the base, y up; its
+    /// second moments `M`; mean height.
     Lean,
     /// CLEAN mapping (Baker 2011): `B`, one second moment `E[B.x² + B.y²]`, and mean height.
     Clean,
-    /// Toksvig (2005): the mean normal, shorter where normals differ, and mean height.
+    /// Toksvig (2005): the mean normal, shortened by variation of the normals, and mean height.
     Toksvig,
-    /// Normals in the tangent frame of the base with y up. Levels hold mean normals, made as long as before.
+    /// Unit normals in the tangent frame of the base, y up. Levels hold renormalised mean normals.
     Normal,
-    /// Normals and gloss (Chan 2018, section 2.2): levels hold the direction of the mean of normals that are the shorter the rougher they
-    /// are, and the gloss that its length stands for.
+    /// Normals and gloss (Chan 2018, section 2.2). Levels average normals that roughness shortens: the mean's direction is the
+    /// normal, and its length gives the gloss.
     Gloss,
     /// Heights.
     Height,
-    /// Occlusion as textures have it: the share of the surroundings, weighted by the cosine, that is seen past the relief.
+    /// Ambient occlusion: the visible, cosine-weighted share of the surroundings.
     Occlusion,
-    /// Where that share lies: the mean direction in which a texel is open, as long as the cone about it is narrow, in the tangent frame of
-    /// the base with y up ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)), and the share itself.
+    /// Visibility cones: the mean open direction in the tangent frame of the base, y up, longer for a narrower cone
+    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)), and the visible share.
     Cones,
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 9] = [
         Self::Leadr,
         Self::Lean,
@@ -42,12 +42,12 @@ impl Kind {
         Self::Cones,
     ];
 
-    /// Its name on the command line and in files.
+    /// The name on the command line and in files.
     pub const fn name(self) -> &'static str {
         self.name_and_channels().0
     }
 
-    /// Its channels, in their order. More may follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`, `blue`.
+    /// Ordered channel names. Optional channels follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`, `blue`.
     pub const fn channels(self) -> &'static [&'static str] {
         self.name_and_channels().1
     }
@@ -66,18 +66,18 @@ impl Kind {
         }
     }
 
-    /// Whether its texels tell how much slopes differ under them. Roughness then has channels beside them; gloss has it within, and
-    /// others have no use for it.
-    pub const fn tells_variance(self) -> bool {
+    /// Whether texels contain slope variance. If so, roughness gets its own channels. Kind gloss includes roughness; other kinds
+    /// ignore it.
+    pub const fn stores_variance(self) -> bool {
         matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)
     }
 
-    /// Whether colour stands beside its channels, if there is one. What engines keep as textures of one purpose is left alone.
+    /// Whether an input colour is stored too. Kinds that engines use as single-purpose textures omit it.
     pub const fn has_color(self) -> bool {
         !matches!(self, Self::Height | Self::Occlusion | Self::Cones)
     }
 
-    /// The power of a slope that each channel has; heights have `None`.
+    /// Exponent of the slope in each channel; `None` for heights.
     pub(super) fn power(self, channel: usize) -> Option<i32> {
         match (self, self.channels()[channel]) {
             (_, "height") => None,
@@ -87,9 +87,9 @@ impl Kind {
         }
     }
 
-    /// Total variance of slope that a texel tells, not below zero; 0 for kinds that tell none.
+    /// Total slope variance of a texel, at least 0; 0 for kinds without variance.
     pub fn variance(self, texel: &[f64]) -> f64 {
-        if !self.tells_variance() {
+        if !self.stores_variance() {
             return 0.0;
         }
         let square = texel[0] * texel[0] + texel[1] * texel[1];
@@ -98,7 +98,7 @@ impl Kind {
             Self::Clean => texel[2] - square,
             Self::Toksvig => {
                 let length = (square + texel[2] * texel[2]).sqrt().max(1e-6);
-                // Toksvig's σ² of one axis, (1 - |N|) / |N|.
+                // Toksvig's σ² per axis, (1 - |N|) / |N|.
                 2.0 * (1.0 - length) / length
             }
             _ => 0.0,
@@ -107,47 +107,47 @@ impl Kind {
     }
 }
 
-/// Whose layout the file has.
+/// Channel layout of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Layout {
     /// The channels of [`Kind::channels`].
     #[default]
     Leadr,
-    /// The six channels that `maketx --bumpslopes` of OpenImageIO writes: height, slopes and their second moments, per texel.
+    /// The six channels of `maketx --bumpslopes` (OpenImageIO): height, slopes and their second moments, per texel.
     Oiio,
 }
 
-/// Channels of [`Layout::Oiio`], in the order and with the names that `maketx` gives them.
+/// Channels of [`Layout::Oiio`], in `maketx` order and naming.
 pub(super) const OIIO_CHANNELS: [&str; 6] = ["b0_h", "b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"];
 
-/// In files of 16 bits, the last channel of maps with heights: what they leave over of `height`. A surface that is displaced by so few bits has
-/// steps, and texels are seen where they are not.
+/// Last channel of 16-bit files with heights: the rounding residual of `height`. Displacement by 16-bit heights alone has visible
+/// steps and misplaces texels.
 pub(crate) const HEIGHT_REST: &str = "height.rest";
 
-/// What a texel of the finest level of a gloss map is (Chan 2018, section 2.3).
+/// Meaning of a texel of the finest gloss level (Chan 2018, section 2.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Texels {
-    /// A plane with one normal: the finest level is what the artist painted.
+    /// A plane with one normal: the finest level is as painted.
     #[default]
     Facets,
-    /// A sample of a smooth surface, whose normals change towards the next texels: that spread counts as roughness on the finest level, too.
+    /// A sample of a smooth surface. Normal variation towards neighbouring texels counts as roughness on the finest level too.
     Smooth,
 }
 
-/// Width of a number in the file.
+/// Number format of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Precision {
     /// 32-bit float.
     #[default]
     F32,
-    /// 16-bit float. Channels are multiplied by powers of two, which the file tells, so that they fill its range.
+    /// 16-bit float. Power-of-two factors, recorded in the file, make channels fill its range.
     F16,
-    /// Blocks of 4 x 4 texels, 8 bits for a number, whose second moments are kept as deviations and correlation. KTX2 only.
+    /// Blocks of 4 x 4 texels, 8 bits per number. Second moments are stored as deviations and correlation. KTX2 only.
     Bc,
 }
 
 impl Precision {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
@@ -156,7 +156,7 @@ impl Precision {
         }
     }
 
-    /// Bytes of a number of floats.
+    /// Bytes of one float.
     pub const fn bytes(self) -> usize {
         match self {
             Self::F32 => 4,

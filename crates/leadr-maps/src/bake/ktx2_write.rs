@@ -1,9 +1,9 @@
-//! KTX2 (Khronos KTX file format 2.0): header, level index, description of the numbers, keys; then the levels, the smallest first, whose
-//! places are known before any of them is.
+//! KTX2 writer (Khronos KTX file format 2.0). Order: header, level index, data format descriptor, keys, then levels from the
+//! smallest. All offsets are known in advance.
 //!
-//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise one or two channels are a texture of as many, and more are layers of an
-//! array texture with four channels each: those of the kind first, then `alpha2` and `alpha4`, colour from the start of another layer, and
-//! in 16 bits what those leave over of the height. Channels named `-` are zero.
+//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise one or two channels form a one- or two-channel texture. More
+//! channels form an array texture with four channels per layer: first those of the kind, then `alpha2` and `alpha4`, colour in a
+//! new layer, and in 16 bits the residual of the height. Channels named `-` are zero.
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -17,13 +17,13 @@ use super::{Plan, Precision, Report, Target};
 use crate::pyramid::level_sizes;
 use crate::{MapFault, bc5};
 
-/// Formats of floats, by channels.
+/// 32-bit float formats by channel count.
 pub(crate) const FLOATS_32: [(usize, Format); 3] =
     [(1, Format::R32_SFLOAT), (2, Format::R32G32_SFLOAT), (4, Format::R32G32B32A32_SFLOAT)];
 pub(crate) const FLOATS_16: [(usize, Format); 3] =
     [(1, Format::R16_SFLOAT), (2, Format::R16G16_SFLOAT), (4, Format::R16G16B16A16_SFLOAT)];
 
-/// A file that is being written.
+/// A KTX2 file in preparation.
 pub struct Ktx2File<'a> {
     file: &'a mut File,
     plan: &'a Plan,
@@ -33,7 +33,7 @@ pub struct Ktx2File<'a> {
     keys_at: u64,
 }
 
-/// Channels of the plan in each layer, as many in all of them.
+/// The plan's channels in each layer; all layers have the same number.
 fn layers(plan: &Plan) -> Vec<Vec<Option<usize>>> {
     let count = plan.channels.len();
     if count <= 2 {
@@ -42,15 +42,16 @@ fn layers(plan: &Plan) -> Vec<Vec<Option<usize>>> {
     packed(&plan.channels).chunks(4).map(<[_]>::to_vec).collect()
 }
 
-/// The basic descriptor block: two channels of BC5, or so many floats of one size; linear.
+/// The basic data format descriptor block: two BC5 channels, or `channels` linear floats of one size.
 fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
     let in_blocks = precision == Precision::Bc;
     let channels = if in_blocks { 2 } else { channels };
     let bits = if in_blocks { 64 } else { 8 * precision.bytes() as u16 };
     let (size, bytes) = (24 + 16 * channels as u8, (channels as u16 * bits / 8) as u8);
-    // BC5 or RGBSDA; one less than the texels along a block.
+    // Colour model BC5 or RGBSDA; texel block dimension minus one.
     let (model, last) = if in_blocks { (132, 3) } else { (1, 0) };
-    // Total size; vendor and type 0; version 2, size of the block; model, BT.709, linear, straight alpha; texels; bytes.
+    // Total size; vendor and type 0; version 2, block size; colour model, BT.709, linear, straight alpha; block dimensions;
+    // bytes.
     let mut block = [
         u32::from(size + 4).to_le_bytes(),
         [0; 4],
@@ -61,7 +62,7 @@ fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
         [0; 4],
     ]
     .concat();
-    // Signed, or signed floats.
+    // Signed normalised, or signed floats.
     let (sign, [low, high]) = if in_blocks {
         (0x40, [i32::MIN, i32::MAX].map(i32::to_le_bytes))
     } else {
@@ -75,13 +76,13 @@ fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
     block
 }
 
-/// Of texels of 1, 2 or 4 floats.
+/// The format for texels of 1, 2 or 4 floats.
 fn float_format(precision: Precision, channels: usize) -> Format {
     let of_counts = if precision == Precision::F32 { FLOATS_32 } else { FLOATS_16 };
     of_counts.into_iter().find(|(count, _)| *count == channels).expect("1, 2 or 4 channels").1
 }
 
-/// The keys, of the same length whatever `report` says.
+/// The encoded keys. Their length does not depend on `report`.
 fn encoded_keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> Vec<u8> {
     let slots: Vec<Option<usize>> = layers.iter().flatten().copied().collect();
     let mut keys = keys(plan, &slots, report);
@@ -98,12 +99,12 @@ fn encoded_keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Repo
     bytes
 }
 
-fn write_at(file: &mut File, place: u64, bytes: &[u8]) -> Result<(), MapFault> {
-    file.seek(SeekFrom::Start(place)).and_then(|_| file.write_all(bytes)).map_err(MapFault::io("cannot be written"))
+fn write_at(file: &mut File, offset: u64, bytes: &[u8]) -> Result<(), MapFault> {
+    file.seek(SeekFrom::Start(offset)).and_then(|_| file.write_all(bytes)).map_err(MapFault::io("cannot be written"))
 }
 
 impl<'a> Ktx2File<'a> {
-    /// Writes everything but the levels, and makes room for those.
+    /// Writes everything except the levels and reserves space for them.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -114,14 +115,14 @@ impl<'a> Ktx2File<'a> {
         let (descriptor, keys) = (descriptor(plan.precision, channels), encoded_keys(plan, &layers, None));
         let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
         let keys_at = descriptor_at + descriptor.len() as u64;
-        // Of a texel of a layer, or of a block.
+        // Bytes of a texel or block of one layer.
         let unit = if plan.precision == Precision::Bc { 16 } else { (channels * plan.precision.bytes()) as u64 };
         let count = plan.blocks.as_ref().map_or(layers.len(), BlockPlan::layers);
         let bytes = |size: [u32; 2]| count as u64 * units(plan, size).iter().product::<u64>() * unit;
         let mut offsets = vec![0; sizes.len()];
         let mut end = keys_at + keys.len() as u64;
         for (offset, &size) in offsets.iter_mut().zip(&sizes).rev() {
-            // As the format asks: of texels, and of four bytes.
+            // The format requires alignment to texels and to four bytes.
             *offset = end.next_multiple_of(unit.max(4));
             end = *offset + bytes(size);
         }
@@ -134,7 +135,7 @@ impl<'a> Ktx2File<'a> {
             pixel_width: plan.size[0],
             pixel_height: plan.size[1],
             pixel_depth: 0,
-            // Zero says that it is no array.
+            // Zero means no array.
             layer_count: if count > 1 { count as u32 } else { 0 },
             face_count: 1,
             level_count: sizes.len() as u32,
@@ -159,7 +160,7 @@ impl<'a> Ktx2File<'a> {
         Ok(Self { file, plan, layers, sizes, offsets, keys_at })
     }
 
-    /// Writes what is only known after baking.
+    /// Writes the keys that are known only after baking.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -168,7 +169,7 @@ impl<'a> Ktx2File<'a> {
     }
 }
 
-/// Texels of a level across and down, or blocks.
+/// Width and height of a level in texels or blocks.
 fn units(plan: &Plan, size: [u32; 2]) -> [u64; 2] {
     let side = if plan.precision == Precision::Bc { bc5::SIDE as u32 } else { 1 };
     size.map(|texels| u64::from(texels.div_ceil(side)))
@@ -178,8 +179,8 @@ impl Target for Ktx2File<'_> {
     fn blocks(&mut self, level: usize, row: u32, layers: &[Vec<u8>]) -> Result<(), MapFault> {
         let [_, rows] = units(self.plan, self.sizes[level]);
         for (i, bytes) in layers.iter().enumerate() {
-            let place = self.offsets[level] + (i as u64 * rows + u64::from(row)) * bytes.len() as u64;
-            write_at(self.file, place, bytes)?;
+            let offset = self.offsets[level] + (i as u64 * rows + u64::from(row)) * bytes.len() as u64;
+            write_at(self.file, offset, bytes)?;
         }
         Ok(())
     }
@@ -189,17 +190,17 @@ impl Target for Ktx2File<'_> {
         let texel = (self.layers[0].len() * self.plan.precision.bytes()) as u64;
         let channels = self.plan.channels.len();
         for (i, layer) in self.layers.iter().enumerate() {
-            let place = self.offsets[level] + (i as u64 * height + u64::from(first)) * width * texel;
+            let offset = self.offsets[level] + (i as u64 * height + u64::from(first)) * width * texel;
             let mut bytes = Vec::with_capacity(rows.len() * (width * texel) as usize);
             for texel in rows.iter().flat_map(|row| row.chunks_exact(channels)) {
                 let values = layer.iter().map(|channel| channel.map_or(0.0, |channel| texel[channel]));
                 match self.plan.precision {
                     Precision::F32 => values.for_each(|v| bytes.extend(v.to_le_bytes())),
                     Precision::F16 => values.for_each(|v| bytes.extend(f16::from_f32(v).to_le_bytes())),
-                    Precision::Bc => unreachable!("rows become blocks"),
+                    Precision::Bc => unreachable!("rows are encoded as blocks"),
                 }
             }
-            write_at(self.file, place, &bytes)?;
+            write_at(self.file, offset, &bytes)?;
         }
         Ok(())
     }

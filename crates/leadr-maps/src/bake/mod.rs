@@ -1,12 +1,12 @@
-//! Maps to be kept in files: heights, normals or both become filtered slope moments with all mip levels, row by row, so that
-//! memory holds the pictures that are read and bands of the result.
+//! Baking of heights, normals or both into files of filtered slope moments with all mip levels. It streams rows, so memory holds
+//! only the input images and bands of the result.
 //!
-//! **Units.** `s` and `t` run over the map from 0 to 1, `t` down. Heights are in the unit of the height map times the height scale;
-//! with a normal map that unit is the width of the texture, since a normal tells rise over run and texels are square.
-//! LEADR moments are those of [`super::LeadrMap`], to the last bit: slopes `dh/ds`, `dh/dt`. The other kinds are in the tangent frame of
-//! a normal map whose green goes up ([`Kind`]).
+//! **Units.** `s` and `t` run over the map from 0 to 1, `t` down. Heights are in the unit of the height map times the height
+//! scale. With a normal map the unit is the texture width, since normals give rise over run and texels are square. LEADR moments
+//! equal those of [`super::LeadrMap`] to the last bit: slopes `dh/ds`, `dh/dt`. Other kinds use the tangent frame of a normal map
+//! with green up ([`Kind`]).
 //!
-//! **Both.** Where there are heights and normals, slopes are those of the normals, one for a texel, and heights only displace.
+//! **Heights and normals.** If both are given, slopes come from the normals, one per texel, and heights only displace.
 
 pub(super) mod blocks;
 mod derived;

@@ -1,4 +1,4 @@
-//! Normals and gloss on their way through levels: kinds normal and gloss.
+//! Mip filtering of normals and gloss, for kinds normal and gloss.
 
 use glam::{DVec3, DVec4};
 
@@ -8,25 +8,25 @@ use leadr_reflectance::facets::footprint_normals::{NormalTexel, continuous_norma
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::{NormalArea, NormalFacets, Shortening};
 
-/// How the roughness of a texel shortens its normal: as gloss is that of GGX.
+/// Shortening of a texel's normal by its roughness, with GGX facets like the gloss.
 const fn shortening(area: NormalArea) -> Shortening {
     Shortening { facets: NormalFacets::Ggx, area }
 }
 
 impl DetailNormals {
-    /// The texel that lies over one of a surface of so many.
+    /// The detail texel over a texel of a surface of `size` texels.
     fn texel(&self, [x, y]: [u32; 2], size: [u32; 2]) -> [u32; 2] {
         let raster = &self.normals.texture.raster;
         let at = |k: u32, of: u32, to: u32| {
-            let place = (f64::from(k) + 0.5) / f64::from(of) * f64::from(self.repeat) * f64::from(to);
-            (place as u64 % u64::from(to)) as u32
+            let position = (f64::from(k) + 0.5) / f64::from(of) * f64::from(self.repeat) * f64::from(to);
+            (position as u64 % u64::from(to)) as u32
         };
         [at(x, size[0], raster.width()), at(y, size[1], raster.height())]
     }
 }
 
 impl Inputs {
-    /// Unit normals of a row in the tangent frame with y up, under their detail.
+    /// Unit normals of a row, blended with their detail, in the tangent frame with y up.
     fn unit_normals(&self, scale: f32, y: u32) -> Vec<DVec3> {
         let size = self.size().expect("checked before baking");
         let aspect = f64::from(size[0]) / f64::from(size[1]);
@@ -41,18 +41,18 @@ impl Inputs {
         slopes.map(normal).collect()
     }
 
-    /// The same as numbers.
+    /// Unit normals of a row as four numbers, the last 0.
     pub(super) fn normals_of_row(&self, scale: f32, y: u32) -> Vec<[f64; 4]> {
         self.unit_normals(scale, y).into_iter().map(|n| n.extend(0.0).to_array()).collect()
     }
 
-    /// Roughness `α` of the facets at a texel: of the surface with those of its detail upon them.
+    /// Roughness `α` at a texel: that of the surface combined with that of its detail.
     fn alpha(&self, x: u32, y: u32) -> f64 {
         let surface = self.roughness.as_ref().map_or(0.0, |roughness| roughness.alpha(x, y));
         let Some((detail, roughness)) = self.detail.as_ref().and_then(|d| Some((d, d.roughness.as_ref()?))) else {
             return surface;
         };
-        // Its own size may differ from that of the normals beside it.
+        // The roughness size may differ from that of its normals.
         let size = self.size().expect("checked before baking");
         let [u, v] = detail.texel([x, y], size);
         let raster = &detail.normals.texture.raster;
@@ -67,8 +67,8 @@ impl Inputs {
         normals.map(|(x, normal)| NormalTexel { normal, alpha: self.alpha(x as u32, y) }).collect()
     }
 
-    /// What levels of gloss are averaged from (Chan 2018, algorithms 1 to 3): x and y of the shortened normal, what its z lacks to its
-    /// weight, which 32 bits keep where surfaces are smooth, and the weight.
+    /// Values to average for gloss (Chan 2018, algorithms 1 to 3): x, y, weight − z and weight of the shortened normal. The
+    /// difference keeps precision in 32 bits on smooth surfaces.
     pub(super) fn shortened_normals_of_row(&self, scale: f32, y: u32) -> Vec<[f64; 4]> {
         let [width, height] = self.size().expect("checked before baking");
         let shortening = shortening(self.area);
@@ -88,21 +88,21 @@ impl Inputs {
     }
 }
 
-/// Makes a mean normal as long as 1.
+/// Normalises a mean normal.
 pub(super) fn restore_length(texel: &mut [f32]) {
     let mean = DVec3::new(texel[0].into(), texel[1].into(), texel[2].into());
     texel[..3].copy_from_slice(&mean.normalize_or(DVec3::Z).as_vec3().to_array());
 }
 
-/// The gloss that a lack of length stands for. Roots would take longer than all the rest of a map.
+/// Tabulated gloss for the shortening `1 − ‖n̄‖` of a mean normal; root finding per texel would dominate the bake.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct GlossOfLack {
+pub(super) struct GlossOfShortening {
     scale: Gloss,
-    /// `ln α` at even steps of the logarithm of the odds, over which it is nearly straight.
+    /// `ln α` at even steps of the log odds, where it is nearly linear.
     logs: Vec<f64>,
 }
 
-impl GlossOfLack {
+impl GlossOfShortening {
     const LOW: f64 = -20.0;
     const HIGH: f64 = 10.0;
     const STEPS: usize = 3000;
@@ -110,14 +110,14 @@ impl GlossOfLack {
     pub fn new(scale: Gloss, area: NormalArea) -> Self {
         let step = |i: usize| {
             let odds = (Self::LOW + (Self::HIGH - Self::LOW) * i as f64 / Self::STEPS as f64).exp();
-            shortening(area).alpha_of_lack(odds / (1.0 + odds)).ln()
+            shortening(area).alpha_of_shortening(odds / (1.0 + odds)).ln()
         };
         Self { scale, logs: (0..=Self::STEPS).map(step).collect() }
     }
 
-    /// `lack`: below 1.
-    fn gloss(&self, lack: f64) -> f64 {
-        let odds = (lack / (1.0 - lack)).max(1e-30).ln();
+    /// Gloss of a shortening below 1.
+    fn gloss(&self, one_minus_length: f64) -> f64 {
+        let odds = (one_minus_length / (1.0 - one_minus_length)).max(1e-30).ln();
         let at = ((odds - Self::LOW) / (Self::HIGH - Self::LOW)).clamp(0.0, 1.0) * Self::STEPS as f64;
         let i = (at as usize).min(Self::STEPS - 1);
         let log = self.logs[i] + (at - i as f64) * (self.logs[i + 1] - self.logs[i]);
@@ -125,15 +125,20 @@ impl GlossOfLack {
     }
 }
 
-/// Of means of [`Inputs::shortened_normals_of_row`] makes a normal and a gloss.
-pub(super) fn to_normal_and_gloss(texel: &mut [f32], gloss: &GlossOfLack) {
+/// Converts means of [`Inputs::shortened_normals_of_row`] to a normal and a gloss.
+pub(super) fn to_normal_and_gloss(texel: &mut [f32], gloss: &GlossOfShortening) {
     let [x, y, below, weight] = [0, 1, 2, 3].map(|i| f64::from(texel[i]));
     let [x, y, below] = [x, y, below].map(|v| v / weight.max(1e-30));
     let mean = DVec3::new(x, y, 1.0 - below);
-    // 1 - |mean| without cancellation: 1 - |mean|² over 1 + |mean|.
-    let lack = ((2.0 - below) * below - x * x - y * y) / (1.0 + mean.length());
+    // 1 - |mean| without cancellation: (1 - |mean|²) / (1 + |mean|).
+    let one_minus_length = ((2.0 - below) * below - x * x - y * y) / (1.0 + mean.length());
     let normal = mean.normalize_or(DVec3::Z).as_vec3();
-    texel[..4].copy_from_slice(&[normal.x, normal.y, normal.z, gloss.gloss(lack.clamp(0.0, 1.0 - 1e-9)) as f32]);
+    texel[..4].copy_from_slice(&[
+        normal.x,
+        normal.y,
+        normal.z,
+        gloss.gloss(one_minus_length.clamp(0.0, 1.0 - 1e-9)) as f32,
+    ]);
 }
 
 #[cfg(test)]
@@ -143,18 +148,18 @@ mod tests {
     #[test]
     fn gloss_of_a_table_is_that_of_roots() {
         for area in [NormalArea::Macro, NormalArea::Micro] {
-            let table = GlossOfLack::new(Gloss::Wwii, area);
+            let table = GlossOfShortening::new(Gloss::Wwii, area);
             for i in 0..=400 {
                 let alpha = Gloss::Wwii.alpha(f64::from(i) / 400.0);
-                let found = table.gloss(shortening(area).lack(alpha));
+                let found = table.gloss(shortening(area).one_minus_length(alpha));
                 assert!((found - f64::from(i) / 400.0).abs() < 2e-6, "{i}: {found}");
             }
         }
     }
 
     #[test]
-    fn a_rough_texel_beside_a_smooth_one_turns_the_normal_towards_the_smooth_one() {
-        // Chan's Figure 7.
+    fn smooth_texels_weigh_more_in_filtered_normals() {
+        // Chan 2018, Figure 7.
         let sum = |x: f64, alpha| {
             let normal = DVec3::new(x, 0.0, 0.75f64.sqrt());
             normal_sum(&NormalTexel { normal, alpha }, shortening(NormalArea::Macro))
@@ -162,7 +167,7 @@ mod tests {
         let sum = 0.5 * (sum(-0.5, 0.9) + sum(0.5, 0.1));
         let mean = [sum.x, sum.y, sum.w - sum.z, sum.w];
         let mut texel = mean.map(|v| v as f32);
-        to_normal_and_gloss(&mut texel, &GlossOfLack::new(Gloss::Perceptual, NormalArea::Macro));
+        to_normal_and_gloss(&mut texel, &GlossOfShortening::new(Gloss::Perceptual, NormalArea::Macro));
         assert!(texel[0] > 0.05 && (texel[0].hypot(texel[2]) - 1.0).abs() < 1e-6, "{texel:?}");
         let alpha = Gloss::Perceptual.alpha(texel[3].into());
         assert!((0.6..0.9).contains(&alpha), "{alpha}");

@@ -1,4 +1,4 @@
-//! PNG of 16 bits: the finest level of what artists look at and paint on. It has no further levels.
+//! 16-bit PNG of the finest level, for artists to view and paint on. It has no mip levels.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,29 +9,29 @@ use super::{Kind, Plan, Report, Target};
 use crate::save::encode_png;
 use crate::{MapFault, limits};
 
-/// A level on its way to a file.
+/// A PNG file in preparation.
 pub struct PngFile<'a> {
     plan: &'a Plan,
     texels: Vec<f32>,
 }
 
 impl<'a> PngFile<'a> {
-    /// Whether a picture holds maps of this kind.
+    /// Whether a PNG can hold maps of this kind.
     pub const fn holds(kind: Kind) -> bool {
-        !kind.tells_variance()
+        !kind.stores_variance()
     }
 
-    /// Takes the memory for the result.
+    /// Allocates the texels.
     ///
     /// # Errors
-    /// If there is not enough.
+    /// If memory is short.
     pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
         let texels = plan.size[0] as usize * plan.size[1] as usize;
         Ok(Self { plan, texels: limits::zeroed(texels * plan.kind.channels().len())? })
     }
 
-    /// Writes the file. Heights fill the range of the codes ([`Report::height_range`] says which heights those are), directions lie from
-    /// -1 to 1, all others from 0 to 1.
+    /// Writes the file. Heights use the full code range ([`Report::height_range`] gives the limits), directions use -1 to 1, and
+    /// other values 0 to 1.
     ///
     /// # Errors
     /// If it cannot be written.

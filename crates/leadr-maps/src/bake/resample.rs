@@ -1,24 +1,24 @@
-//! Pictures of one surface whose sizes differ, brought to one size.
+//! Resampling of a surface's images to one size.
 
 use super::Inputs;
 use crate::material::{Encoding, Raster, Samples};
 use crate::moments::{Wrap, coverage};
 
-/// For each texel of `to`, texels of `from` with weights that sum to 1: by area where texels get fewer, between their middles where they
-/// get more.
+/// For each texel of `to`, the source texels and weights that sum to 1: area-weighted when shrinking, linear between texel
+/// centres when enlarging.
 fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Vec<(usize, f64)>> {
     if to < from {
         return coverage(from, to);
     }
     let tap = |i: u32| {
-        let place = (f64::from(i) + 0.5) * f64::from(from) / f64::from(to) - 0.5;
-        let (first, share) = (place.floor(), place - place.floor());
+        let position = (f64::from(i) + 0.5) * f64::from(from) / f64::from(to) - 0.5;
+        let (first, share) = (position.floor(), position - position.floor());
         [(0, 1.0 - share), (1, share)].map(|(step, weight)| (wrap.texel(first as i64 + step, from), weight)).to_vec()
     };
     (0..to).map(tap).collect()
 }
 
-/// `channels` interleaved values of each texel, of another size.
+/// Resamples an image of `channels` interleaved values.
 fn resampled(
     value: impl Fn(u32, u32, usize) -> f32,
     from: [u32; 2],
@@ -41,7 +41,7 @@ fn resampled(
     texels
 }
 
-/// A picture of another size. `encoding`: what its codes mean; the result holds linear floats.
+/// Resamples a raster to linear floats. `encoding`: encoding of the source.
 fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wrap) -> Raster {
     let value = |x, y, channel| match encoding {
         Encoding::Srgb => raster.color(x, y, encoding)[channel],
@@ -49,11 +49,11 @@ fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wra
     };
     let channels = if encoding == Encoding::Srgb { 3 } else { raster.channels() };
     let texels = resampled(value, raster.size(), to, channels, wrap);
-    Raster::new(to[0], to[1], channels, Samples::F32(texels)).expect("means of finite values in a size that exists")
+    Raster::new(to[0], to[1], channels, Samples::F32(texels)).expect("means of finite values in a valid size")
 }
 
 impl Inputs {
-    /// Brings all pictures to the size of the first; says which were changed.
+    /// Resamples all images to the size of the first and returns a message for each change.
     pub fn resample(&mut self) -> Vec<String> {
         let heights = self.heights.as_ref().map(|map| [map.width, map.height]);
         let Some(size) = heights.or(self.normals.as_ref().map(|map| map.texture.raster.size())) else {
@@ -69,7 +69,7 @@ impl Inputs {
         if let Some(normals) = &mut self.normals
             && differs("normals", normals.texture.raster.size())
         {
-            // Their slopes: codes of other lengths than 1 would weigh texels.
+            // Resample slopes: codes with lengths other than 1 would weight texels.
             let map = normals.clone();
             let slope = |x, y, channel: usize| if channel < 2 { map.slope(x, y)[channel] as f32 } else { 0.0 };
             let texels = resampled(slope, map.texture.raster.size(), size, 3, self.wrap);

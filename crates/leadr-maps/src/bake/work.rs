@@ -1,88 +1,88 @@
-//! The baking itself: bands of rows through the pyramid into a file.
+//! Baking: bands of rows pass through the mip pyramid into a file.
 
 use half::f16;
 use rayon::prelude::*;
 
 use super::blocks::{self, BlockPlan};
 use super::kind::{HEIGHT_REST, OIIO_CHANNELS};
-use super::normals::{self, GlossOfLack};
+use super::normals::{self, GlossOfShortening};
 use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
 use crate::halves::{self, half};
 use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, MapFault, Wrap, bc5};
 
-/// Rows that are worked on at once.
+/// Rows per band.
 const BAND: u32 = 64;
 /// Rows of a block.
 const SIDE: u32 = bc5::SIDE as u32;
-/// Where 16-bit floats are filled up to: its square stays far below their largest, 65504.
+/// Target maximum of slopes in 16-bit floats; its square stays far below their limit of 65504.
 const FULL_SLOPE: f64 = 128.0;
-/// The same for heights.
+/// Target maximum of heights in 16-bit floats.
 const FULL_HEIGHT: f64 = 16384.0;
 
-/// What is made of the inputs, and what the file says about it.
+/// Description of the baked map, as written to the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// How slopes are kept.
+    /// Kind of map.
     pub kind: Kind,
-    /// Whose channels.
+    /// Channel layout.
     pub layout: Layout,
-    /// Width of numbers.
+    /// Number format.
     pub precision: Precision,
-    /// Texels across and down.
+    /// Width and height in texels.
     pub size: [u32; 2],
     /// Names of the channels.
     pub channels: Vec<&'static str>,
-    /// Powers of two that the channels are multiplied by in the file.
+    /// Power-of-two factors on the channels in the file.
     pub factors: Vec<f64>,
-    /// Factor that heights were multiplied by.
+    /// Factor on heights.
     pub height_scale: f32,
-    /// The height that lies on the mesh: the mean of the heights, times the factor.
+    /// Height at the mesh surface: the mean height times the factor.
     pub middle: f32,
-    /// Whether heights are in widths of the texture, not in the unit of their map.
+    /// Whether heights are in texture widths instead of their map's unit.
     pub in_widths: bool,
-    /// What lies beyond the edges.
+    /// Addressing outside the map.
     pub wrap: Wrap,
-    /// Whether there are heights, and normals.
+    /// Whether heights and normals are present.
     pub(super) has_heights: bool,
     pub(super) has_normals: bool,
-    /// For kind gloss, what lengths of normals stand for.
-    pub(super) gloss: Option<GlossOfLack>,
-    /// How blocks hold the channels, if they do.
+    /// For kind gloss: conversion from mean normal length to gloss.
+    pub(super) gloss: Option<GlossOfShortening>,
+    /// Block layout, for block-compressed files.
     pub(super) blocks: Option<BlockPlan>,
 }
 
-/// Where rows go.
+/// Output of baking.
 pub trait Target {
-    /// Takes rows of a level in their order: channels interleaved, multiplied by [`Plan::factors`].
+    /// Takes the next rows of a level: interleaved channels, multiplied by [`Plan::factors`].
     ///
     /// # Errors
-    /// If they cannot be written.
+    /// If the rows cannot be written.
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
 
-    /// Takes a row of blocks of a level, in their order, for each layer. Only files that hold blocks have this.
+    /// Takes the next row of blocks of a level, for each layer. Only block-compressed files implement this.
     ///
     /// # Errors
-    /// If they cannot be written, or the file has none.
+    /// If the blocks cannot be written, or the file holds none.
     fn blocks(&mut self, _level: usize, _row: u32, _layers: &[Vec<u8>]) -> Result<(), MapFault> {
-        Err(MapFault::unsupported("files of this format hold no blocks", "write a .ktx2 file"))
+        Err(MapFault::unsupported("this file format cannot hold blocks", "write a .ktx2 file"))
     }
 }
 
 impl Plan {
-    /// Settles how `inputs` are baked.
+    /// Plans the bake of `inputs`.
     ///
     /// # Errors
-    /// If there are neither heights nor normals, sizes differ, or the layout has no place for what was given.
+    /// If both heights and normals are missing, sizes differ, or the layout has no channels for an input.
     pub fn new(inputs: &Inputs, kind: Kind, layout: Layout, precision: Precision) -> Result<Self, MapFault> {
         let size = inputs.size()?;
         if layout == Layout::Oiio && (kind != Kind::Leadr || inputs.roughness.is_some() || inputs.color.is_some()) {
-            let what = "the layout oiio holds the moments of slopes and heights alone";
-            let remedy = "bake kind leadr without roughness and colour, or take the layout leadr";
+            let what = "the layout oiio holds only the moments of slopes and heights";
+            let remedy = "bake kind leadr without roughness and colour, or use the layout leadr";
             return Err(MapFault::unsupported(what, remedy));
         }
         let mut channels = if layout == Layout::Oiio { OIIO_CHANNELS.to_vec() } else { kind.channels().to_vec() };
-        if inputs.roughness.is_some() && kind.tells_variance() {
+        if inputs.roughness.is_some() && kind.stores_variance() {
             channels.extend(["alpha2", "alpha4"]);
         }
         if inputs.color.is_some() && kind.has_color() {
@@ -92,7 +92,7 @@ impl Plan {
         if precision == Precision::F16 && layout == Layout::Leadr && has_heights {
             channels.push(HEIGHT_REST);
         }
-        // Normals tell heights in widths of the texture; heights alone stay in their own unit.
+        // Normals give heights in texture widths; heights alone keep their own unit.
         let height_scale = inputs.usual_height_scale();
         let mut plan = Self {
             kind,
@@ -107,14 +107,14 @@ impl Plan {
             wrap: inputs.wrap,
             has_heights: has_heights || layout == Layout::Oiio && inputs.heights.is_some(),
             has_normals: inputs.normals.is_some(),
-            gloss: (kind == Kind::Gloss).then(|| GlossOfLack::new(inputs.gloss, inputs.area)),
+            gloss: (kind == Kind::Gloss).then(|| GlossOfShortening::new(inputs.gloss, inputs.area)),
             blocks: None,
         };
         match precision {
             Precision::F16 if layout == Layout::Leadr => plan.fill_half_floats(inputs.bounds(height_scale.into())),
             Precision::Bc if layout == Layout::Oiio => {
-                let what = "the layout oiio is an EXR, which has no blocks";
-                return Err(MapFault::unsupported(what, "take the format f16, or the layout leadr"));
+                let what = "the layout oiio is an EXR, which cannot hold blocks";
+                return Err(MapFault::unsupported(what, "use the format f16 or the layout leadr"));
             }
             Precision::Bc => plan.blocks = Some(BlockPlan::new(kind, &plan.channels, &plan.block_ranges(inputs))),
             _ => {}
@@ -122,7 +122,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Powers of two that bring the steepest slope and the greatest height near the top of 16-bit floats.
+    /// Sets power-of-two factors that bring the steepest slope and the greatest height near the top of 16-bit floats.
     fn fill_half_floats(&mut self, [slope, height]: [f64; 2]) {
         let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
         let slope = if self.kind == Kind::Leadr { slope } else { slope * aspect.max(1.0) };
@@ -138,13 +138,13 @@ impl Plan {
         }
     }
 
-    /// The channels of the height and of what 16 bits leave over of it, where the file has both.
+    /// Channel indices of the height and its 16-bit residual, if the file has both.
     fn height_and_rest(&self) -> Option<(usize, usize)> {
         let rest = self.channels.iter().position(|name| *name == HEIGHT_REST)?;
         Some((self.kind.channels().len() - 1, rest))
     }
 
-    /// Bounds of what blocks store of each channel.
+    /// Value range of each stored channel in blocks.
     fn block_ranges(&self, inputs: &Inputs) -> Vec<[f32; 2]> {
         let aspect = self.size[0] as f32 / self.size[1] as f32;
         let slope = match self.kind {
@@ -155,7 +155,7 @@ impl Plan {
         blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.brightest())
     }
 
-    /// A row of level 0, and its slopes and second moments in texture space.
+    /// A row of level 0, and the sums of its texture-space slopes and second moments.
     fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
         let mut sums = Sums::default();
         let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
@@ -163,13 +163,13 @@ impl Plan {
         let aspect = width / height;
         let has_rest = self.height_and_rest().is_some();
         if self.kind == Kind::Leadr {
-            // Heights in texels where normals tell slopes, in their own unit otherwise, as maketx has them.
+            // Heights are in texels if normals give slopes, otherwise in their own unit, as in maketx.
             let unit = if self.has_normals { width } else { 1.0 };
             let [s, t] = [unit / width, unit / height].map(|v| v as f32);
             for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
                 let wide = m.map(f64::from);
                 let [a, b, .., h] = wide;
-                // The square of a single slope is exact here, and rounded in the texel.
+                // The square of one slope is exact here but rounded in the texel.
                 sums.add(if self.has_normals { [a, b, a * a, b * b, a * b, h] } else { wide });
                 if self.layout == Layout::Oiio {
                     let h = if self.has_heights { m[5] * unit as f32 } else { -1.0 };
@@ -212,11 +212,11 @@ impl Plan {
     }
 }
 
-/// Sums over level 0 and extremes of it.
+/// Sums and extremes over level 0.
 #[derive(Clone, Copy)]
 struct Sums {
     sums: [f64; 6],
-    /// Of slopes along `s` and `t`, and heights.
+    /// Ranges of slopes along `s` and `t`, and of heights.
     ranges: [[f64; 2]; 3],
 }
 
@@ -242,7 +242,7 @@ impl Sums {
     }
 }
 
-/// Squares of differences and of values, summed over a level: each channel, then the variance.
+/// Squared differences and squared values summed over a level: per channel, then for the variance.
 #[derive(Clone)]
 struct Differences(Vec<[f64; 2]>);
 
@@ -260,7 +260,7 @@ impl Differences {
                 let (a, mut b) = (f64::from(a), f64::from(b));
                 match height {
                     Some((height, rest)) if height == i => b += f64::from(stored[rest]),
-                    // By itself it means nothing.
+                    // The residual alone is meaningless.
                     Some((_, rest)) if rest == i => continue,
                     _ => {}
                 }
@@ -274,7 +274,7 @@ impl Differences {
         Self(sums)
     }
 
-    /// Adds those of rows.
+    /// Adds the sums of rows.
     fn add(&mut self, plan: &Plan, exact: &[Row], stored: &[Row]) {
         let of_rows: Vec<Self> = exact.par_iter().zip(stored).map(|(a, b)| Self::of_row(plan, a, b)).collect();
         for row in of_rows {
@@ -283,8 +283,8 @@ impl Differences {
         }
     }
 
-    /// Errors of a level of `texels`. Channels are measured by their size on the finest level, where means have not cancelled; variance by
-    /// that of the whole map.
+    /// Errors of a level of `texels` texels. Channels are relative to the finest level, where means have not cancelled; variance
+    /// is relative to the whole map.
     fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
         let relative =
             |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
@@ -297,7 +297,7 @@ impl Differences {
     }
 }
 
-/// Bakes `inputs` as planned into `target`, in bands on all cores. `progress` is told the share that is done.
+/// Bakes `inputs` into `target` as planned, in bands on all cores. `progress` receives the finished share, 0 to 1.
 ///
 /// # Errors
 /// If `target` cannot be written.
@@ -337,7 +337,7 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
                 differences[level].add(plan, &exact, &stored);
                 return target.rows(level, first, &stored);
             };
-            // Blocks are made of four rows; the last may have fewer.
+            // Blocks need four rows; the last ones may have fewer.
             let pending = &mut pending[level];
             let mut made = (first - pending.len() as u32) / SIDE;
             let all = first + exact.len() as u32 == levels[level][1];
@@ -370,11 +370,11 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
 }
 
 impl Plan {
-    /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
+    /// Values times the factors as 32-bit floats. Factors are powers of two, so nothing is rounded twice.
     fn stored(&self, row: &Row) -> Vec<f32> {
         let factors = self.factors.iter().cycle();
         let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
-        // Factors of normals and gloss are 1.
+        // Normals and gloss have factor 1.
         let texels = stored.chunks_exact_mut(self.channels.len());
         match (self.kind, &self.gloss) {
             (Kind::Normal, _) => texels.for_each(normals::restore_length),
@@ -387,7 +387,7 @@ impl Plan {
         stored
     }
 
-    /// As 16-bit floats hold them. Where second moments are kept, they follow the means as those are rounded.
+    /// Values rounded to 16-bit floats. Second moments are corrected for the rounding of the means.
     fn halves(&self, row: &Row) -> Vec<f32> {
         if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
             return row.iter().map(|&v| half(v).to_f32()).collect();

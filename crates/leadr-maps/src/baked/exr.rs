@@ -1,4 +1,4 @@
-//! EXR with all its mip levels: a channel for each of the map's, the keys as texts of the header.
+//! EXR reader for baked maps with all mip levels: one channel per map channel, keys as header texts.
 
 use exr::meta::attribute::{AttributeValue, SampleType};
 
@@ -22,17 +22,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
     let halves = list.iter().all(|c| c.sample_type == SampleType::F16);
     let mut keys = Keys::new(find, list.len(), if halves { Precision::F16 } else { Precision::F32 })?;
     let channels = keys.map.channels.clone();
-    let places: Option<Vec<usize>> = channels.iter().map(|name| list.iter().position(|c| c.name.eq(name))).collect();
-    let places = places.ok_or_else(|| MapFault::damaged("its key leadr.channels makes no sense"))?;
-    let planes = exr_read::decode_levels(bytes, &places)?;
+    let indices: Option<Vec<usize>> = channels.iter().map(|name| list.iter().position(|c| c.name.eq(name))).collect();
+    let indices = indices.ok_or_else(|| MapFault::damaged("its key leadr.channels is invalid"))?;
+    let planes = exr_read::decode_levels(bytes, &indices)?;
 
     let slots = packed(&channels);
     let mut levels = Vec::new();
     for exr_read::Planes { width, height, planes } in planes {
         for (index, plane) in planes.iter().enumerate() {
             if let Some(at) = plane.iter().position(|v| !v.is_finite()) {
-                let place = [at % width as usize, at / width as usize].map(|p| p as u32);
-                let what = format!("{} at x = {}, y = {} of {width} x {height}", plane[at], place[0], place[1]);
+                let texel = [at % width as usize, at / width as usize].map(|p| p as u32);
+                let what = format!("{} at x = {}, y = {} of {width} x {height}", plane[at], texel[0], texel[1]);
                 return Err(MapFault::damaged(format!("channel {} holds {what}", channels[index])));
             }
         }

@@ -1,30 +1,30 @@
-//! What a file says of itself.
+//! Metadata keys of a baked file.
 
 use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
 use crate::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
 use crate::bake::{HEIGHT_REST, Kind, Precision};
 use crate::{MapFault, Wrap};
 
-/// The keys, checked.
+/// Validated keys.
 pub(super) struct Keys {
-    /// The map, without levels. Its channels are those of the file, in its order.
+    /// The map without levels. Channels are in file order.
     pub map: BakedMap,
-    /// What each was multiplied by.
+    /// Factor of each channel.
     pub factors: Vec<f64>,
-    /// How blocks hold the channels, which then are those of the map.
+    /// Block layout, if any; channels are then those of the map.
     pub blocks: Option<BlockPlan>,
 }
 
 impl Keys {
-    /// Those of a file with so many channels, whose texts `find` finds.
+    /// Validates the keys of a file with `count` channels; `find` returns the text of a key.
     pub fn new<'a>(
         find: impl Fn(&str) -> Option<&'a str>,
         count: usize,
         precision: Precision,
     ) -> Result<Self, MapFault> {
-        let missing = |key: &str| MapFault::unsupported(format!("its key {key} is missing or no text"), REMEDY);
+        let missing = |key: &str| MapFault::unsupported(format!("its key {key} is missing, or not text"), REMEDY);
         let value = |key: &str| find(key).ok_or_else(|| missing(key));
-        let wrong = |key: &str| MapFault::damaged(format!("its key {key} makes no sense"));
+        let wrong = |key: &str| MapFault::damaged(format!("its key {key} is invalid"));
         let name = value("leadr.kind")?;
         let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| wrong("leadr.kind"))?;
         let mut channels: Vec<String> = value("leadr.channels")?.split(' ').map(str::to_owned).collect();
@@ -76,11 +76,11 @@ impl Keys {
         Ok(Self { map, factors, blocks })
     }
 
-    /// The map of these levels.
+    /// The map with these levels.
     pub fn map(self, mut levels: Vec<BakedLevel>) -> BakedMap {
         let mut channels = self.map.channels;
-        let place = |name: &str| channels.iter().position(|channel| channel == name);
-        if let (Some(height), Some(rest)) = (place("height"), place(HEIGHT_REST)) {
+        let index_of = |name: &str| channels.iter().position(|channel| channel == name);
+        if let (Some(height), Some(rest)) = (index_of("height"), index_of(HEIGHT_REST)) {
             for level in &mut levels {
                 for i in 0..level.layers[0].len() {
                     let left = std::mem::take(&mut level.layers[rest / 4][i][rest % 4]);
@@ -89,13 +89,13 @@ impl Keys {
             }
             channels[rest] = "-".to_owned();
         }
-        // Levels have layers of four, whatever the file has.
+        // Levels always have four-channel layers.
         channels.resize(channels.len().next_multiple_of(4), "-".to_owned());
         BakedMap { channels, levels, ..self.map }
     }
 }
 
-/// The channels of the map that layers of blocks of these names hold, and what each of those holds of them.
+/// The map channels in block layers with these names, and the content of each slot.
 fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<Option<Slot>>)> {
     let mut channels: Vec<String> = kind.channels().iter().map(|&name| name.to_owned()).collect();
     for more in [&["alpha2", "alpha4"][..], &["red", "green", "blue"]] {
@@ -112,7 +112,7 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
         Some(Some((stored.iter().position(|stored| stored == name)?, rest)))
     };
     let slots = names.iter().map(slot).collect::<Option<Vec<_>>>()?;
-    // Each is there, and what is left over once for each layer.
+    // Every channel is present, with consecutive residuals.
     let whole = |channel: usize| {
         let mut rests: Vec<usize> = slots.iter().flatten().filter(|s| s.0 == channel).map(|s| s.1).collect();
         rests.sort_unstable();
@@ -121,7 +121,7 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
     (0..channels.len()).all(whole).then_some((channels, slots))
 }
 
-/// The names of the channels of those layers.
+/// Channel names of the slots.
 pub(super) fn names(channels: &[String], slots: &[Option<usize>]) -> Vec<String> {
     slots.iter().map(|slot| slot.map_or("-".to_owned(), |i| channels[i].clone())).collect()
 }

@@ -1,4 +1,4 @@
-//! KTX2: header, levels and keys.
+//! KTX2 reader: header, levels and keys.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -12,14 +12,14 @@ use crate::bake::ktx2_write::{FLOATS_16, FLOATS_32};
 use crate::bake::{Precision, packed};
 use crate::{MapFault, bc5, limits};
 
-/// Most layers of four channels.
+/// Maximum number of four-channel layers.
 const MOST_LAYERS: u32 = 4;
-/// Most layers of blocks, which have two.
+/// Maximum number of block layers, with two channels each.
 const MOST_LAYERS_OF_BLOCKS: u32 = 16;
-/// Most bytes of keys.
+/// Maximum bytes of keys.
 const MOST_KEYS: u32 = 1 << 16;
 
-/// `length` bytes from `start`, if the file has them.
+/// Reads `length` bytes from `start`, after a check against the file length.
 fn part(
     file: &mut (impl Read + Seek),
     file_length: u64,
@@ -37,7 +37,7 @@ fn part(
     Ok(bytes)
 }
 
-/// Reads a file of so many bytes.
+/// Reads a file of `length` bytes.
 pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, MapFault> {
     let start = part(&mut file, length, 0, (Header::LENGTH as u64).min(length), "header")?;
     if !start.starts_with(&ktx2::MAGIC) {
@@ -45,18 +45,18 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     }
     let header: [u8; Header::LENGTH] =
         start.try_into().map_err(|_| MapFault::damaged("it ends within its header (truncated?)"))?;
-    // Before the crate turns what it does not know into nothing.
+    // Read it here, since the crate drops unknown values.
     let scheme = u32::from_le_bytes(header[44..48].try_into().expect("four bytes"));
     let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header is wrong ({e:?})")))?;
     let of = |formats: [(usize, Format); 3]| formats.into_iter().find(|(_, format)| Some(*format) == header.format);
-    // And channels of a layer.
+    // Precision and channels per layer.
     let (precision, channels) = match (of(FLOATS_32), of(FLOATS_16), header.format) {
         (Some((channels, _)), ..) => (Precision::F32, channels),
         (_, Some((channels, _)), _) => (Precision::F16, channels),
         (.., Some(Format::BC5_SNORM_BLOCK)) => (Precision::Bc, 2),
         (.., other) => {
             let what =
-                format!("its texels are {other:?}, not one, two or four floats of 32 or 16 bits, nor signed BC5");
+                format!("its texels are {other:?}; supported are 1, 2 or 4 floats of 32 or 16 bits, and signed BC5");
             return Err(MapFault::unsupported(what, REMEDY));
         }
     };
@@ -65,7 +65,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     }
     let (width, height, layers) = (header.pixel_width, header.pixel_height, header.layer_count.max(1));
     let in_blocks = precision == Precision::Bc;
-    // Bytes of a texel, or of a block, and how many there are of those.
+    // Bytes per texel or block, and their number per side.
     let unit = if in_blocks { 2 * bc5::BYTES } else { channels * precision.bytes() } as u64;
     let units = |side: u32| u64::from(if in_blocks { side.div_ceil(bc5::SIDE as u32) } else { side });
     let most_layers = if in_blocks { MOST_LAYERS_OF_BLOCKS } else { MOST_LAYERS };
@@ -81,7 +81,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
         part(&mut file, length, Header::LENGTH as u64, u64::from(count) * LevelIndex::LENGTH as u64, "list of levels")?;
     let (keys_at, keys_length) = (header.index.kvd_byte_offset, header.index.kvd_byte_length);
     if keys_length > MOST_KEYS {
-        return Err(MapFault::damaged(format!("it claims {keys_length} bytes of keys")));
+        return Err(MapFault::damaged(format!("it declares {keys_length} bytes of keys")));
     }
     let keys = part(&mut file, length, keys_at.into(), keys_length.into(), "list of keys")?;
     let pairs: Vec<(&str, &[u8])> = KeyValueDataIterator::new(&keys).collect();
@@ -90,7 +90,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
         found.and_then(|text| std::str::from_utf8(text).ok())
     };
     if value("KTXorientation") != Some("rd") {
-        return Err(MapFault::damaged("its key KTXorientation makes no sense"));
+        return Err(MapFault::damaged("its key KTXorientation is invalid"));
     }
     let mut keys = Keys::new(value, channels * layers as usize, precision)?;
     let slots = packed(&keys.map.channels);
@@ -102,7 +102,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
         let layer = units(w) * units(h) * unit;
         if entry.byte_length != layer * u64::from(layers) || entry.uncompressed_byte_length != entry.byte_length {
             return Err(MapFault::damaged(format!(
-                "level {i} has {} bytes, not those of {w} x {h}",
+                "level {i} has {} bytes, which does not match {w} x {h}",
                 entry.byte_length
             )));
         }
@@ -123,7 +123,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     Ok(keys.map(levels))
 }
 
-/// The texels of a level of blocks, whose layers are `parts`, in layers of four channels.
+/// Decodes a level of blocks from its layers `parts` into layers of four channels.
 fn of_blocks(
     blocks: &BlockPlan,
     parts: &[&[u8]],
@@ -147,7 +147,7 @@ fn of_blocks(
                 return;
             }
             if !texel.iter().all(|v| v.is_finite()) {
-                fault = Some(format!("its texel at x = {x}, y = {y} of {width} x {height} is beyond all numbers"));
+                fault = Some(format!("its texel at x = {x}, y = {y} of {width} x {height} is not finite"));
             }
             for (layer, slots) in layers.iter_mut().zip(slots.chunks_exact(4)) {
                 layer[y * width + x] = [0, 1, 2, 3].map(|c| slots[c].map_or(0.0, |channel| texel[channel]));
@@ -157,7 +157,7 @@ fn of_blocks(
     fault.map_or(Ok(layers), |fault| Err(MapFault::damaged(fault)))
 }
 
-/// The texels of a layer of so many channels, checked.
+/// Decodes and checks the texels of a layer of `channels` channels.
 fn plane(
     keys: &Keys,
     bytes: &[u8],
@@ -174,7 +174,7 @@ fn plane(
             *value = match precision {
                 Precision::F32 => f32::from_le_bytes(bytes.try_into().expect("four bytes")),
                 Precision::F16 => f16::from_le_bytes(bytes.try_into().expect("two bytes")).to_f32(),
-                Precision::Bc => unreachable!("blocks are no floats"),
+                Precision::Bc => unreachable!("blocks are not floats"),
             };
             if factors[c] != 1.0 {
                 *value = (f64::from(*value) / factors[c]) as f32;

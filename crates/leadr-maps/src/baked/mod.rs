@@ -1,4 +1,4 @@
-//! Baked maps read back, level by level, from KTX2 or EXR, with nothing believed that the file is too short to hold.
+//! Reader for baked maps in KTX2 or EXR. Declared sizes are checked against the file length.
 
 mod exr;
 mod keys;
@@ -13,12 +13,12 @@ use std::path::Path;
 use super::guard::guarded;
 use super::{MapError, MapFault, exr_read, limits, reads};
 
-/// Whether a file is, by its content, one that `leadr bake` may have written: any KTX2, or an EXR that names a kind.
+/// Whether the content of a file may come from `leadr bake`: any KTX2, or an EXR with a kind.
 ///
 /// # Errors
 /// If it cannot be read.
 pub fn is_baked(path: impl AsRef<Path>) -> Result<bool, MapError> {
-    // An EXR says it in its header.
+    // In an EXR the kind is in the header.
     let start = limits::open(path.as_ref()).and_then(|(file, _)| limits::first_bytes(&file, 1 << 16));
     let start = start.map_err(|fault| fault.in_file(path.as_ref()))?;
     Ok(start.starts_with(&::ktx2::MAGIC) || exr_read::is_exr(&start) && contains(&start, b"leadr.kind\0string\0"))
@@ -32,7 +32,8 @@ impl BakedMap {
     /// Reads a file that `leadr bake` wrote.
     ///
     /// # Errors
-    /// If it cannot be read, is damaged, is a picture of another kind, or holds a number that is not finite (its place is named).
+    /// If the file cannot be read, is damaged, is not a baked map, or holds a number that is not finite (the error gives its
+    /// position).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, MapError> {
         let path = path.as_ref();
         let read = || {
@@ -46,10 +47,10 @@ impl BakedMap {
         read().map_err(|fault| fault.in_file(path))
     }
 
-    /// Reads it from memory; as [`load`](Self::load).
+    /// Reads a file from memory, like [`load`](Self::load).
     ///
     /// # Errors
-    /// As [`load`](Self::load).
+    /// The errors of [`load`](Self::load).
     pub fn decode(bytes: &[u8]) -> Result<Self, MapFault> {
         if exr_read::is_exr(bytes) {
             return exr::read(bytes);

@@ -1,14 +1,15 @@
-//! Heights of slopes, by the direct solution of Poisson's equation: least squares, for maps of any size.
+//! Heights from slopes by a direct least-squares solution of Poisson's equation, for maps of any size.
 //!
-//! Slopes are seldom those of a surface, so heights are wanted whose slopes `D h` are nearest to the given `s`. Of texels alone, neighbours that
-//! rise and fall by turns have no slope, and heights full of them would do; so what triangles do inside a texel counts a little, too:
+//! Slopes are seldom integrable, so the heights `h` minimise the distance of their slopes `D h` to the given `s`. Alternating
+//! heights have no texel slope and would be unconstrained. The slope variance of triangles inside a texel therefore has a small
+//! weight:
 //!
-//! `|D h − s|² + smoothness · (E[|∇h|²] − |E[∇h]|²)`, summed over texels: the variance of slope inside a texel that its normal does not tell.
+//! `|D h − s|² + smoothness · (E[|∇h|²] − |E[∇h]|²)`, summed over texels.
 //!
-//! The mean square of the triangles' slopes is that of the differences between neighbours ([`moments`](crate::moments)). All operators
-//! here are convolutions that are even along both axes, or become so: where the map repeats, and where heights are mirrored at the edges, a transform
-//! ([`spectral`](super::spectral)) makes the solution a division. Smoothness 0 is the pseudo-inverse of `D`; smoothness 1 is the
-//! finite-element solution, whose normal equation is the five-point Laplacian.
+//! The mean square of the triangles' slopes is that of the differences between neighbours ([`moments`](crate::moments)). All
+//! operators are convolutions that are even along both axes, on a repeating map or with heights mirrored at the edges. A
+//! transform ([`spectral`](super::spectral)) reduces the solution to a division. Smoothness 0 is the pseudo-inverse of `D`.
+//! Smoothness 1 is the finite-element solution, with the five-point Laplacian as its normal equation.
 
 use rayon::prelude::*;
 
@@ -17,15 +18,15 @@ use super::spectral::{Transform, transpose};
 use crate::limits::{MAX_HEIGHT, zeroed};
 use crate::{HeightMap, MapFault, Wrap};
 
-/// How slopes are integrated.
+/// Options of slope integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integration {
-    /// What lies beyond the edges: the map again, or nothing.
+    /// Whether the map repeats.
     pub wrap: Wrap,
-    /// How the heights will become slopes.
+    /// Difference operator that the heights will be used with.
     pub difference: Difference,
-    /// Weight of the variance of slope inside texels, 0 to 1. Less follows the normals more closely, down to what no heights have; more keeps waves
-    /// of two texels down, which normals of 8 bits ask for and the surface did not have. At 1 the triangles are never rougher than the normals.
+    /// Weight of the slope variance inside texels, 0 to 1. Less follows the normals more closely, up to their curl. More
+    /// suppresses two-texel waves, an artefact of 8-bit normals. At 1 the triangles are never rougher than the normals.
     pub smoothness: f64,
 }
 
@@ -35,33 +36,33 @@ impl Default for Integration {
     }
 }
 
-/// Heights, and how well they explain the slopes.
+/// Heights and their fit to the slopes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Integrated {
-    /// In widths of the texture, about 0.
+    /// Heights in texture widths, mean about 0.
     pub heights: HeightMap,
-    /// The mean slope. Heights that repeat cannot have it, and leave it out; others contain it.
+    /// The mean slope. Repeating heights cannot contain it; others do.
     pub mean_slope: [f64; 2],
-    /// Root mean square of the slopes about their mean.
+    /// RMS of the slopes about their mean.
     pub slope_rms: f64,
-    /// Root mean square of the part of them that no heights have (their curl): the least error there is.
+    /// RMS of the curl of the slopes, which no heights have: the smallest possible error.
     pub curl_rms: f64,
-    /// Root mean square of what these heights leave over: the curl, and what smoothness takes.
+    /// RMS of the slope residual: the curl, and the effect of smoothness.
     pub residual_rms: f64,
 }
 
 impl Integrated {
-    /// Share of the squared slopes about their mean that no heights have.
+    /// Share of curl in the squared slopes about their mean.
     pub fn curl_share(&self) -> f64 {
         if self.slope_rms > 0.0 { (self.curl_rms / self.slope_rms).powi(2) } else { 0.0 }
     }
 }
 
-/// Below this, squares of the response of a difference are rounding: those of the longest waves of 65536 texels are 2e-9.
+/// Squared responses of a difference below this are rounding; those of the longest waves of 65536 texels are 2e-9.
 const NO_RESPONSE: f64 = 1e-12;
 
-/// Heights whose slopes are nearest to the given ones. `progress` is told the share that is done. Needs 8 bytes a texel besides its result.
-/// Wherever heights do not repeat, edge texels count a quarter.
+/// Heights with slopes nearest to the given ones. Needs 8 bytes per texel besides the result. Edge texels of non-repeating maps
+/// have weight 1/4. `progress` receives the finished share, 0 to 1.
 ///
 /// # Errors
 /// If memory is short.
@@ -71,7 +72,7 @@ pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f
     let given =
         Given { slopes, mean: mean.map(|v| v as f32), wrap: how.wrap, difference: how.difference, per_texel: [1.0; 2] };
     let mut image = zeroed::<f32>(width * height)?;
-    let mut turned = zeroed::<f32>(width * height)?;
+    let mut transposed = zeroed::<f32>(width * height)?;
     let energy = given.divergence(&mut image);
     progress(0.1);
     let along = Transform::new(width, how.wrap);
@@ -81,11 +82,11 @@ pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f
     };
     rows(&mut image, true);
     progress(0.3);
-    transpose(&image, width, &mut turned);
-    let [explained, missed] = divide(&mut turned, [&along, &Transform::new(height, how.wrap)], how);
+    transpose(&image, width, &mut transposed);
+    let [explained, missed] = divide(&mut transposed, [&along, &Transform::new(height, how.wrap)], how);
     progress(0.7);
-    transpose(&turned, height, &mut image);
-    drop(turned);
+    transpose(&transposed, height, &mut image);
+    drop(transposed);
     rows(&mut image, false);
     progress(0.9);
     let texels = (width * height) as f64;
@@ -111,11 +112,11 @@ pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f
     })
 }
 
-/// Divides what `Dᵀ s` became, which lies column by column, by the operator. The sums of squares that heights could explain, and of what these leave
-/// of it.
+/// Divides the transformed `Dᵀ s`, stored by columns, by the operator. Returns the sums of squares that heights can explain, and
+/// of the rest that these leave.
 fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration) -> [f64; 2] {
     let smoothness = if how.smoothness.is_nan() { 1.0 } else { how.smoothness.clamp(0.0, 1.0) };
-    // Per axis: squares of the response of differences of neighbours and of central ones, and of the mean over rows.
+    // Per axis: squared responses of neighbour differences, central differences, and the mean over rows.
     let responses = |transform: &Transform| -> Vec<[f64; 3]> {
         let of = |phase: f64| [2.0 - 2.0 * phase.cos(), phase.sin().powi(2), (0.75 + 0.25 * phase.cos()).powi(2)];
         transform.phases().into_iter().map(of).collect()
@@ -155,13 +156,13 @@ fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration
     sums.into_iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
 }
 
-/// Slopes without their mean, as the differences of heights that are mirrored at the edges have them.
+/// Slopes minus their mean, extended as differences of mirrored heights.
 pub(super) struct Given<'a> {
     pub slopes: &'a Slopes,
     pub mean: [f32; 2],
     pub wrap: Wrap,
     pub difference: Difference,
-    /// Factors on both axes: one over the size of a texel.
+    /// Factors per axis: one over the texel size.
     pub per_texel: [f32; 2],
 }
 
@@ -170,8 +171,9 @@ impl Given<'_> {
         self.per_texel[axis] * (self.slopes.texels[texel][axis] - self.mean[axis])
     }
 
-    /// The slopes along an axis (0: `s`) at a texel whose indices may be -1 or the side. Across edges that do not repeat, mirrored heights
-    /// have the opposite slope, and half of it at the edge, where one of the two neighbours is the texel itself; forward differences there are 0.
+    /// Slope along an axis (0: `s`) at a texel with indices that may lie outside the map. Across non-repeating edges, mirrored
+    /// heights have the opposite slope. At the edge the slope is halved, because one neighbour is the texel itself; forward
+    /// differences are 0 there.
     fn at(&self, axis: usize, x: i64, y: i64) -> f32 {
         let size = self.slopes.size();
         let (column, row) = (self.wrap.texel(x, size[0]), self.wrap.texel(y, size[1]));
@@ -189,7 +191,7 @@ impl Given<'_> {
         }
     }
 
-    /// `Dᵀ s` of a texel, of slopes by axis, column and row.
+    /// `Dᵀ s` of a texel; `at` gives slopes by axis, column and row.
     fn transposed(&self, at: impl Fn(usize, i64, i64) -> f32, x: i64, y: i64) -> f32 {
         let across = |y: i64| 0.5 * (at(0, x - 1, y) - at(0, x + 1, y));
         let down = |x: i64| 0.5 * (at(1, x, y - 1) - at(1, x, y + 1));
@@ -203,7 +205,7 @@ impl Given<'_> {
         }
     }
 
-    /// Fills an image with `Dᵀ s`; the sum of the squares of the slopes.
+    /// Fills an image with `Dᵀ s` and returns the sum of the squared slopes.
     pub fn divergence(&self, image: &mut [f32]) -> f64 {
         let width = self.slopes.width as usize;
         let rows = image.par_chunks_mut(width).enumerate().with_min_len(8);
@@ -252,7 +254,7 @@ mod tests {
         heights_of_slopes(slopes, &how, &|_| {}).unwrap()
     }
 
-    /// Root mean square of the difference of heights about their means, and of the second.
+    /// RMS difference of heights about their means, and RMS of the second.
     fn apart(a: &HeightMap, b: &HeightMap) -> [f64; 2] {
         let (ma, mb) = (f64::from(a.mean()), f64::from(b.mean()));
         let mut sums = [0.0; 2];
@@ -265,7 +267,7 @@ mod tests {
 
     #[test]
     fn heights_come_back_from_their_slopes() {
-        // Odd sides: central differences hide nothing but the mean. All of it is there, the waves of two texels too.
+        // Odd sides: central differences lose only the mean, so two-texel waves are recovered too.
         for (width, height) in [(63, 63), (63, 35), (1, 63), (63, 1), (3, 101), (1, 1)] {
             for difference in ALL {
                 for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -302,16 +304,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_curl_is_left_over_and_told() {
-        // A gradient, and a field of curl alone: orthogonal.
+    fn curl_remains_and_is_reported() {
+        // A gradient field and a curl field, which are orthogonal.
         let n = 48u32;
         let waves = |i: u32| [i % n, i / n].map(|k| TAU * f64::from(k) / f64::from(n));
         let field = |gradient: f64, curl: f64| {
             let texel = |i: u32| {
                 let [s, t] = waves(i);
                 let (along_s, along_t) = ((2.0 * s + 3.0 * t).cos() * 2.0, (2.0 * s + 3.0 * t).cos() * 3.0);
-                let turned = [-(5.0 * t).cos(), (4.0 * s).cos()];
-                [gradient * along_s + curl * turned[0] + 0.125, gradient * along_t + curl * turned[1] - 0.25]
+                let rotated = [-(5.0 * t).cos(), (4.0 * s).cos()];
+                [gradient * along_s + curl * rotated[0] + 0.125, gradient * along_t + curl * rotated[1] - 0.25]
                     .map(|v| v as f32)
             };
             Slopes::new(n, n, (0..n * n).map(texel).collect()).unwrap()
@@ -320,12 +322,12 @@ mod tests {
         let both = solved(&field(0.1, 0.2), how);
         assert!((both.curl_rms - 0.2).abs() < 1e-4, "{both:?}");
         assert!((both.mean_slope[0] - 0.125).abs() < 1e-6 && (both.mean_slope[1] + 0.25).abs() < 1e-6);
-        // Differences of heights do not have exactly the direction (2, 3) of the wave.
+        // Height differences do not have exactly the direction (2, 3) of the wave.
         let gradient = solved(&field(0.1, 0.0), how);
         assert!(gradient.curl_share() < 2e-3, "{gradient:?}");
         let [error, size] = apart(&both.heights, &gradient.heights);
         assert!(error < 1e-5 * size, "{error} of {size}");
-        // What is told is what is left.
+        // The reported residual is the actual one.
         for smoothness in [0.0, 0.1, 1.0] {
             let how = Integration { smoothness, ..how };
             let slopes = field(0.1, 0.2);
@@ -342,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_that_does_not_repeat_stays_one() {
+    fn non_repeating_plane_is_recovered() {
         let slopes = Slopes::new(40, 20, vec![[0.5, -2.0]; 800]).unwrap();
         let how = Integration { wrap: Wrap::Clamp, ..Integration::default() };
         let found = solved(&slopes, how);

@@ -1,7 +1,7 @@
-//! Maps made of other maps: heights of normals, what heights hide of the sky, and the cone that is left (Chan 2018, "Material Advances in
+//! Maps derived from other maps: heights from normals, ambient visibility, and visibility cones (Chan 2018, "Material Advances in
 //! Call of Duty: WWII", section 4).
 //!
-//! Texels are square. Slopes are rise over run, along `s` and `t` (down). Heights are in widths of the texture, or become so by a factor.
+//! Texels are square. Slopes are rise over run, along `s` and `t` (down). Heights are in texture widths, or convert by a factor.
 //! Directions are `[x along s, y along t, z out of the surface]`.
 
 mod heights;

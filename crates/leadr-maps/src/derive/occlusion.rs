@@ -1,15 +1,17 @@
-//! How much of the sky relief leaves to its texels, by horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect Occlusion",
-//! seen from straight above).
+//! Ambient visibility of relief by horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect
+//! Occlusion", seen from straight above).
 //!
-//! Every direction above a height field lies in a slice through the z axis, on one side of it, and is free if it is above the horizon there. So the sum
-//! of all free directions of half a slice is known: with its horizon at an angle `h` from z,
+//! Every direction above a height field lies in one half of a slice through the z axis, and is free if it is above the horizon
+//! there. For a horizon at angle `h` from z, the sum of the free directions of half a slice is
 //!
-//! `∫ ω sin θ dθ = ½ (h − sin h cos h) along the slice, ½ sin² h along z`,
+//! `∫ ω sin θ dθ = ½ (h − sin h cos h) along the slice, ½ sin² h along z`.
 //!
-//! and a normal's product with it is GTAO's inner integral. The sum over slices over π is the visibility vector `b`, from which everything follows
-//! ([`Cone`](leadr_reflectance::masking::occlusion::Cone)). The number of slices is the only approximation but for places between texels ([`sweep`](super::sweep)).
+//! Its dot product with a normal is GTAO's inner integral. The sum over slices, divided by π, is the visibility vector `b`, which
+//! gives all results ([`Cone`](leadr_reflectance::masking::occlusion::Cone)). Apart from interpolation between texels
+//! ([`sweep`](super::sweep)), the number of slices is the only approximation.
 //!
-//! Nothing is free below the horizontal: relief has no end where the map repeats, nor does the ground around one that does not.
+//! Directions below the horizontal are blocked: relief has no end on a repeating map, nor does the ground around a non-repeating
+//! one.
 
 use std::f64::consts::PI;
 
@@ -22,37 +24,37 @@ use crate::horizon::{Heights, Sampled};
 use crate::limits::zeroed;
 use crate::{HeightMap, MapFault, Wrap};
 
-/// Slices that are enough for scanned materials, off by less than 0.01: four times as many lower their errors by a tenth to a third.
+/// Enough slices for scanned materials: errors are below 0.01. Four times as many reduce them by a tenth to a third.
 pub const SLICES: u32 = 8;
 
-/// Which directions count.
+/// Hemisphere of visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum About {
-    /// Those in front of the texel's own normal. The share that the normal sees is what an occlusion map multiplies where it is used with the normal
-    /// map it belongs to, as in glTF.
+    /// Directions in front of the texel's own normal. The visible share is the occlusion map for use with the matching normal
+    /// map, as in glTF.
     #[default]
     Surface,
-    /// All that are free, seen by the normal of the mesh: what to multiply where the normal map is not used, or has been filtered away.
+    /// All free directions, weighted by the mesh normal: the occlusion where the normal map is not used or is filtered away.
     Flat,
 }
 
-/// The visibility vectors of a map.
+/// Visibility vectors of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibilityMap {
     /// Texels across.
     pub width: u32,
     /// Texels down.
     pub height: u32,
-    /// What they are about.
+    /// Hemisphere of the vectors.
     pub about: About,
-    /// `b.x`, `b.y`, `b.z`, each row by row.
+    /// `b.x`, `b.y`, `b.z`, each row-major.
     pub vectors: [Vec<f32>; 3],
-    /// Share of the sky, weighted by the cosine about the normal: 1 sees all of it. The occlusion map.
+    /// Visible share of the sky, cosine-weighted about the normal: 1 is unoccluded. The occlusion map.
     pub visibility: Vec<f32>,
 }
 
 impl VisibilityMap {
-    /// The vector of a texel. Panics outside the map.
+    /// The visibility vector of a texel. Panics outside the map.
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         assert!(x < self.width, "column {x} of a map {} wide", self.width);
         let texel = y as usize * self.width as usize + x as usize;
@@ -60,11 +62,11 @@ impl VisibilityMap {
     }
 }
 
-/// Sums over slices: along the columns, the rows, and z.
+/// Sums over slices: along columns, along rows, and along z.
 type Planes = [Vec<f32>; 3];
 
-/// The visibility of heights that `scale` turns into widths of the texture, by `slices` slices through every texel (at least 2; see [`SLICES`]). Needs
-/// some 44 bytes a texel. `progress` is told the share that is done.
+/// Computes the visibility of heights by `slices` slices per texel (at least 2; see [`SLICES`]). `scale` converts heights to
+/// texture widths. Needs some 44 bytes per texel. `progress` receives the finished share, 0 to 1.
 ///
 /// # Errors
 /// If memory is short.
@@ -79,7 +81,7 @@ pub fn visibility(
     let (width, height) = (heights.width as usize, heights.height as usize);
     let slices = slices.clamp(2, 1024);
     let azimuths: Vec<f64> = (0..slices).map(|k| PI * (f64::from(k) + 0.5) / f64::from(slices)).collect();
-    // Those along rows go from column to column, the others from row to row: on a map whose rows are the columns.
+    // Slices nearer to columns sweep the transposed map.
     let (along, down): (Vec<f64>, Vec<f64>) = azimuths.into_iter().partition(|a| a.cos().abs() >= a.sin().abs());
     let done = std::cell::Cell::new(0);
     let step = || {
@@ -87,24 +89,24 @@ pub fn visibility(
         progress(done.get() as f32 / (slices + 1) as f32);
     };
     let (range, middle) = (1e6, heights.mean());
-    // In texels about their mean, where 32 bits are finest; steeper relief than this hides all.
+    // In texels about the mean, for precision in 32 bits; the clamp is steep enough to occlude everything.
     let in_texels = |h: &f32| (f64::from(h - middle) * f64::from(scale) * width as f64).clamp(-range, range) as f32;
     let texels: Vec<f32> = heights.texels.par_iter().map(in_texels).collect();
     let plane = || zeroed(width * height);
     let mut planes: Planes = [plane()?, plane()?, plane()?];
-    let mut turned = plane()?;
+    let mut transposed = plane()?;
     if !down.is_empty() {
-        transpose(&texels, width, &mut turned);
+        transpose(&texels, width, &mut transposed);
         let mut sums: Planes = [plane()?, plane()?, plane()?];
-        let field = Field::new(height, width, turned, wrap);
+        let field = Field::new(height, width, transposed, wrap);
         let tangents: Vec<f64> = down.iter().map(|a| a.cos() / a.sin()).collect();
         accumulate(&field, about, &tangents, slices, &mut sums, &step);
-        turned = field.texels;
+        transposed = field.texels;
         for (plane, sum) in planes.iter_mut().zip([1, 0, 2]) {
             transpose(&sums[sum], height, plane);
         }
     }
-    drop(turned);
+    drop(transposed);
     let field = Field::new(width, height, texels, wrap);
     accumulate(&field, about, &along.iter().map(|a| a.tan()).collect::<Vec<_>>(), slices, &mut planes, &step);
     drop(field);
@@ -125,7 +127,7 @@ pub fn visibility(
     Ok(VisibilityMap { width: heights.width, height: heights.height, about, vectors: planes, visibility })
 }
 
-/// Adds the slices whose lines rise so many rows a column.
+/// Adds slices with lines that rise `tangents` rows per column.
 fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes: &mut Planes, step: &dyn Fn()) {
     let width = field.width;
     let heights = Heights::new(width, field.height, &field.texels, field.wrap);
@@ -137,7 +139,7 @@ fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes
         rows.enumerate().with_min_len(16).for_each_init(
             || Row::new(width),
             |row, (k, ((x, y), z))| {
-                row.look(&heights, &horizons, about, &slice, k);
+                row.measure(&heights, &horizons, about, &slice, k);
                 row.add(&slice, [x, y, z]);
             },
         );
@@ -145,12 +147,12 @@ fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes
     }
 }
 
-/// A slice through every texel.
+/// A slice direction.
 struct Slice {
     tangent: f32,
-    /// Distance of two columns along it, inverted.
+    /// Inverse distance of two columns along the slice.
     per_column: f32,
-    /// Its direction, times its share of the sum.
+    /// Direction times share of the sum.
     along: [f32; 2],
     share: f32,
 }
@@ -158,16 +160,16 @@ struct Slice {
 impl Slice {
     fn new(tangent: f64, slices: u32) -> Self {
         let per_column = 1.0 / (1.0 + tangent * tangent).sqrt();
-        // Half of an angle of π / slices, over π.
+        // Half of the angle π / slices, over π.
         let share = 0.5 / f64::from(slices);
         let along = [share * per_column, share * tangent * per_column].map(|v| v as f32);
         Self { tangent: tangent as f32, per_column: per_column as f32, along, share: share as f32 }
     }
 }
 
-/// A row of texels while a slice is added.
+/// Working state of a row of texels.
 struct Row {
-    /// Ahead and behind: how steeply the horizon rises.
+    /// Horizon rise per column, ahead and behind.
     rises: [Vec<f32>; 2],
     plane: Vec<f32>,
     there: Sampled,
@@ -179,8 +181,8 @@ impl Row {
         Self { rises: [zeros(), zeros()], plane: zeros(), there: Sampled::new(width) }
     }
 
-    /// Finds the horizons, in rise per column.
-    fn look(&mut self, heights: &Heights<'_>, horizons: &Horizons, about: About, slice: &Slice, y: usize) {
+    /// Computes the horizons as rise per column.
+    fn measure(&mut self, heights: &Heights<'_>, horizons: &Horizons, about: About, slice: &Slice, y: usize) {
         horizons.row(y, &mut self.rises);
         let own = &heights.texels[y * heights.width..][..heights.width];
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
@@ -199,7 +201,7 @@ impl Row {
         }
     }
 
-    /// How the plane of the mean slopes rises per column ([`Difference::Triangles`], whichever axis columns are along).
+    /// Rise per column of the mean-slope plane ([`Difference::Triangles`], along either axis).
     fn tilt(&mut self, heights: &Heights<'_>, tangent: f32, y: usize) {
         let clamped = heights.wrap == Wrap::Clamp;
         let edge = |k: usize, of: usize| if clamped && of > 1 && (k == 0 || k + 1 == of) { 1.0 } else { 0.5 };
@@ -226,7 +228,7 @@ impl Row {
         }
     }
 
-    /// Adds the free directions of the slice.
+    /// Adds the free directions of the slice to the sums.
     fn add(&self, slice: &Slice, [x, y, z]: [&mut [f32]; 3]) {
         let rises = self.rises[0].iter().zip(&self.rises[1]);
         for ((x, y), (z, (ahead, behind))) in x.iter_mut().zip(y).zip(z.iter_mut().zip(rises)) {
@@ -239,13 +241,13 @@ impl Row {
     }
 }
 
-/// Twice what half a slice leaves free beside a horizon of a slope, 0 or more: along the slice, along z.
+/// Twice the free sum of half a slice above a horizon of this slope (at least 0): along the slice, along z.
 fn half(slope: f32) -> [f32; 2] {
     let square = 1.0 / (1.0 + slope * slope);
     [to_horizon(slope) - slope * square, square]
 }
 
-/// Angle from z to a horizon of a slope, 0 or more: the arc cotangent. The polynomial is off by 1e-5 at most.
+/// Angle from z to a horizon of this slope (at least 0): the arc cotangent. Polynomial error at most 1e-5.
 fn to_horizon(slope: f32) -> f32 {
     let flat = slope <= 1.0;
     let v = if flat { slope } else { 1.0 / slope };
@@ -291,8 +293,9 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_sees_what_lies_above_it_and_the_horizontal() {
-        // A plane of slope 1, falling along t: half of the sky that its normal sees is above the horizontal, weighted (1 + cos 45°) / 2.
+    fn tilted_plane_visibility_matches_closed_form() {
+        // A plane of slope 1, falling along t: half of the sky about its normal is above the horizontal, weighted (1 + cos 45°) /
+        // 2.
         let slope = map(65, 65, |_, y| -f64::from(y));
         for (slices, tolerance) in [(16, 3e-3), (64, 1e-3)] {
             let found = of(&slope, Wrap::Clamp, About::Surface, slices);
@@ -303,32 +306,33 @@ mod tests {
                 "{slices}: {} {expected}",
                 found.visibility[at]
             );
-            // The sum of directions between two planes is along the bisector of their normals.
+            // The sum of directions between two planes lies on the bisector of their normals.
             let [x, y, z] = found.at(32, 32);
             assert!(x.abs() < 1e-3 && (y / z - 22.5f32.to_radians().tan()).abs() < 3.0 * tolerance, "{x} {y} {z}");
         }
     }
 
     #[test]
-    fn the_floor_of_a_trench_has_the_known_view() {
-        // A trench along t, 41 wide and 20 deep, on a map that repeats: from its middle, cos² of the half angle is hidden, by the view factor of a slot.
+    fn trench_floor_visibility_matches_closed_form() {
+        // A repeating trench along t, 41 wide and 20 deep. By the view factor of a slot, cos² of the half angle is hidden from
+        // its middle.
         let trench = |x: u32| if x.abs_diff(64) <= 20 { 0.0 } else { 20.0 };
-        // Where it does not repeat, its ends are open.
-        for (turned, wrap, tolerance) in
+        // On a non-repeating map its ends are open.
+        for (transposed, wrap, tolerance) in
             [(false, Wrap::Repeat, 5e-3), (true, Wrap::Repeat, 5e-3), (false, Wrap::Clamp, 8e-3)]
         {
-            let trench = map(128, 128, |x, y| trench(if turned { y } else { x }));
+            let trench = map(128, 128, |x, y| trench(if transposed { y } else { x }));
             for about in [About::Surface, About::Flat] {
                 let found = of(&trench, wrap, about, 64);
                 let half_angle = (21.0f32 / 20.0).atan();
                 let error = found.visibility[64 * 128 + 64] - half_angle.sin();
-                assert!(error.abs() < tolerance, "{turned} {wrap:?} {about:?}: {error}");
+                assert!(error.abs() < tolerance, "{transposed} {wrap:?} {about:?}: {error}");
             }
         }
     }
 
     #[test]
-    fn turning_the_map_turns_the_vectors() {
+    fn rotating_the_map_rotates_the_vectors() {
         let hills = |x: u32, y: u32| f64::from((x * 7 + y * 13 + x * y) % 17) / 4.0;
         for (wrap, width, height) in [(Wrap::Repeat, 24, 24), (Wrap::Clamp, 24, 24), (Wrap::Clamp, 17, 30)] {
             let (a, b) = (map(width, height, hills), map(height, width, |x, y| hills(y, x)));

@@ -1,4 +1,4 @@
-//! Slopes of texels: from normals of any kind, and from heights by the differences that integration inverts.
+//! Texel slopes: from arbitrary normals, and from heights by the differences that integration inverts.
 
 use rayon::prelude::*;
 
@@ -6,29 +6,29 @@ use crate::limits::{check_size, zeroed};
 use crate::material::{NormalMap, STEEPEST};
 use crate::{HeightMap, MapFault, Wrap};
 
-/// How heights become the slope of a texel.
+/// Difference operator from heights to slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Difference {
-    /// The mean slope over a texel's square of the triangles that are drawn between texels: central differences, with 3/4 of the texel's own
-    /// row and 1/8 of those beside it. What a [LEADR map](crate::LeadrMap) holds.
+    /// Mean slope of the drawn triangles over a texel's square, as in a [LEADR map](crate::LeadrMap). These are central
+    /// differences with weight 3/4 on the texel's own row and 1/8 on each adjacent row.
     #[default]
     Triangles,
-    /// Half of the difference of the two neighbours.
+    /// Half the difference of the two neighbours.
     Central,
-    /// To the next texel, as Chan 2018 has it: heights lie half a texel before their slopes.
+    /// Difference to the next texel, as in Chan 2018: heights lie half a texel before their slopes.
     Forward,
 }
 
-/// Texels of a normal map that are no upright unit vector. Each has a slope nevertheless.
+/// Counts of invalid normals. Each still gets a slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SlopeFaults {
-    /// Not finite, or of no length: slope 0.
+    /// Not finite, or zero length: slope 0.
     pub broken: u64,
-    /// `z <= 0`: as steep as slopes may be, in their direction.
+    /// `z <= 0`: the maximum slope in their direction.
     pub below_horizon: u64,
-    /// Steeper than [`STEEPEST`], and cut there; those below the horizon are not counted again.
+    /// Clamped to [`STEEPEST`]; excludes normals below the horizon.
     pub steep: u64,
-    /// Length off 1 by more than 1/20. The slope is that of the direction.
+    /// Length differs from 1 by more than 1/20. Only the direction is used.
     pub not_unit: u64,
 }
 
@@ -42,7 +42,7 @@ impl SlopeFaults {
         }
     }
 
-    /// Counts a normal, and gives its slope.
+    /// Counts the faults of a normal and returns its slope.
     fn slope(&mut self, normal: [f32; 3]) -> [f32; 2] {
         let [x, y, z] = normal.map(f64::from);
         let length = (x * x + y * y + z * z).sqrt();
@@ -63,21 +63,21 @@ impl SlopeFaults {
     }
 }
 
-/// Slopes that are not those of normals are cut here: their squares and sums stay finite.
+/// Limit of slopes from heights, so that squares and sums stay finite.
 const STEEPEST_OF_HEIGHTS: f64 = 1e6;
 
-/// A slope for each texel: finite, at most [`STEEPEST`] where it comes from normals.
+/// Finite slopes per texel, at most [`STEEPEST`] if they come from normals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slopes {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) texels: Vec<[f32; 2]>,
-    /// What was wrong with the normals.
+    /// Faults of the normals.
     pub faults: SlopeFaults,
 }
 
 impl Slopes {
-    /// Slopes, row by row. Those that are not finite are 0 and counted as broken; those beyond 1e6 are cut there.
+    /// Row-major slopes. Values that are not finite become 0 and count as broken; values beyond 1e6 are clamped.
     ///
     /// # Errors
     /// If a side is 0, or the length is not their product.
@@ -95,7 +95,7 @@ impl Slopes {
         Ok(Self { width, height, texels, faults })
     }
 
-    /// The slopes of normals, whose y is along `t` (down), row by row. They may be anything: see [`SlopeFaults`].
+    /// Slopes of row-major normals with y along `t` (down). Any values are accepted; see [`SlopeFaults`].
     ///
     /// # Errors
     /// If a side is 0, or the length is not their product.
@@ -104,26 +104,26 @@ impl Slopes {
         Self::of_texels(width, height, |x, y, faults| faults.slope(normals[y as usize * width as usize + x as usize]))
     }
 
-    /// Those of a normal map, as [`NormalMap::slope`] reads them.
+    /// Slopes of a normal map, as read by [`NormalMap::slope`].
     ///
     /// # Errors
     /// If memory is short.
     pub fn of_normal_map(map: &NormalMap) -> Result<Self, MapFault> {
         let [width, height] = map.texture.raster.size();
         Self::of_texels(width, height, |x, y, faults| {
-            let told = map.slope(x, y).map(|v| v as f32);
-            let finite = told.iter().all(|v| v.is_finite());
+            let stored = map.slope(x, y).map(|v| v as f32);
+            let finite = stored.iter().all(|v| v.is_finite());
             match map.vector(x, y) {
                 Some(vector) => {
                     faults.slope(vector);
                 }
                 None => faults.broken += u64::from(!finite),
             }
-            if finite { told } else { [0.0; 2] }
+            if finite { stored } else { [0.0; 2] }
         })
     }
 
-    /// The slope of each texel, which counts what is wrong with it.
+    /// Computes the slope of each texel and counts faults.
     fn of_texels(
         width: u32,
         height: u32,
@@ -141,12 +141,12 @@ impl Slopes {
         Ok(Self { width, height, texels, faults })
     }
 
-    /// Texels across and down.
+    /// Width and height in texels.
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// Row by row.
+    /// Row-major slopes.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.texels
     }
@@ -161,7 +161,7 @@ impl Slopes {
         sum.map(|v| v / self.texels.len() as f64)
     }
 
-    /// Root mean square of the angles between the normals of these and of other slopes, degrees.
+    /// RMS angle between the normals of these and other slopes, degrees.
     ///
     /// # Panics
     /// If sizes differ.
@@ -175,7 +175,7 @@ impl Slopes {
         let rows = self.texels.par_chunks(self.width as usize).zip(other.texels.par_chunks(self.width as usize));
         let square = |(a, b): (&[f32; 2], &[f32; 2])| {
             let (a, b) = (unit(*a), unit(*b));
-            // By the chord: the arc cosine knows no small angles.
+            // By the chord, since the arc cosine is inaccurate for small angles.
             let chord = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
             (2.0 * (0.5 * chord).min(1.0).asin()).powi(2)
         };
@@ -192,8 +192,8 @@ fn check(width: u32, height: u32, len: usize) -> Result<(), MapFault> {
     Ok(())
 }
 
-/// The slopes of heights that `scale` turns into widths of the texture. At the edges of a map that does not repeat, differences are those to the
-/// one neighbour there is.
+/// Slopes of heights; `scale` converts heights to texture widths. At the edges of a non-repeating map, differences use the single
+/// neighbour.
 pub fn slopes_of_heights(heights: &HeightMap, scale: f32, wrap: Wrap, difference: Difference) -> Slopes {
     let (width, height) = (heights.width, heights.height);
     let per_texel = f64::from(scale) * f64::from(width);
@@ -215,7 +215,7 @@ fn differences(map: &HeightMap, wrap: Wrap, difference: Difference, x: u32, y: u
         _ => [-1, 0, 1].map(|step| wrap.texel(i64::from(k) + step, of)),
     };
     let ([x0, x1, x2], [y0, y1, y2]) = (near(x, map.width), near(y, map.height));
-    // At an edge that does not repeat, the distance of the neighbours is one texel, not two.
+    // At a non-repeating edge the neighbours are one texel apart, not two.
     let by = |a: usize, b: usize, of: u32| match wrap {
         Wrap::Repeat => 0.5,
         Wrap::Clamp if of > 1 => 1.0 / (b - a) as f64,
@@ -255,7 +255,7 @@ mod tests {
             let leadr = LeadrMap::new(&map, Wrap::Repeat);
             let slopes = slopes_of_heights(&map, 1.0, Wrap::Repeat, Difference::Triangles);
             for (slope, moments) in slopes.texels.iter().zip(&leadr.levels[0].texels) {
-                // Those are per unit of texture coordinate.
+                // Moments are per unit texture coordinate.
                 let [s, t] = moments.mean_slope;
                 let expected = [s, t * width as f32 / height as f32];
                 assert!((0..2).all(|i| (slope[i] - expected[i]).abs() < 1e-4), "{slope:?} {expected:?}");

@@ -1,7 +1,7 @@
-//! Orthonormal transforms of real images, in which convolutions by kernels that are even along both axes are products: Hartley's for images that
-//! repeat, the cosine transform (DCT-II) for those that are mirrored at their edges. Sides of any length.
+//! Orthonormal transforms of real images of any size. They turn convolutions by kernels that are even along both axes into
+//! products. Repeating images use the Hartley transform; images mirrored at their edges use the cosine transform (DCT-II).
 //!
-//! Two rows are the real and the imaginary part of one complex transform, so nothing is computed twice, and nothing but the image is stored.
+//! Two rows form the real and imaginary parts of one complex transform, so nothing is computed twice or stored besides the image.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -12,17 +12,17 @@ use rustfft::{Fft, FftPlanner};
 
 use crate::Wrap;
 
-/// The transform of rows of one length.
+/// Transform of rows of one length.
 pub(super) struct Transform {
     length: usize,
     wrap: Wrap,
     forward: Arc<dyn Fft<f32>>,
     backward: Arc<dyn Fft<f32>>,
     /// `exp(-i pi k / 2 n)`.
-    turns: Vec<Complex<f32>>,
+    twiddles: Vec<Complex<f32>>,
 }
 
-/// What a worker needs.
+/// Scratch buffers of a worker.
 #[derive(Clone)]
 pub(super) struct Scratch {
     pair: Vec<Complex<f32>>,
@@ -33,7 +33,7 @@ pub(super) struct Scratch {
 impl Transform {
     pub fn new(length: usize, wrap: Wrap) -> Self {
         let mut planner = FftPlanner::new();
-        let turn = |k: usize| {
+        let twiddle = |k: usize| {
             let angle = 0.5 * PI * k as f64 / length as f64;
             Complex::new(angle.cos() as f32, -angle.sin() as f32)
         };
@@ -42,11 +42,11 @@ impl Transform {
             wrap,
             forward: planner.plan_fft_forward(length),
             backward: planner.plan_fft_inverse(length),
-            turns: (0..length).map(turn).collect(),
+            twiddles: (0..length).map(twiddle).collect(),
         }
     }
 
-    /// The phases per texel of the functions, in the order of their coefficients.
+    /// Phase per texel of each basis function, in the order of the coefficients.
     pub fn phases(&self) -> Vec<f64> {
         let step = if self.wrap == Wrap::Repeat { TAU } else { PI } / self.length as f64;
         (0..self.length).map(|k| step * k as f64).collect()
@@ -58,12 +58,12 @@ impl Transform {
         Scratch { pair: vec![zero; self.length], own: vec![zero; own], blank: vec![0.0; self.length] }
     }
 
-    /// Where a texel stands among those of even, then odd columns backwards (Makhoul 1980).
-    fn place(&self, x: usize) -> usize {
+    /// Position of a texel in Makhoul's (1980) order: even columns, then odd columns reversed.
+    fn slot(&self, x: usize) -> usize {
         if x.is_multiple_of(2) { x / 2 } else { self.length - 1 - x / 2 }
     }
 
-    /// Transforms one or two rows, which lie one behind the other, or, not `forward`, undoes that.
+    /// Transforms one or two consecutive rows; inverse unless `forward`.
     pub fn rows(&self, rows: &mut [f32], scratch: &mut Scratch, forward: bool) {
         let pair = if forward { Self::forward } else { Self::backward };
         let (a, b) = rows.split_at_mut(self.length);
@@ -81,8 +81,8 @@ impl Transform {
         let n = self.length;
         let z = &mut scratch.pair;
         for x in 0..n {
-            let place = if self.wrap == Wrap::Repeat { x } else { self.place(x) };
-            z[place] = Complex::new(a[x], b[x]);
+            let slot = if self.wrap == Wrap::Repeat { x } else { self.slot(x) };
+            z[slot] = Complex::new(a[x], b[x]);
         }
         self.forward.process_with_scratch(z, &mut scratch.own);
         let unit = (1.0 / n as f64).sqrt() as f32;
@@ -95,8 +95,8 @@ impl Transform {
                 (a[k], b[k]) = (0.5 * unit * (of_a.re - of_a.im), 0.5 * unit * (of_b.re - of_b.im));
             } else {
                 let unit = if k == 0 { unit } else { std::f32::consts::SQRT_2 * unit };
-                let turn = self.turns[k];
-                (a[k], b[k]) = (0.5 * unit * (of_a * turn).re, 0.5 * unit * (of_b * turn).re);
+                let twiddle = self.twiddles[k];
+                (a[k], b[k]) = (0.5 * unit * (of_a * twiddle).re, 0.5 * unit * (of_b * twiddle).re);
             }
         }
     }
@@ -114,20 +114,20 @@ impl Transform {
                     return Complex::new(row[0] * unit, 0.0);
                 }
                 let half = std::f32::consts::FRAC_1_SQRT_2 * unit;
-                Complex::new(row[k] * half, -row[n - k] * half) * self.turns[k].conj()
+                Complex::new(row[k] * half, -row[n - k] * half) * self.twiddles[k].conj()
             };
             let (of_a, of_b) = (of(a), of(b));
             z[k] = Complex::new(of_a.re - of_b.im, of_a.im + of_b.re);
         }
         self.backward.process_with_scratch(z, &mut scratch.own);
         for x in 0..n {
-            let place = self.place(x);
-            (a[x], b[x]) = (z[place].re, z[place].im);
+            let slot = self.slot(x);
+            (a[x], b[x]) = (z[slot].re, z[slot].im);
         }
     }
 }
 
-/// Columns become rows.
+/// Transposes an image.
 pub(super) fn transpose(from: &[f32], width: usize, to: &mut [f32]) {
     const BLOCK: usize = 32;
     let height = from.len() / width.max(1);
@@ -178,7 +178,7 @@ mod tests {
         for n in [1, 2, 5, 64, 97] {
             for wrap in [Wrap::Repeat, Wrap::Clamp] {
                 let transform = Transform::new(n, wrap);
-                // A pair of rows, and one alone.
+                // A pair of rows, and a single row.
                 for count in [2 * n, n] {
                     let given = &rows(n)[..count];
                     let mut found = given.to_vec();
@@ -193,10 +193,10 @@ mod tests {
     #[test]
     fn transposing_twice_changes_nothing() {
         let given: Vec<f32> = (0..37 * 65).map(|i| i as f32).collect();
-        let (mut turned, mut back) = (vec![0.0; given.len()], vec![0.0; given.len()]);
-        transpose(&given, 37, &mut turned);
-        assert_eq!(turned[3 * 65 + 11], given[11 * 37 + 3]);
-        transpose(&turned, 65, &mut back);
+        let (mut transposed, mut back) = (vec![0.0; given.len()], vec![0.0; given.len()]);
+        transpose(&given, 37, &mut transposed);
+        assert_eq!(transposed[3 * 65 + 11], given[11 * 37 + 3]);
+        transpose(&transposed, 65, &mut back);
         assert_eq!(given, back);
     }
 }

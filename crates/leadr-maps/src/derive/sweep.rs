@@ -1,28 +1,28 @@
 //! Horizons along parallel lines, by convex hulls (Timonen and Westerholm 2010, "Scalable height field self-shadowing").
 //!
-//! Lines of one direction go through every column of a map; a texel belongs to the line that passes it closest. Along a line, heights between two
-//! texels of a column are those of the edge that joins them. The points passed so far are kept as their upper hull, where the tangent from a texel,
-//! which is its horizon, is found in a step or two. Reach is unlimited, and the work for a texel is the same for every relief.
+//! Parallel lines cross every column of the map; a texel belongs to its closest line. Along a line, heights between two texels of
+//! a column are interpolated on the edge that joins them. The passed points are kept as their upper hull. A texel's horizon is
+//! the tangent to that hull, found in a step or two. Reach is unlimited, and the cost per texel does not depend on the relief.
 //!
-//! A texel's own height is used, not the line's, moved along its slope to where the line is. The two columns beside it are not looked up on the line:
-//! where a ray from the very texel crosses them is known exactly ([`occlusion`](super::occlusion)).
+//! A texel uses its own height, not the line's, extrapolated along its slope to the line. The two columns beside it do not use
+//! the line: the crossings of a ray from the texel itself are known exactly there ([`occlusion`](super::occlusion)).
 
 use rayon::prelude::*;
 
 use crate::Wrap;
 
-/// Columns beside a texel that its ray meets exactly; hulls begin beyond them.
+/// Columns beside a texel with exact ray crossings; hulls begin beyond them.
 pub(super) const NEAR: usize = 2;
-/// Cells of a coarser copy of the map, per cell of the next finer one, and along a line before its size is used.
+/// Cell size ratio of successive coarser copies of the map, and the distance in cells at which each takes over.
 const COARSER: usize = 8;
 
-/// Heights in texels, row by row.
+/// Row-major heights in texels.
 pub(super) struct Field {
     pub width: usize,
     pub height: usize,
     pub texels: Vec<f32>,
     pub wrap: Wrap,
-    /// Means over 8 x 8, 64 x 64 … texels: what lies before the beginning of a line, far away.
+    /// Means over 8 x 8, 64 x 64 … texels, for distant ground before the start of a line.
     coarse: Vec<Coarse>,
 }
 
@@ -32,11 +32,11 @@ struct Coarse {
     texels: Vec<f32>,
 }
 
-/// How high the relief rises seen from texels, as rise per column: ahead, towards higher columns, and behind; below 0 it is 0.
+/// Horizons as rise per column, ahead (towards higher columns) and behind; negative rises are 0.
 pub(super) struct Horizons {
-    /// Rows of the map that lines pass in each column, less those in column 0.
+    /// Row offset of lines in each column, relative to column 0.
     pub shifts: Vec<i64>,
-    /// The first line's number: its row in column 0.
+    /// Row of the first line in column 0.
     first: i64,
     width: usize,
     lines: usize,
@@ -59,7 +59,7 @@ impl Field {
         Self { width, height, texels, wrap, coarse }
     }
 
-    /// The height where a column, which may lie beyond the edges, is crossed in a row between two texels.
+    /// Interpolated height at a fractional row of a column, which may lie outside the map.
     fn at(&self, x: i64, y: f32) -> f32 {
         let low = y.floor();
         let part = y - low;
@@ -69,7 +69,7 @@ impl Field {
         a + part * (b - a)
     }
 
-    /// The mean height of a coarse cell.
+    /// Mean height of a coarse cell.
     fn far(&self, level: usize, x: f64, y: f64) -> f32 {
         let coarse = &self.coarse[level];
         let cell = |v: f64, of: usize, cells: usize| {
@@ -79,11 +79,11 @@ impl Field {
         coarse.texels[cell(y, self.height, coarse.height) * coarse.width + cell(x, self.width, coarse.width)]
     }
 
-    /// The horizons along all lines that rise `tangent` rows a column, -1 to 1.
+    /// Horizons along all lines that rise `tangent` rows per column, -1 to 1.
     pub fn horizons(&self, tangent: f64) -> Horizons {
         let shifts: Vec<i64> = (0..self.width).map(|x| (x as f64 * tangent).round() as i64).collect();
         let (low, high) = (shifts[self.width - 1].min(0), shifts[self.width - 1].max(0));
-        // Without repeats, lines also enter through the upper and the lower edge.
+        // Without repeats, lines also enter through the top and bottom edges.
         let (first, lines) =
             if self.wrap == Wrap::Repeat { (0, self.height) } else { (-high, self.height + (high - low) as usize) };
         let mut values = vec![[0.0; 2]; lines * self.width];
@@ -95,7 +95,7 @@ impl Field {
                 let start = first + k as i64;
                 let inside =
                     |x: &usize| self.wrap == Wrap::Repeat || (0..self.height as i64).contains(&(start + shifts[*x]));
-                // The texels of a line stand together.
+                // The texels of a line are contiguous.
                 let Some(from) = (0..self.width).find(inside) else { return };
                 let to = (from..self.width).find(|x| !inside(x)).unwrap_or(self.width);
                 let more = if self.wrap == Wrap::Repeat { NEAR as i64 } else { 0 };
@@ -109,13 +109,13 @@ impl Field {
                 for x in from..to {
                     let own = self.moved(x, start + shifts[x], (start as f64 + x as f64 * tangent) as f32);
                     out[x] = [own, hull.rise(x as f32, own)];
-                    // Nearer ones are no part of what the next column sees.
+                    // Nearer columns are not part of the next column's hull.
                     let passed = x as i64 - NEAR as i64;
                     if let Some(z) = on_line(passed) {
                         hull.push(passed as f32, z);
                     }
                 }
-                // The other way, with columns counted from the end.
+                // Reverse direction: columns are counted from the end.
                 hull.clear();
                 let last = self.width as f32 - 1.0;
                 for &[distance, level] in before.iter().rev() {
@@ -133,8 +133,8 @@ impl Field {
         Horizons { shifts, first, width: self.width, lines, wrap: self.wrap, values }
     }
 
-    /// Distances before the first column, and the copy of the map that is read there (0: the map itself), near to far, as long as
-    /// anything can rise by 1/64.
+    /// Distances before the first column, with the copy of the map to read there (0: the map itself). Near to far, while a rise
+    /// of 1/64 is possible.
     fn before(&self, tangent: f64, range: f64) -> Vec<[f32; 2]> {
         let mut found = Vec::new();
         if self.wrap == Wrap::Clamp {
@@ -142,7 +142,7 @@ impl Field {
         }
         let reach = 64.0 * range / (1.0 + tangent * tangent).sqrt();
         let (mut distance, mut level, mut cell) = ((NEAR + 1) as f64, 0, 1usize);
-        // The coarsest copy is one height, and as high as everything.
+        // The coarsest copy is a single height.
         while distance <= reach && level < self.coarse.len() {
             if distance >= (COARSER * COARSER * cell) as f64 {
                 level += 1;
@@ -155,7 +155,7 @@ impl Field {
         found
     }
 
-    /// The height of a texel, moved along its slope to where a line crosses its column.
+    /// Height of a texel, extrapolated along its slope to a line's crossing of its column.
     fn moved(&self, x: usize, row: i64, line: f32) -> f32 {
         let aside = line - row as f32;
         let [a, own, b] = [-1, 0, 1].map(|step| {
@@ -166,7 +166,7 @@ impl Field {
         own + 0.5 * aside * (b - a)
     }
 
-    /// The height of a line before the first column, or after the last.
+    /// Height of a line before the first or after the last column.
     fn beyond(&self, start: i64, tangent: f64, x: f32, level: f32) -> f32 {
         let y = start as f64 + f64::from(x) * tangent;
         match level as usize {
@@ -175,7 +175,7 @@ impl Field {
         }
     }
 
-    /// The heights of a line.
+    /// Fills `line` with heights of a range of columns.
     fn fill(&self, line: &mut Vec<f32>, start: i64, tangent: f64, columns: std::ops::Range<i64>) {
         line.clear();
         let (height, width) = (self.height as i64, self.width);
@@ -214,7 +214,7 @@ impl Coarse {
 }
 
 impl Horizons {
-    /// Those of a row of texels.
+    /// Copies the horizons of a row of texels.
     pub fn row(&self, y: usize, [ahead, behind]: &mut [Vec<f32>; 2]) {
         for (x, shift) in self.shifts.iter().enumerate() {
             let line = y as i64 - shift - self.first;
@@ -228,7 +228,7 @@ impl Horizons {
     }
 }
 
-/// The upper hull of points of rising `x`.
+/// Upper hull of points with increasing `x`.
 #[derive(Default)]
 struct Hull {
     points: Vec<[f32; 2]>,
@@ -249,7 +249,7 @@ impl Hull {
         self.points.push([x, z]);
     }
 
-    /// The steepest rise from a place beyond the last point, or 0.
+    /// Steepest rise from a position beyond the last point, at least 0.
     fn rise(&self, x: f32, z: f32) -> f32 {
         let mut best = f32::MIN;
         for point in self.points.iter().rev() {
@@ -272,9 +272,9 @@ mod tests {
         Field::new(width, height, (0..width * height).map(texel).collect(), wrap)
     }
 
-    /// Looks at every column of every line.
+    /// Compares with a search over all columns.
     #[test]
-    fn hulls_find_what_looking_everywhere_finds() {
+    fn hulls_match_exhaustive_search() {
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
             for (width, height) in [(40, 24), (23, 37), (5, 1), (1, 5), (2, 2)] {
                 let field = field(width, height, wrap);
@@ -288,7 +288,7 @@ mod tests {
                             let start = y as i64 - horizons.shifts[x];
                             let line = (start as f64 + x as f64 * tangent) as f32;
                             let own = field.moved(x, start + horizons.shifts[x], line);
-                            // As far as the map itself is read before its first column.
+                            // Up to the range that reads the map itself.
                             let seen = |side: i64| {
                                 let columns = match (wrap, side) {
                                     (Wrap::Repeat, 1) => x as i64 + 3..width as i64 + 63,
@@ -308,7 +308,7 @@ mod tests {
                             };
                             let (ahead, behind) = (seen(1), seen(-1));
                             let apart = (found[0] - ahead).abs().max((found[1] - behind).abs());
-                            // What lies further away is seen as blocks.
+                            // More distant ground is approximated by blocks.
                             let far = if wrap == Wrap::Repeat { 0.13 } else { 1e-4 };
                             assert!(
                                 apart < 1e-4 || found[0].max(found[1]) < far,

@@ -5,10 +5,10 @@ use crate::MapFault;
 use crate::baked::{BakedMap, HeightUnit};
 
 impl Material {
-    /// What a baked map tells on its finest level: heights, slopes where they are those of normals, roughness, colour.
+    /// The finest level of a baked map as a material: heights, slopes from normals, roughness, colour.
     ///
     /// # Errors
-    /// If it is of another kind than LEADR, does not repeat, or a height is too large.
+    /// If its kind is not LEADR, it does not repeat, or a height is too large.
     pub fn of_baked(map: &BakedMap) -> Result<Self, MapFault> {
         map.check_drawable()?;
         let mut material = Self::new("baked map");
@@ -23,14 +23,14 @@ impl Material {
             material.relief = Some(Relief { map: map.height_map()?, scale: None, in_widths, middle: map.middle });
         }
         if let (true, Some(across), Some(mut down)) = (map.of_normals, map.channel("x"), map.channel("y")) {
-            // From a height of the texture to a width of it.
+            // From per texture height to per texture width.
             down.iter_mut().for_each(|slope| *slope *= width as f32 / height as f32);
             let none = vec![0.0; down.len()];
             let texture = texture(&[across, down, none], Encoding::Slopes)?;
             material.normal_map = Some(NormalMap { texture, green: GreenAxis::Up, scale: 1.0 });
         }
         if let Some(mut roughness) = map.channel("alpha2") {
-            // Perceptual again, since that is what is interpolated.
+            // Back to perceptual roughness, which is interpolated.
             roughness.iter_mut().for_each(|square| *square = as_code(square.max(0.0).sqrt().sqrt()));
             material.roughness = Input::texture(texture(&[roughness], Encoding::Linear)?, 0);
             material.roughness_meaning = RoughnessMeaning::Perceptual;
@@ -43,7 +43,7 @@ impl Material {
     }
 }
 
-/// The code of 8 or 16 bits that a roughness was, if rounding is all that it differs by.
+/// Snaps to an 8- or 16-bit code if the difference is only rounding.
 fn as_code(value: f32) -> f32 {
     let code = (value * 65535.0).round();
     if (value * 65535.0 - code).abs() < 0.03 { code / 65535.0 } else { value }

@@ -1,4 +1,4 @@
-//! A material as it is downloaded: a folder of pictures whose names say what they are.
+//! Material folders as downloaded: file names give the role of each picture.
 
 use std::path::{Path, PathBuf};
 
@@ -8,38 +8,38 @@ use crate::load::{load_height_map, load_raster};
 use crate::{MapError, MapFault};
 use leadr_reflectance::facets::gloss::Gloss;
 
-/// What a picture of a material says.
+/// Role of a picture in a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Base colour.
     Color,
     /// Perceptual roughness.
     Roughness,
-    /// One minus it.
+    /// Gloss: one minus perceptual roughness.
     Gloss,
-    /// Share of metal.
+    /// Metalness.
     Metalness,
     /// Occlusion in red, roughness in green, metalness in blue.
     Packed,
-    /// Normals whose green goes up.
+    /// Normals with green up (OpenGL).
     NormalUp,
-    /// Normals whose green goes down.
+    /// Normals with green down (DirectX).
     NormalDown,
-    /// Normals whose name does not tell.
+    /// Normals with unknown green direction.
     Normal,
     /// Heights.
     Height,
-    /// Occlusion.
+    /// Ambient occlusion.
     Occlusion,
-    /// Where what is not occluded is seen.
+    /// Visibility cones.
     Cones,
-    /// Where it is.
+    /// Alpha mask.
     Opacity,
     /// Emitted light.
     Emission,
 }
 
-/// The words of each role, in lower case, without what separates them.
+/// Words of each role, in lower case without separators.
 const WORDS: &[(Role, &[&str])] = &[
     (Role::Color, &["color", "colour", "col", "albedo", "basecolor", "basecolour", "diffuse", "diff", "basemap"]),
     (Role::Roughness, &["roughness", "rough", "rgh"]),
@@ -58,37 +58,37 @@ const WORDS: &[(Role, &[&str])] = &[
 
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 
-/// Most entries of a folder that are looked at.
+/// Maximum number of folder entries to examine.
 const MOST_ENTRIES: usize = 10_000;
 
-/// The role that a file's name tells, if any: the last word of it that is one of a role's.
+/// The role given by a file name: that of its last recognised word.
 pub fn role_of(file: &Path) -> Option<Role> {
     let stem = file.file_stem()?.to_str()?.to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
     let found = |word: &str| WORDS.iter().find(|(_, words)| words.contains(&word)).map(|(role, _)| *role);
     (0..words.len()).rev().find_map(|last| {
-        // "nor_gl" before "nor".
+        // Word pairs first: "nor_gl" before "nor".
         let pair = (last > 0).then(|| [words[last - 1], words[last]].concat());
         pair.and_then(|pair| found(&pair)).or_else(|| found(words[last]))
     })
 }
 
-/// The pictures of a folder by what they say.
+/// A material folder: its pictures by role.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialFolder {
     /// The folder's name.
     pub name: String,
     /// One picture for each role, in the order of roles.
     pub pictures: Vec<(Role, PathBuf)>,
-    /// What was left aside, in a sentence each.
+    /// One message for each ignored file.
     pub remarks: Vec<String>,
 }
 
 impl MaterialFolder {
-    /// Reads the names in a folder.
+    /// Reads the file names of a folder.
     ///
     /// # Errors
-    /// If it is no folder or cannot be read, if two pictures claim one role, or if none has any.
+    /// If the folder is missing or unreadable, two pictures have the same role, or none has a role.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, MapError> {
         let folder = folder.as_ref();
         Self::find(folder).map_err(|fault| fault.in_file(folder))
@@ -107,12 +107,12 @@ impl MaterialFolder {
                 continue;
             }
             let Some(role) = role_of(&file) else {
-                remarks.push(format!("{} is not used: its name tells no part of a material", file.display()));
+                remarks.push(format!("{} is not used: its name matches no role of a material", file.display()));
                 continue;
             };
             if let Some((_, other)) = pictures.iter().find(|(taken, _)| *taken == role) {
                 let what = format!("{} and {} are both {role:?}", name_of(other), name_of(&file));
-                return Err(MapFault::unsupported(what, "leave one of them in the folder"));
+                return Err(MapFault::unsupported(what, "keep one of them in the folder"));
             }
             pictures.push((role, file));
         }
@@ -121,12 +121,12 @@ impl MaterialFolder {
         this.leave_aside();
         if this.pictures.is_empty() {
             let remedy = "name them NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png";
-            return Err(MapFault::unsupported("no picture in it is named like a part of a material", remedy));
+            return Err(MapFault::unsupported("no picture in it has the name of a material role", remedy));
         }
         Ok(this)
     }
 
-    /// Of several pictures that say the same, the one that says most stays.
+    /// Keeps the most specific of several pictures with the same information.
     fn leave_aside(&mut self) {
         use Role::{Gloss, Metalness, Normal, NormalDown, NormalUp, Packed, Roughness};
         for (kept, other) in [
@@ -142,16 +142,16 @@ impl MaterialFolder {
                 && let Some(at) = self.pictures.iter().position(|(role, _)| *role == other)
             {
                 let (_, file) = self.pictures.remove(at);
-                self.remarks.push(format!("{} is not used: {kept:?} says the same", file.display()));
+                self.remarks.push(format!("{} is not used: {kept:?} replaces it", file.display()));
             }
         }
-        // What bumps hide from each other is found from their heights, and must not count twice.
+        // Occlusion is computed from the heights and must not count twice.
         if let (Some(file), Some(_)) = (self.picture(Role::Occlusion), self.picture(Role::Height)) {
-            self.remarks.push(format!("{} is not used: what its heights hide is computed from them", file.display()));
+            self.remarks.push(format!("{} is not used: occlusion is computed from the heights", file.display()));
         }
     }
 
-    /// The picture of a role.
+    /// The picture with a role.
     pub fn picture(&self, role: Role) -> Option<&Path> {
         self.pictures.iter().find(|(other, _)| *other == role).map(|(_, file)| file.as_path())
     }
@@ -159,7 +159,7 @@ impl MaterialFolder {
     /// Reads the pictures.
     ///
     /// # Errors
-    /// If one of them is damaged, too large or of the wrong kind.
+    /// If one is damaged, too large or of the wrong kind.
     pub fn load(&self) -> Result<Material, MapError> {
         let mut material = Material::new(&self.name);
         for (role, file) in &self.pictures {
@@ -191,7 +191,7 @@ impl MaterialFolder {
 }
 
 impl Material {
-    /// Reads the base colours of a picture.
+    /// Reads base colours.
     ///
     /// # Errors
     /// If it is damaged, too large or of the wrong kind.
@@ -200,7 +200,7 @@ impl Material {
         Ok(())
     }
 
-    /// Reads a perceptual roughness, or a gloss.
+    /// Reads a perceptual roughness or a gloss.
     ///
     /// # Errors
     /// If it is damaged, too large or of the wrong kind.
@@ -211,22 +211,22 @@ impl Material {
         Ok(())
     }
 
-    /// Reads a normal map. `green`: which way its green goes; `None`: as they fit together best.
+    /// Reads a normal map. `green`: direction of its green channel; `None` detects it.
     ///
     /// # Errors
     /// If it is damaged, too large or has one channel.
     pub fn set_normals(&mut self, file: &Path, green: Option<GreenAxis>) -> Result<(), MapError> {
         let texture = texture(file, Encoding::Linear)?;
         if texture.raster.channels() == 1 {
-            let what = "it is grey, and normals have two or three channels";
-            return Err(MapFault::unsupported(what, "give heights as a height map").in_file(file));
+            let what = "it is grey; normals need two or three channels";
+            return Err(MapFault::unsupported(what, "if it holds heights, give it as a height map").in_file(file));
         }
         let green = green.unwrap_or_else(|| green_axis(&texture.raster));
         self.normal_map = Some(NormalMap { texture, green, scale: 1.0 });
         Ok(())
     }
 
-    /// Reads the share of the surroundings that is seen.
+    /// Reads ambient occlusion: the visible share of the surroundings.
     ///
     /// # Errors
     /// If it is damaged, too large or of the wrong kind.
@@ -235,14 +235,14 @@ impl Material {
         Ok(())
     }
 
-    /// Reads cones, as `leadr bake --kind cones` writes them into a picture.
+    /// Reads visibility cones from a picture of `leadr bake --kind cones`.
     ///
     /// # Errors
-    /// If they are damaged, too large or have no four channels.
+    /// If they are damaged, too large, or do not have four channels.
     pub fn set_cones(&mut self, file: &Path) -> Result<(), MapError> {
         let texture = texture(file, Encoding::Linear)?;
         if texture.raster.channels() != 4 {
-            let what = "cones have four channels: a direction, and the share of the surroundings that is seen";
+            let what = "cones need four channels: a direction and the visible share of the surroundings";
             let remedy = "make them with leadr bake --kind cones -o NAME_Cones.png";
             return Err(MapFault::unsupported(what, remedy).in_file(file));
         }
@@ -250,7 +250,7 @@ impl Material {
         Ok(())
     }
 
-    /// Reads heights whose unit is not told.
+    /// Reads heights with an unknown unit.
     ///
     /// # Errors
     /// If they are damaged, too large or of the wrong kind.
@@ -262,14 +262,14 @@ impl Material {
     }
 }
 
-/// The first channel of a picture.
+/// An input from the first channel of a picture.
 fn numbers(file: &Path) -> Result<Input<f32>, MapError> {
     Ok(Input::texture(texture(file, Encoding::Linear)?, 0))
 }
 
 fn texture(file: &Path, encoding: Encoding) -> Result<Texture, MapError> {
     let raster = load_raster(file)?;
-    // Floats are linear whatever they are.
+    // Floats are always linear.
     let encoding = if matches!(raster.samples(), Samples::F32(_)) { Encoding::Linear } else { encoding };
     Ok(Texture::new(raster, file.display().to_string(), encoding))
 }
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn each_role_has_one_picture() {
+    fn each_role_takes_one_image() {
         let both = folder(&["a_NormalGL.png", "a_NormalDX.png", "a_Roughness.png", "a_preview.png", "notes.txt"]);
         let found = MaterialFolder::open(both.path()).unwrap();
         assert_eq!(found.pictures.iter().map(|p| p.0).collect::<Vec<_>>(), [Role::Roughness, Role::NormalUp]);
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_that_are_none_are_named() {
+    fn non_images_are_reported() {
         let empty = folder(&["a_Color.png"]);
         let error = MaterialFolder::open(empty.path()).unwrap().load().unwrap_err().to_string();
         assert!(error.contains("a_Color.png: is not an image"), "{error}");

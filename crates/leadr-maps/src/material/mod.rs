@@ -1,7 +1,7 @@
-//! What a surface is made of: one type for everything that is drawn and for every file that names a material.
+//! Materials: one type for everything that is drawn, and for all file formats.
 //!
-//! Each property is a constant or a texture ([`Input`]); a texture has its own coordinates, transform, wrap and encoding. Nothing is
-//! filtered here: that is done where a material meets its mesh and its relief.
+//! Each property is a constant or a texture ([`Input`]). Textures have their own coordinates, transform, addressing and encoding.
+//! Filtering happens later, where a material meets its mesh and relief.
 
 mod baked;
 mod folder;
@@ -18,62 +18,62 @@ use super::HeightMap;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// A property: a constant, or a texture times a constant.
+/// A property: a constant, or a texture times a constant factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<T> {
-    /// The value, or the factor on the texture.
+    /// The constant, or the factor on the texture.
     pub factor: T,
-    /// Where it changes over the surface.
+    /// Optional texture.
     pub texture: Option<Texture>,
-    /// Which channel of the texture a number is read from, 0 to 3; colours are read from the first three.
+    /// Channel of a scalar property, 0 to 3; colours use the first three.
     pub channel: usize,
 }
 
 impl<T> Input<T> {
-    /// The same everywhere.
+    /// A constant property.
     pub const fn constant(value: T) -> Self {
         Self { factor: value, texture: None, channel: 0 }
     }
 }
 
 impl Input<f32> {
-    /// A channel of a texture.
+    /// A scalar property from a channel of a texture.
     pub const fn texture(texture: Texture, channel: usize) -> Self {
         Self { factor: 1.0, texture: Some(texture), channel }
     }
 }
 
 impl Input<[f32; 3]> {
-    /// The colours of a texture.
+    /// A colour property from a texture.
     pub const fn colors(texture: Texture) -> Self {
         Self { factor: [1.0; 3], texture: Some(texture), channel: 0 }
     }
 }
 
-/// The code, 0 to 255, of a roughness `α` in 0..1 where colour maps store it: of its root, so that smooth surfaces have codes enough.
+/// Code, 0 to 255, of a roughness `α` in 0..1 in colour maps. It stores the square root, for precision on smooth surfaces.
 pub fn alpha_code(alpha: f32) -> u8 {
     (alpha.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
 }
 
-/// The roughness `α` of a code.
+/// The roughness `α` of a code; inverse of [`alpha_code`].
 pub fn alpha_of(code: u8) -> f32 {
     (f32::from(code) / 255.0).powi(2)
 }
 
-/// What the numbers of a roughness are.
+/// Meaning of roughness values.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum RoughnessMeaning {
     /// Perceptual: `α` is its square, as in glTF and most texture libraries.
     #[default]
     Perceptual,
-    /// `α` of the microfacet distribution itself: `√2` times the deviation of a Beckmann surface's slopes.
+    /// `α` of the microfacet distribution: `√2` times the standard deviation of a Beckmann surface's slopes.
     Alpha,
-    /// Gloss, or smoothness, on a scale.
+    /// Gloss or smoothness on a given scale.
     Gloss(Gloss),
 }
 
 impl RoughnessMeaning {
-    /// `α` of a number in 0..1.
+    /// `α` of a value in 0..1.
     pub fn alpha(self, value: f32) -> f32 {
         match self {
             Self::Perceptual => value * value,
@@ -83,29 +83,29 @@ impl RoughnessMeaning {
     }
 }
 
-/// Roughness that differs along and across a direction, as in `KHR_materials_anisotropy`.
+/// Anisotropic roughness, as in `KHR_materials_anisotropy`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anisotropy {
-    /// 0 (isotropic) to 1: along the direction `α` is mixed towards 1 by its square.
+    /// 0 (isotropic) to 1. Along the direction, `α` is interpolated towards 1 by the squared strength.
     pub strength: Input<f32>,
-    /// Turns the direction from the tangent towards the bitangent, radians.
+    /// Rotation of the direction from the tangent towards the bitangent, radians.
     pub rotation: f32,
-    /// Directions in the tangent plane (red and green as -1..1), turned by `rotation`; the tangent without it.
+    /// Directions in the tangent plane (red and green as -1..1), rotated by `rotation`. `None`: the tangent.
     pub direction: Option<Texture>,
 }
 
-/// Fine slopes of a surface as directions of its normal in the tangent frame.
+/// Normal map in the tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
-    /// Red and green as -1..1 are x and y; blue is z, and is found from the others where the image has two channels.
+    /// Red and green as -1..1 are x and y. Blue is z; two-channel images derive it.
     pub texture: Texture,
-    /// Which way green goes.
+    /// Direction of green.
     pub green: GreenAxis,
     /// Factor on x and y.
     pub scale: f32,
 }
 
-/// Which way the green channel of a normal map goes, seen as an image.
+/// Direction of a normal map's green channel in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum GreenAxis {
     /// Up (OpenGL, glTF).
@@ -120,104 +120,105 @@ pub enum GreenAxis {
 pub struct Relief {
     /// The heights, over the first texture coordinates.
     pub map: HeightMap,
-    /// Metres for each unit of the map; `None` if the file does not say.
+    /// Metres per unit of the map; `None` if unknown.
     pub scale: Option<f32>,
-    /// Whether a unit is a width of the texture, where `scale` tells nothing else.
+    /// Whether the unit is the texture width, if `scale` is unknown.
     pub in_widths: bool,
-    /// The height of the map that lies on the mesh.
+    /// Map height at the mesh surface.
     pub middle: f32,
 }
 
-/// A material that lies over another and repeats more often.
+/// A detail material over another one that repeats more often.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialDetail {
-    /// What it is made of. Its heights and normals only shade.
+    /// The detail material. Its heights and normals affect only shading.
     pub material: Material,
-    /// Which of its properties count besides its slopes: colours and roughness, if files tell them.
+    /// Whether colour and roughness apply besides slopes; true if files define them.
     pub colored: bool,
-    /// Times that it repeats within one repeat of the other.
+    /// Repeats per repeat of the base material.
     pub repeat: f32,
-    /// By which it is turned counter-clockwise, degrees.
+    /// Counter-clockwise rotation, degrees.
     pub rotation: f32,
     /// Factor on its heights and slopes.
     pub height_scale: f32,
-    /// Where it is, 0 to 1, over one repeat of the other: it covers what lies below. Without one it is everywhere and varies what lies
-    /// below.
+    /// Coverage, 0 to 1, over one repeat of the base material. `None`: the detail modulates the base everywhere instead of
+    /// covering it.
     pub mask: Option<Texture>,
 }
 
-/// Where a surface is.
+/// Opacity of a surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Opacity {
-    /// Everywhere.
+    /// Fully opaque.
     #[default]
     Opaque,
-    /// Where the mask is not below the cutoff.
+    /// Visible where the mask is at least the cutoff.
     Mask {
-        /// What is compared: alpha of the base colour, as a rule.
+        /// Mask value, usually the base colour's alpha.
         mask: Input<f32>,
-        /// The least value that is there.
+        /// Smallest visible value.
         cutoff: f32,
     },
-    /// Everywhere to a degree. Drawn where the share is at least one half: nothing here is transparent.
+    /// Partial opacity. Drawn where it is at least one half, since transparency is not supported.
     Blend {
-        /// The degree.
+        /// Opacity, 0 to 1.
         share: Input<f32>,
     },
 }
 
-/// What a surface is made of. Colours are linear Rec.709, 0 to 1 except for emission.
+/// A surface material. Colours are linear Rec.709, 0 to 1 except for emission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Its name in messages and on the command line.
+    /// Name in messages and on the command line.
     pub name: String,
-    /// Albedo of what is no metal, and reflectance at normal incidence of what is.
+    /// Albedo of dielectrics; reflectance at normal incidence of metals.
     pub base_color: Input<[f32; 3]>,
-    /// Share of metal, 0 to 1.
+    /// Metalness, 0 to 1.
     pub metalness: Input<f32>,
-    /// Roughness, 0 to 1, of the microfacets.
+    /// Microfacet roughness, 0 to 1.
     pub roughness: Input<f32>,
-    /// What its numbers are.
+    /// Meaning of the roughness values.
     pub roughness_meaning: RoughnessMeaning,
-    /// The facets of a measured material, whose slopes roughness scales; they have reflectances of their own.
+    /// Facets of a measured material. Roughness scales their slopes; they have their own reflectance.
     pub fit: Option<Arc<FittedTable>>,
-    /// Its direction, if it has one.
+    /// Anisotropy, if any.
     pub anisotropy: Option<Anisotropy>,
-    /// Reflectance at normal incidence of what is no metal; above 1 it counts as 1, once factor and texture are multiplied.
+    /// Reflectance at normal incidence of dielectrics. The product of factor and texture is clamped to 1.
     pub f0: Input<[f32; 3]>,
-    /// How far metal's reflectance dips below Schlick's form on its way to grazing incidence, 0 to 4
-    /// ([`fresnel_dipped`](leadr_reflectance::facets::fresnel::fresnel_dipped)): 0 where nobody tells.
-    pub conductor_dip: [f32; 3],
-    /// Fine slopes.
+    /// Metals: F82 tint, the reduction of reflectance below Schlick's curve towards grazing incidence, 0 to 4
+    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). 0 if not given.
+    pub edge_tint: [f32; 3],
+    /// Normal map.
     pub normal_map: Option<NormalMap>,
     /// Heights.
     pub relief: Option<Relief>,
-    /// What lies over it and repeats more often.
+    /// Detail material.
     pub detail: Option<Box<MaterialDetail>>,
-    /// Strength of what a dielectric reflects, 0 to 1: a factor on its Fresnel reflectance at every angle.
+    /// Factor on the Fresnel reflectance of dielectrics at every angle, 0 to 1.
     pub specular: Input<f32>,
-    /// Share of the surroundings that is seen, 0 to 1.
+    /// Ambient occlusion: visible share of the surroundings, 0 to 1.
     pub occlusion: Input<f32>,
-    /// How much of the occlusion counts, 0 to 1: at 0 all of the surroundings is seen.
+    /// Strength of the occlusion, 0 to 1; 0 disables it.
     pub occlusion_strength: f32,
-    /// In place of occlusion, where the surroundings are seen: red, green and blue as -1..1 are the mean open direction in the tangent frame
-    /// with y up, as long as the cone about it is narrow; alpha is the share that is seen ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)).
+    /// Visibility cones instead of occlusion. Red, green and blue as -1..1 are the mean open direction in the tangent frame with
+    /// y up, longer for a narrower cone. Alpha is the visible share
+    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)).
     pub cones: Option<Texture>,
     /// Emitted radiance.
     pub emission: Input<[f32; 3]>,
-    /// Where it is.
+    /// Opacity.
     pub opacity: Opacity,
-    /// Whether its back is seen, too.
+    /// Whether back faces are visible.
     pub double_sided: bool,
-    /// Whether it is shown in its base colour, whatever the light.
+    /// Whether to show only the base colour, independent of light.
     pub unlit: bool,
 }
 
-/// Reflectance at normal incidence of common dielectrics: an index of refraction of 1.5.
+/// Reflectance at normal incidence of common dielectrics (index of refraction 1.5).
 pub const DIELECTRIC_F0: f32 = 0.04;
 
 impl Material {
-    /// A grey, half rough dielectric.
+    /// A grey dielectric of medium roughness.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -228,7 +229,7 @@ impl Material {
             fit: None,
             anisotropy: None,
             f0: Input::constant([DIELECTRIC_F0; 3]),
-            conductor_dip: [0.0; 3],
+            edge_tint: [0.0; 3],
             normal_map: None,
             relief: None,
             detail: None,
@@ -243,7 +244,7 @@ impl Material {
         }
     }
 
-    /// How many sets of texture coordinates its textures follow: one more than the largest number of a set, 0 without textures.
+    /// Number of texture coordinate sets in use: one more than the largest index, 0 without textures.
     pub fn coordinate_sets(&self) -> u32 {
         let colors = [&self.base_color, &self.f0, &self.emission].map(|input| input.texture.as_ref());
         let numbers =

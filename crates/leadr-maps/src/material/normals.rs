@@ -1,4 +1,4 @@
-//! Slopes of a normal map: what its codes say, which way its green goes, and how they agree with heights.
+//! Slopes of a normal map: decoding, detection of the green direction, and comparison with heights.
 
 use rayon::prelude::*;
 
@@ -6,10 +6,10 @@ use super::{Encoding, GreenAxis, NormalMap, Raster};
 use crate::moments::Wrap;
 use crate::types::HeightMap;
 
-/// Steepest slope that a normal map may tell, rise over run: what is steeper is noise of its codes.
+/// Steepest slope of a normal map, rise over run; anything steeper is quantisation noise.
 pub const STEEPEST: f64 = 8.0;
 
-/// The channel of y: images of two channels have it where others have alpha.
+/// Channel of y; two-channel images store it where others have alpha.
 fn second(raster: &Raster) -> usize {
     if raster.channels() == 2 { 3 } else { 1 }
 }
@@ -30,8 +30,8 @@ impl NormalMap {
         slope.map(|v| v * kept)
     }
 
-    /// The vector at a texel as it is stored, y along `t` (down), without scale or limits; `None` where slopes are stored, or x and y alone.
-    /// Panics outside the image.
+    /// The stored vector at a texel, y along `t` (down), unscaled and unclamped. `None` for slopes, and for x and y alone. Panics
+    /// outside the image.
     pub fn vector(&self, x: u32, y: u32) -> Option<[f32; 3]> {
         let raster = &self.texture.raster;
         if self.texture.encoding == Encoding::Slopes || raster.channels() < 3 {
@@ -43,15 +43,14 @@ impl NormalMap {
     }
 }
 
-/// How heights and normals of one surface agree.
+/// Agreement between heights and normals of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Texels of the heights that a unit of height is high, as the normals have it: the regression of their slopes on those of the
-    /// heights.
+    /// Best height scale in texels per unit of height: the regression of the normals' slopes on those of the heights.
     pub scale_texels: f64,
     /// Correlation of their slopes, -1 to 1.
     pub correlation: f64,
-    /// Share of the normals' squared slopes that no scale of the heights explains.
+    /// Share of the normals' squared slopes that no height scale explains.
     pub left_over: f64,
 }
 
@@ -60,18 +59,17 @@ impl std::fmt::Display for Agreement {
         let Self { scale_texels, correlation, left_over } = self;
         write!(
             f,
-            "correlation {correlation:.3}, heights fit the normals best at {scale_texels:.2} texels, {:.1} % left over",
+            "correlation {correlation:.3}, best height scale {scale_texels:.2} texels, {:.1} % unexplained",
             100.0 * left_over
         )
     }
 }
 
-/// Compares heights with normals of the same surface, whose texels are looked up where those of the heights are; `None` if one of them is
-/// flat.
+/// Compares heights with normals of the same surface, sampled at the texels of the heights. `None` if either is flat.
 pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option<Agreement> {
     let raster = &normals.texture.raster;
     let nearest = |k: u32, of: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(of)) as u32;
-    // Row by row, and rows in their order: the same sums on any number of cores.
+    // Sum by rows in order, for the same result on any number of cores.
     let row = |y: u32| {
         (0..heights.width).fold([0.0f64; 3], |sum, x| {
             let gradient = heights.central_differences(x, y, wrap);
@@ -90,19 +88,19 @@ pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option
     Some(Agreement { scale_texels: both / of_heights, correlation, left_over: 1.0 - correlation * correlation })
 }
 
-/// As the slopes fit together best. Those of heights have no curl: `dh/ds` changes along `t` as `dh/dt` does along `s`. Of the two ways
-/// to read green, the one that leaves less curl is right; up, where both leave as much.
+/// Detects the green direction by the curl, which slopes of heights do not have: `dh/ds` changes along `t` as `dh/dt` does along
+/// `s`. Returns the direction with less curl, or up if equal.
 pub fn green_axis(raster: &Raster) -> GreenAxis {
     let (width, height, green) = (raster.width(), raster.height(), second(raster));
     let signed = |x: u32, y: u32, channel: usize| f64::from(2.0 * raster.value(x % width, y % height, channel) - 1.0);
     let curl_of = |x: u32, y: u32| {
-        // Over a cell between four texels, times the size of a texel.
+        // Over a cell between four texels, times the texel size.
         let by = |channel, dx, dy| {
             signed(x + dx, y + dy, channel) + signed(x + 1, y + 1, channel)
                 - signed(x, y, channel)
                 - signed(x + dy, y + dx, channel)
         };
-        // dh/ds = -red; dh/dt, t down, is green where that goes up.
+        // dh/ds = -red; dh/dt (t down) = green if green goes up.
         (-by(0, 0, 1), by(green, 1, 0))
     };
     let (mut up, mut down) = (0.0, 0.0);
@@ -121,7 +119,7 @@ mod tests {
     use super::*;
     use crate::material::Samples;
 
-    /// Normals of waves, as codes of 8 bits.
+    /// Normals of waves as 8-bit codes.
     fn waves(up: f32) -> Raster {
         let n = 32;
         let codes = (0..n * n).flat_map(|i| {

@@ -1,4 +1,4 @@
-//! Texels as files hold them, whatever they mean.
+//! Texels as stored in files, without interpretation.
 
 use std::sync::Arc;
 
@@ -8,9 +8,9 @@ use crate::srgb::linear_from_srgb;
 /// The samples of a [`Raster`], row-major, channels interleaved.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// Codes of 8 bits: 255 is 1.
+    /// 8-bit codes: 255 is 1.
     U8(Vec<u8>),
-    /// Codes of 16 bits: 65535 is 1.
+    /// 16-bit codes: 65535 is 1.
     U16(Vec<u16>),
     /// Values as stored.
     F32(Vec<f32>),
@@ -26,7 +26,7 @@ impl Samples {
     }
 }
 
-/// An image of one to four channels, row 0 on top, whose meaning is told by who uses it. At least 1 x 1; floats are finite.
+/// An image of one to four channels, row 0 on top; its users define its meaning. At least 1 x 1; floats are finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
     width: u32,
@@ -39,8 +39,8 @@ impl Raster {
     /// An image of `width * height` texels of 1 to 4 channels.
     ///
     /// # Errors
-    /// If a side is 0, there are 0 or more than 4 channels, the samples do not fill the size, or a float is not finite (its
-    /// place is named).
+    /// If a side is 0, there are 0 or more than 4 channels, the samples do not fill the size, or a float is not finite (the error
+    /// gives its position).
     pub fn new(width: u32, height: u32, channels: usize, samples: Samples) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -74,7 +74,7 @@ impl Raster {
         [self.width, self.height]
     }
 
-    /// Channels of a texel, 1 to 4: grey, grey and alpha, RGB, RGBA.
+    /// Channels per texel, 1 to 4: grey, grey and alpha, RGB, RGBA.
     pub const fn channels(&self) -> usize {
         self.channels
     }
@@ -84,8 +84,8 @@ impl Raster {
         &self.samples
     }
 
-    /// The value of a channel at a texel: codes as 0..1, floats as stored. Colours of grey images are their grey, and images
-    /// without alpha are opaque. Panics outside the image.
+    /// The value of a channel at a texel: codes as 0..1, floats as stored. Grey images return grey for each colour; images
+    /// without alpha return 1 for alpha. Panics outside the image.
     pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {
         assert!(x < self.width && y < self.height && channel < 4, "({x}, {y}), channel {channel} of {self:?}");
         let color = self.channels - usize::from(self.channels.is_multiple_of(2));
@@ -102,7 +102,7 @@ impl Raster {
         }
     }
 
-    /// The colour at a texel, linear: codes are decoded as `encoding` says, floats are linear always.
+    /// The linear colour at a texel. `encoding` applies to codes; floats are always linear.
     pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
         match (encoding, &self.samples) {
@@ -112,32 +112,32 @@ impl Raster {
     }
 }
 
-/// What the codes of an image mean.
+/// Meaning of the codes of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Encoding {
-    /// Numbers: roughness, normals, heights, masks.
+    /// Linear data: roughness, normals, heights, masks.
     #[default]
     Linear,
-    /// Colours for a display.
+    /// sRGB colours.
     Srgb,
-    /// In place of normals, slopes in floats: rise over run along `s` and `t` (down).
+    /// Slopes as floats instead of normals: rise over run along `s` and `t` (down).
     Slopes,
 }
 
-/// What lies beyond the edge of a texture, along one axis.
+/// Addressing outside a texture, along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum TextureWrap {
     /// The texture repeats.
     #[default]
     Repeat,
-    /// Every second repeat is mirrored.
+    /// The texture repeats, mirrored every second time.
     Mirror,
-    /// The edge texel goes on.
+    /// The edge texel repeats.
     Clamp,
 }
 
 impl TextureWrap {
-    /// The texel that index `i` of `length` reads.
+    /// The texel for index `i` in a side of `length`.
     pub fn texel(self, i: i64, length: u32) -> u32 {
         let length = i64::from(length);
         (match self {
@@ -151,25 +151,25 @@ impl TextureWrap {
     }
 }
 
-/// An image as a surface wears it.
+/// An image applied to a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// Its texels, shared by all textures that show them.
+    /// The texels, shared between textures.
     pub raster: Arc<Raster>,
-    /// What it is called in messages: the file's name, or the file's and the image's.
+    /// Name in messages: that of the file, or of file and image.
     pub name: String,
-    /// What its codes mean.
+    /// Encoding of its codes.
     pub encoding: Encoding,
-    /// Which set of the mesh's texture coordinates it follows, from 0.
+    /// Index of the mesh's texture coordinate set, from 0.
     pub coordinates: u32,
-    /// From those coordinates to the texture's own, in which the image covers `[0, 1]²`, `t` down.
+    /// Transform from mesh coordinates to texture space, where the image covers `[0, 1]²` with `t` down.
     pub transform: glam::Affine2,
-    /// What lies beyond its edges, across and down.
+    /// Addressing along `s` and `t`.
     pub wrap: [TextureWrap; 2],
 }
 
 impl Texture {
-    /// An image that covers the first texture coordinates and repeats.
+    /// A repeating image over the first coordinate set.
     pub fn new(raster: Raster, name: impl Into<String>, encoding: Encoding) -> Self {
         Self {
             raster: Arc::new(raster),

@@ -1,6 +1,6 @@
-//! Untrusted images: every damaged file is answered in bounded time and memory, with a one-line error.
+//! Untrusted images: every damaged file gives a result or a one-line error in bounded time and memory.
 //!
-//! This binary counts allocations: a test that measures them runs alone, even where all tests share one process.
+//! This binary counts allocations. A test that measures them runs alone, even if all tests share one process.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ struct Tally {
     messages: Vec<String>,
 }
 
-/// Limits for any of these files: far below the sizes that their headers claim (up to 2^62 bytes).
+/// Limits for these files, far below the sizes that their headers declare (up to 2^62 bytes).
 const MEMORY_LIMIT: usize = 160 << 20;
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 
@@ -106,7 +106,7 @@ fn handmade_hdrs_match_their_notes() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let accepted = tally.accepted;
         tally.run(path, |p| load_environment(p));
-        // The notes call two of them legal; a header with CRLF line ends is unambiguous, so it is read too.
+        // The notes call two of them valid. A header with CRLF line ends is unambiguous, so it is accepted too.
         let legal = ["hdr_flipped_axes_valid", "hdr_xyze_valid", "hdr_crlf_header"].contains(&name.as_str());
         assert_eq!(tally.accepted > accepted, legal, "{name}");
         if name == "hdr_flipped_axes_valid" {
@@ -154,7 +154,7 @@ fn jpeg(kind: image::ExtendedColorType) -> Vec<u8> {
 }
 
 #[test]
-fn truncated_files_are_refused_at_every_sixteenth() {
+fn truncated_files_are_refused() {
     let _alone = alone();
     for (name, bytes, decode) in valid_files().into_iter().chain(exr_variants()) {
         decode(&bytes).unwrap_or_else(|fault| panic!("the whole {name} must load: {fault}"));
@@ -167,7 +167,7 @@ fn truncated_files_are_refused_at_every_sixteenth() {
     }
 }
 
-/// The same picture as half floats in the `exr` crate's other compressions, in tiles and mip levels as well.
+/// The same picture as half floats in other compressions of the `exr` crate, with tiles and mip levels.
 fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
     use exr::prelude::*;
     let decode: Decode = |b| decode_environment(b).map(drop);
@@ -196,12 +196,12 @@ fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
     variants.into()
 }
 
-/// A block of DWA states the sizes of its sections, which its decoder allocates at once.
+/// A DWA block declares section sizes, which its decoder allocates at once.
 #[test]
 fn sizes_claimed_by_dwa_blocks_are_not_believed() {
     let _alone = alone();
     let (_, bytes, decode) = exr_variants().into_iter().find(|(name, ..)| *name == "exr dwaa").unwrap();
-    // After the table of two blocks: row, length, version, then the sizes.
+    // After the offset table of two blocks: row, length, version, then the sizes.
     let version = bytes.windows(8).position(|eight| eight == 2u64.to_le_bytes()).unwrap();
     decode(&bytes).unwrap();
     for counter in 1..10 {
@@ -218,7 +218,7 @@ fn sizes_claimed_by_dwa_blocks_are_not_believed() {
 
 /// Valid files with altered bytes are accepted or refused, but never crash.
 #[test]
-fn altered_files_are_answered() {
+fn altered_files_never_panic() {
     let _alone = alone();
     let mut state = 0x9e37_79b9_7f4a_7c15u64;
     let mut random = move || {
@@ -267,7 +267,7 @@ fn png_with_size(width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// A 1 x 1 EXR whose data window claims another size.
+/// A 1 x 1 EXR with a different size in its data window.
 fn exr_with_size(width: i32, height: i32) -> Vec<u8> {
     let mut bytes = encode_exr(1, 1, &[("Y", &[0.5])]).unwrap();
     let name = b"dataWindow\0box2i\0";
@@ -296,7 +296,7 @@ fn sizes_claimed_by_headers_are_not_believed() {
         let hdr = hdr_with_size(width.into(), height.into());
         let mut jpeg = jpeg(image::ExtendedColorType::L8);
         let start = jpeg.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
-        // 65535 is the most that a JPEG can claim.
+        // The largest size in a JPEG is 65535.
         jpeg[start + 5..start + 7].copy_from_slice(&(height.min(65535) as u16).to_be_bytes());
         jpeg[start + 7..start + 9].copy_from_slice(&(width.min(65535) as u16).to_be_bytes());
         let results = [
@@ -307,7 +307,7 @@ fn sizes_claimed_by_headers_are_not_believed() {
         ];
         for (kind, (result, peak, time)) in results {
             if kind == "jpeg" && width.min(height) == 1 {
-                // A row or column of 65535 is a claim that a small file may make.
+                // A small file may declare a row or column of 65535.
                 assert!(peak < 16 << 20, "{peak} bytes");
                 continue;
             }
@@ -324,7 +324,7 @@ fn sizes_claimed_by_headers_are_not_believed() {
 }
 
 #[test]
-fn what_is_not_an_image_file_says_so() {
+fn non_image_files_are_refused() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let message = load_height_map(folder.path()).unwrap_err().to_string();
@@ -344,7 +344,7 @@ fn what_is_not_an_image_file_says_so() {
     assert!(matches!(load_height_map("/dev/zero").unwrap_err().fault, MapFault::NotAFile));
 }
 
-/// The counter itself must see a large allocation, or the limits above prove nothing.
+/// The counter must detect a large allocation, or the limits above prove nothing.
 #[test]
 fn the_allocation_counter_counts() {
     let _alone = alone();

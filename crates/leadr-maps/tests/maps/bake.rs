@@ -1,4 +1,4 @@
-//! Baked maps against closed forms, brute-force sums, and what the renderer makes at load.
+//! Baked maps compared with closed forms, brute-force sums, and the renderer's maps.
 
 use std::f64::consts::TAU;
 use std::fs::File;
@@ -91,7 +91,7 @@ fn height_scale_scales_slopes_and_their_squares() {
 #[test]
 fn planes_sines_and_checkers_have_their_closed_forms() {
     let last = |map: &BakedMap| map.levels.last().unwrap().layers.iter().map(|l| l[0]).collect::<Vec<_>>();
-    // A sine, one slope for a texel by central differences: A k cos(k s) sinc(k / n).
+    // A sine with one central-difference slope per texel: A k cos(k s) sinc(k / n).
     let (n, k, a) = (256.0, TAU * 4.0, 0.03);
     let sine = heights(256, 8, |s, _| a * (k * s).sin());
     let seen = a * n * (k / n).sin();
@@ -100,15 +100,15 @@ fn planes_sines_and_checkers_have_their_closed_forms() {
         let found = f64::from(last(&map)[0][channel]);
         assert!((found / (seen * seen / 2.0) - 1.0).abs() < 1e-4, "{kind:?}: {found}");
     }
-    // A slanted plane of normals has no variance, and y goes up where t goes down.
+    // A tilted plane of normals has no variance; y goes up as t goes down.
     let plane = normal_map([16, 8], GreenAxis::Up, |_, _| [-0.3, 0.4, 0.75f32.sqrt()]);
     let slope = [0.3 / 0.75f64.sqrt(), 0.4 / 0.75f64.sqrt()];
     let inputs = Inputs { normals: Some(plane), ..Inputs::default() };
     let (map, report) = baked(&inputs, Kind::Leadr, Precision::F32);
     let texel = last(&map)[0].map(f64::from);
-    // A texel is as wide as it is high, so t is half as long as s.
+    // Texels are square, so t is half as long as s.
     assert!((texel[0] - slope[0]).abs() < 1e-6 && (texel[1] - 0.5 * slope[1]).abs() < 1e-6, "{texel:?}");
-    // Moments are summed in 32 bits, as the renderer sums them.
+    // Moments are summed in 32 bits, as in the renderer.
     assert!(report.slope_variance.iter().all(|v| v.abs() < 1e-7), "{:?}", report.slope_variance);
     let (map, _) = baked(&inputs, Kind::Lean, Precision::F32);
     let texel = last(&map)[0].map(f64::from);
@@ -116,7 +116,7 @@ fn planes_sines_and_checkers_have_their_closed_forms() {
     let (map, _) = baked(&inputs, Kind::Toksvig, Precision::F32);
     let [x, y, z, _] = last(&map)[0];
     assert!((x + 0.3).abs() < 1e-6 && (y - 0.4).abs() < 1e-6 && (x * x + y * y + z * z - 1.0).abs() < 1e-6);
-    // Two facing normals in a checker: the mean is half as far from upright as each is long.
+    // A checker of two opposite normals: the mean normal is shortened to the z of each.
     let tilt = 0.6f32;
     let checker = normal_map([8, 8], GreenAxis::Up, |x, y| [if (x + y) % 2 == 0 { tilt } else { -tilt }, 0.0, 0.8]);
     let inputs = Inputs { normals: Some(checker), ..Inputs::default() };
@@ -170,7 +170,7 @@ fn roughness_is_averaged_as_a_variance_and_colour_as_light() {
         color: Some(color),
         ..of_heights(&bumpy(4, 4))
     };
-    for kind in Kind::ALL.into_iter().filter(|kind| kind.tells_variance()) {
+    for kind in Kind::ALL.into_iter().filter(|kind| kind.stores_variance()) {
         let (map, _) = baked(&inputs, kind, Precision::F32);
         let texel: Vec<f32> = map.levels.last().unwrap().layers.iter().flat_map(|layer| layer[0]).collect();
         let value = |name: &str| texel[map.channels.iter().position(|c| c == name).unwrap()];
@@ -181,12 +181,12 @@ fn roughness_is_averaged_as_a_variance_and_colour_as_light() {
 }
 
 #[test]
-fn half_floats_err_as_much_as_they_say() {
+fn half_float_error_matches_its_bound() {
     let map = bumpy(96, 64);
-    for kind in Kind::ALL.into_iter().filter(|kind| kind.tells_variance()) {
+    for kind in Kind::ALL.into_iter().filter(|kind| kind.stores_variance()) {
         let (exact, _) = baked(&of_heights(&map), kind, Precision::F32);
         let (half, report) = baked(&of_heights(&map), kind, Precision::F16);
-        // What 16 bits leave over of the height has been added to it.
+        // The reader has added the 16-bit residual of the height.
         let (named, left) = half.channels.split_at(exact.channels.len());
         assert_eq!(named, exact.channels);
         assert!(left.iter().all(|name| name == "-"), "{left:?}");
@@ -205,14 +205,14 @@ fn half_floats_err_as_much_as_they_say() {
                     worst = worst.max(means.sqrt());
                 }
             }
-            let said = report.errors[level].channels;
-            assert!((worst - said).abs() <= 1e-3 * said, "{kind:?} {level}: {worst} {said}");
-            // Half an unit in the last place of eleven bits, where nothing is too small for them.
-            assert!(said < 5e-4, "{kind:?} level {level}: {said}");
+            let reported = report.errors[level].channels;
+            assert!((worst - reported).abs() <= 1e-3 * reported, "{kind:?} {level}: {worst} {reported}");
+            // Half a unit in the last place of eleven bits, without denormals.
+            assert!(reported < 5e-4, "{kind:?} level {level}: {reported}");
         }
         assert!(report.errors[0].channels > 1e-5, "{kind:?}: 16 bits cannot be exact");
     }
-    // Slopes far beyond what 16 bits hold, and far below.
+    // Slopes far above and far below the range of 16-bit floats.
     for scale in [1e6, 1e-6] {
         let inputs = Inputs { height_scale: Some(scale), ..of_heights(&map) };
         let (_, report) = baked(&inputs, Kind::Leadr, Precision::F16);
@@ -221,12 +221,12 @@ fn half_floats_err_as_much_as_they_say() {
 }
 
 #[test]
-fn heights_keep_what_displacement_shows() {
-    // High, and with little relief on it: what 11 bits turn into steps.
+fn heights_preserve_displacement() {
+    // Large heights with small relief, which 11 bits would turn into steps.
     let texels = (0..64 * 64).map(|i| 0.8 + 1e-3 * ((i % 64) as f32 * 0.3).sin() + 1e-5 * (i / 64) as f32).collect();
     let map = HeightMap::new(64, 64, texels).unwrap();
     let color = Raster::new(64, 64, 3, Samples::U8(vec![99; 64 * 64 * 3])).unwrap();
-    for kind in Kind::ALL.into_iter().filter(|kind| kind.tells_variance()) {
+    for kind in Kind::ALL.into_iter().filter(|kind| kind.stores_variance()) {
         for color in [None, Some(color.clone())] {
             let inputs = Inputs { color, ..of_heights(&map) };
             for (precision, most) in [(Precision::F16, 2e-7), (Precision::Bc, 4e-7)] {
@@ -237,7 +237,7 @@ fn heights_keep_what_displacement_shows() {
             }
         }
     }
-    // Where another program finds it: in a slot that was free.
+    // The residual uses a free slot, visible to other programs.
     let keys = |inputs: &Inputs| {
         let bytes = bytes_of(inputs, Kind::Leadr, Precision::F16).0;
         let reader = ktx2::Reader::new(&bytes[..]).unwrap();
@@ -250,7 +250,7 @@ fn heights_keep_what_displacement_shows() {
 }
 
 #[test]
-fn other_readers_understand_the_file() {
+fn foreign_readers_accept_the_file() {
     let (bytes, report) = bytes_of(&of_heights(&bumpy(37, 23)), Kind::Leadr, Precision::F32);
     let reader = ktx2::Reader::new(&bytes[..]).unwrap();
     let header = reader.header();
@@ -292,7 +292,7 @@ fn damaged_files_are_faults_and_never_panics() {
     for _ in 0..20_000 {
         let mut damaged = bytes.clone();
         for _ in 0..=random(3) {
-            // Most of what can go wrong is at the front.
+            // Most vulnerable data is at the front.
             let span = if random(4) == 0 { whole } else { 700 };
             let at = random(span);
             damaged[at] ^= 1 << random(8);
@@ -351,16 +351,16 @@ fn exr_holds_every_level() {
 }
 
 #[test]
-fn few_channels_take_no_more_bytes_than_they_need() {
+fn few_channels_use_few_bytes() {
     let inputs = of_heights(&bumpy(64, 32));
     let texels = 2 * 64 * 32;
-    // Heights are heights, whatever their material has beside them.
+    // Kind height ignores other inputs.
     let color = Raster::new(64, 32, 3, Samples::U8(vec![90; 64 * 32 * 3])).unwrap();
     let (with_color, _) = bytes_of(&Inputs { color: Some(color), ..inputs.clone() }, Kind::Height, Precision::F32);
     assert_eq!(with_color.len(), bytes_of(&inputs, Kind::Height, Precision::F32).0.len());
     for (kind, precision, format, bytes_of_texel) in [
         (Kind::Height, Precision::F32, ktx2::Format::R32_SFLOAT, 4),
-        // And what 16 bits leave over.
+        // With the 16-bit residual.
         (Kind::Height, Precision::F16, ktx2::Format::R16G16_SFLOAT, 4),
         (Kind::Clean, Precision::F32, ktx2::Format::R32G32B32A32_SFLOAT, 16),
     ] {
@@ -379,7 +379,7 @@ fn few_channels_take_no_more_bytes_than_they_need() {
 fn exr_is_read_back_as_ktx2_is() {
     let color = Raster::new(13, 9, 3, Samples::U8((0..13 * 9 * 3).map(|i| (i * 7 % 256) as u8).collect())).unwrap();
     let inputs = Inputs { color: Some(color), height_scale: Some(0.37), ..of_heights(&bumpy(13, 9)) };
-    for kind in Kind::ALL.into_iter().filter(|kind| kind.tells_variance()) {
+    for kind in Kind::ALL.into_iter().filter(|kind| kind.stores_variance()) {
         for precision in [Precision::F32, Precision::F16] {
             let plan = Plan::new(&inputs, kind, Layout::Leadr, precision).unwrap();
             let mut file = file();
@@ -424,16 +424,16 @@ fn damaged_exr_are_faults_and_never_panics() {
         }
     }
     assert!(refused > 1000, "{refused}");
-    // A picture that is no baked map.
+    // A picture that is not a baked map.
     let plain = leadr_maps::save::encode_exr(2, 1, &[("height", &[0.0, 1.0])]).unwrap();
     let error = BakedMap::decode(&plain).unwrap_err().to_string();
     assert!(error.contains("leadr.kind is missing") && error.contains("leadr bake"), "{error}");
 }
 
 #[test]
-fn blocks_err_as_much_as_they_say() {
+fn block_compression_error_matches_its_bound() {
     let color = Raster::new(30, 21, 3, Samples::U8((0..30 * 21 * 3).map(|i| (i / 7 % 256) as u8).collect())).unwrap();
-    for kind in Kind::ALL.into_iter().filter(|kind| kind.tells_variance()) {
+    for kind in Kind::ALL.into_iter().filter(|kind| kind.stores_variance()) {
         let inputs = Inputs { color: Some(color.clone()), ..of_heights(&bumpy(30, 21)) };
         let (exact, _) = baked(&inputs, kind, Precision::F32);
         let (bytes, report) = bytes_of(&inputs, kind, Precision::Bc);
@@ -451,11 +451,11 @@ fn blocks_err_as_much_as_they_say() {
             }
             let last = exact.levels.last().unwrap();
             let found = (sums[0] / sums[1]).sqrt() / kind.variance(&texel(last, 0));
-            let said = report.errors[level].variance;
-            assert!((found - said).abs() <= 2e-3 * said + 1e-9, "{kind:?} {level}: {found} {said}");
-            assert!(said < 0.02, "{kind:?} {level}: {said}");
+            let reported = report.errors[level].variance;
+            assert!((found - reported).abs() <= 2e-3 * reported + 1e-9, "{kind:?} {level}: {found} {reported}");
+            assert!(reported < 0.02, "{kind:?} {level}: {reported}");
         }
-        // Four layers for heights and mean slopes, two for others, in pairs; the last colour in one of its own.
+        // Four layers for heights and mean slopes, two for others, in pairs; the last colour channel has its own layer.
         let reader = ktx2::Reader::new(&bytes[..]).unwrap();
         let header = reader.header();
         assert_eq!((header.format, header.type_size), (Some(ktx2::Format::BC5_SNORM_BLOCK), 1));
@@ -468,7 +468,7 @@ fn blocks_err_as_much_as_they_say() {
         assert_eq!(reader.levels().next().unwrap().data.len(), layers * 8 * 6 * 16);
         assert_eq!(reader.basic_dfd().unwrap().color_model, Some(ktx2::ColorModel::BC5));
     }
-    // Damage is a fault or another map, never a panic.
+    // Damage gives a fault or another map, but never a panic.
     let (bytes, _) = bytes_of(&of_heights(&bumpy(9, 6)), Kind::Leadr, Precision::Bc);
     let mut refused = 0;
     for i in 0..6000 {
@@ -507,7 +507,7 @@ fn bump_slopes_are_per_texel_in_the_order_of_maketx() {
         assert!((found - expected).abs() < 1e-5, "{texel:?}");
     }
     assert_eq!(texel[0], map.at(16, 8));
-    // A normal map tells rise over run, and no height.
+    // A normal map gives rise over run, and no height.
     let normals = normal_map([4, 2], GreenAxis::Up, |_, _| [-0.6, 0.0, 0.8]);
     let inputs = Inputs { normals: Some(normals), ..Inputs::default() };
     let channels = exr_levels(&inputs, Layout::Oiio, Precision::F16);
@@ -515,7 +515,7 @@ fn bump_slopes_are_per_texel_in_the_order_of_maketx() {
 }
 
 #[test]
-fn what_does_not_fit_together_is_refused() {
+fn incompatible_inputs_are_refused() {
     let raster = |w, h| Raster::new(w, h, 1, Samples::U8(vec![9; (w * h) as usize])).unwrap();
     let wrong = Inputs { color: Some(raster(3, 4)), ..of_heights(&bumpy(4, 4)) };
     let error = Plan::new(&wrong, Kind::Leadr, Layout::Leadr, Precision::F32).unwrap_err().to_string();
@@ -542,7 +542,7 @@ fn heights_fit_scanned_normals_at_the_known_scale() {
         println!("{name}: {agreement}");
         assert!((agreement.scale_texels / scale - 1.0).abs() < 0.1, "{name}: {agreement:?}");
         assert!((agreement.correlation - correlation).abs() < 0.015, "{name}: {agreement:?}");
-        // Upside down they disagree, and that is said.
+        // With green flipped, the correlation is low.
         let mut flipped = inputs.clone();
         flipped.normals.as_mut().unwrap().green = GreenAxis::Down;
         assert!(flipped.agreement().unwrap().correlation < 0.5, "{:?}", flipped.agreement());

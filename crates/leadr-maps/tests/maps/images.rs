@@ -1,4 +1,4 @@
-//! Loading and saving maps: real files, round trips, orientation, and files that are written whole or not at all.
+//! Loading and saving maps: real files, round trips, orientation and atomic writes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -84,7 +84,7 @@ fn real_environments_load() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         println!("{name}: {}x{} mean {:.4?} max luminance {max:.1}", image.width, image.height, image.mean());
         assert_eq!((image.width, image.height), (1024, 512));
-        // The maxima stated by the notes that come with the files.
+        // Maxima from the notes that come with the files.
         let noted = match name.as_str() {
             "night_pmndrs_1k.hdr" => 73.0,
             "spiaggia_di_mondello_1k.hdr" => 7.1e4,
@@ -158,7 +158,7 @@ fn colors_round_trip() {
     assert_eq!(leadr_maps::tonemap::display_image(&linear, 1.0, Tonemap::Clamp), image);
 }
 
-/// A 16-bit colour PNG keeps more than 8 bits when linear.
+/// A 16-bit colour PNG keeps more than 8 bits in linear values.
 #[test]
 fn wide_color_keeps_its_precision() {
     let _unmeasured = unmeasured();
@@ -179,7 +179,7 @@ fn red(v: u8) -> [u8; 4] {
 }
 
 #[test]
-fn hdr_axes_turn_upright() {
+fn hdr_axes_become_upright() {
     let _unmeasured = unmeasured();
     // The same 3 x 2 picture, reds 11 12 13 / 21 22 23, in all eight scan orders.
     let cases: [(&str, [u8; 6]); 8] = [
@@ -228,7 +228,7 @@ fn hdr_exposure_runs_and_formats() {
 }
 
 #[test]
-fn bad_texels_are_named_with_their_place() {
+fn bad_texels_report_their_coordinates() {
     let _unmeasured = unmeasured();
     let mut plane = vec![1.0f32; 12];
     plane[7] = f32::NAN;
@@ -241,15 +241,15 @@ fn bad_texels_are_named_with_their_place() {
         let message = decode_environment(&exr).unwrap_err().to_string();
         assert!(message.contains("channel B at x = 3, y = 1"), "{message}");
     }
-    // Small negative values that a lossy codec makes of black become black.
+    // Small negative values from a lossy codec become black.
     plane[7] = -0.001;
     let exr = encode_exr(4, 3, &[("R", &fine), ("G", &fine), ("B", &plane)]).unwrap();
     assert_eq!(decode_environment(&exr).unwrap().at(3, 1), [1.0, 1.0, 0.0]);
 }
 
-/// Values below 0 that a resampling filter leaves around a sun are no reason to refuse a panorama; a dark half is.
+/// Small negative values from a resampling filter around a sun are accepted; a dark half is refused.
 #[test]
-fn a_little_negative_light_is_read_as_none() {
+fn slightly_negative_light_reads_as_zero() {
     let _unmeasured = unmeasured();
     let fine = [1.0f32; 64];
     let with = |bad: &[f32]| {
@@ -263,18 +263,18 @@ fn a_little_negative_light_is_read_as_none() {
 }
 
 #[test]
-fn what_is_no_height_map_is_named() {
+fn non_height_maps_are_refused() {
     let _unmeasured = unmeasured();
-    let said = |bytes: &[u8]| decode_height_map(bytes).unwrap_err().to_string();
+    let text = |bytes: &[u8]| decode_height_map(bytes).unwrap_err().to_string();
     for start in [&b"II*\0\x08\0\0\0"[..], b"MM\0*\0\0\0\x08"] {
         assert!(
-            said(start).contains("TIFF") && said(start).contains("magick FILE -depth 16 FILE.png"),
+            text(start).contains("TIFF") && text(start).contains("magick FILE -depth 16 FILE.png"),
             "{}",
-            said(start)
+            text(start)
         );
     }
     assert!(decode_environment(b"RIFF\0\0\0\0WEBPVP8 ").unwrap_err().to_string().contains("magick FILE FILE.exr"));
-    // Bumps as normals, as codes and as floats.
+    // Bumps as normals, in codes and floats.
     let normals: Vec<[u8; 3]> = (0..64 * 64)
         .map(|i| {
             let (x, y) = (0.5 * (i as f32 * 0.7).sin(), 0.4 * (i as f32 * 0.3).cos());
@@ -285,15 +285,15 @@ fn what_is_no_height_map_is_named() {
     let exr = encode_exr(64, 64, &[("R", &floats[0]), ("G", &floats[1]), ("B", &floats[2])]).unwrap();
     let png = encode_png_srgb8(&Rgb8Image::new(64, 64, normals).unwrap()).unwrap();
     for bytes in [&png, &exr] {
-        assert!(said(bytes).contains("normal map") && said(bytes).contains("--normal-map"), "{}", said(bytes));
+        assert!(text(bytes).contains("normal map") && text(bytes).contains("--normal-map"), "{}", text(bytes));
     }
-    // Of other colours the first channel is the height, as it always was.
+    // Other coloured images use the first channel as height.
     let bricks = Rgb8Image::new(2, 1, vec![[51, 20, 10], [102, 30, 20]]).unwrap();
     assert_eq!(decode_height_map(&encode_png_srgb8(&bricks).unwrap()).unwrap().texels, [0.2, 0.4]);
     let plane = [0.5f32; 4];
     let chroma = encode_exr(2, 2, &[("BY", &plane), ("RY", &plane), ("Y", &plane)]).unwrap();
-    for said in [said(&chroma), decode_environment(&chroma).unwrap_err().to_string()] {
-        assert!(said.contains("luminance and chroma") && said.contains("save it as plain RGB"), "{said}");
+    for text in [text(&chroma), decode_environment(&chroma).unwrap_err().to_string()] {
+        assert!(text.contains("luminance and chroma") && text.contains("save it as plain RGB"), "{text}");
     }
 }
 
@@ -303,7 +303,7 @@ fn pictures_of_every_format_load() {
     let image = Rgb8Image::new(2, 1, vec![[255, 0, 10], [1, 2, 3]]).unwrap();
     let picture = decode_picture(&encode_png_srgb8(&image).unwrap()).unwrap();
     assert!(picture.display_referred && picture.image == image.to_linear());
-    // A picture may contain NaN; only comparing it is refused.
+    // A picture may contain NaN; only comparisons refuse it.
     let plane = [f32::NAN, -2.0];
     let exr = encode_exr(2, 1, &[("R", &plane), ("G", &plane), ("B", &plane)]).unwrap();
     let picture = decode_picture(&exr).unwrap();
@@ -335,7 +335,7 @@ fn saving_is_all_or_nothing() {
     assert!(save::save_exr_rgb(&missing, &image).is_err());
 }
 
-/// Of tiled files with mip levels the largest level is read, of files with several parts the first that fits.
+/// Reads the largest level of tiled files, and the first matching part of multi-part files.
 #[test]
 fn exr_levels_and_parts_are_sorted_out() {
     let _unmeasured = unmeasured();

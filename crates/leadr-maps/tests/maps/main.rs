@@ -1,4 +1,4 @@
-//! Loading and saving files, the cost of damaged ones, and the moments of height maps.
+//! Loading and saving files, the cost of damaged files, and moments of height maps.
 
 mod bad_input;
 mod bake;

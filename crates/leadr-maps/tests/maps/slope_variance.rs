@@ -1,10 +1,10 @@
-//! The moments of LEADR maps against triangles, whose slopes are found here from their vertices: level by level, on scanned
-//! materials and on the hardest maps there are.
+//! LEADR map moments compared with triangle slopes, computed from vertices, at every level: on scanned materials and on the
+//! hardest maps.
 
 use leadr_maps::{HeightMap, LeadrMap, Wrap, load_height_map};
 use leadr_testing::shared::shared_data;
 
-/// `E[x], E[y], E[xx], E[yy], E[xy]` over the square of every texel, for the two ways to divide cells.
+/// `E[x], E[y], E[xx], E[yy], E[xy]` over every texel's square.
 type Means = [f64; 5];
 
 /// Slope of the plane through three points.
@@ -15,8 +15,8 @@ fn slope(p: [[f64; 3]; 3]) -> [f64; 2] {
     [-normal[0] / normal[2], -normal[1] / normal[2]]
 }
 
-/// Moments over every texel of the triangles of a repeating map, cells divided from their first corner (`[1, 0]`), from
-/// their second (`[0, 1]`), or some each way.
+/// Moments per texel of a repeating map's triangles. Cells are divided from their first corner (`[1, 0]`), their second
+/// (`[0, 1]`), or a mix.
 fn triangles(map: &HeightMap, share: [f64; 2]) -> Vec<Means> {
     let (w, h) = (map.width as usize, map.height as usize);
     let mut texels = vec![[0.0; 5]; w * h];
@@ -25,12 +25,11 @@ fn triangles(map: &HeightMap, share: [f64; 2]) -> Vec<Means> {
             // The cell between the centres of four texels.
             let corner = |i: usize| {
                 let (cx, cy) = (x + (i & 1), y + (i >> 1));
-                let place = [(cx as f64 + 0.5) / w as f64, (cy as f64 + 0.5) / h as f64];
+                let position = [(cx as f64 + 0.5) / w as f64, (cy as f64 + 0.5) / h as f64];
                 let texel = (cy % h) * w + cx % w;
-                (texel, [place[0], place[1], f64::from(map.texels[texel])])
+                (texel, [position[0], position[1], f64::from(map.texels[texel])])
             };
-            // The corner that a triangle shares with no other has a quarter of the cell for it alone, those at the ends of the
-            // diagonal half a quarter.
+            // A triangle covers a quarter of the cell at its unshared corner, and half a quarter at each end of the diagonal.
             for (way, alone, diagonal) in [(0, 1, [0, 3]), (0, 2, [0, 3]), (1, 0, [1, 2]), (1, 3, [1, 2])] {
                 let points = [alone, diagonal[0], diagonal[1]].map(corner);
                 let [sx, sy] = slope(points.map(|(_, p)| p));
@@ -44,7 +43,7 @@ fn triangles(map: &HeightMap, share: [f64; 2]) -> Vec<Means> {
     texels
 }
 
-/// Means over squares of `2^level` texels: square maps of a power of two.
+/// Means over squares of `2^level` texels, for square power-of-two maps.
 fn level_of(texels: &[Means], side: usize, level: u32) -> Vec<Means> {
     let coarse = side >> level;
     let mut means = vec![[0.0; 5]; coarse * coarse];
@@ -55,7 +54,7 @@ fn level_of(texels: &[Means], side: usize, level: u32) -> Vec<Means> {
     means
 }
 
-/// Mean over a level of the variances and the covariance inside its texels.
+/// Mean over a level of the variances and covariance inside its texels.
 fn variance(texels: &[Means]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for &[x, y, xx, yy, xy] in texels {
@@ -65,8 +64,8 @@ fn variance(texels: &[Means]) -> [f64; 3] {
     sum
 }
 
-/// Largest relative errors of the variances of `leadr` against the triangles, over all levels, and its largest errors of the
-/// covariance in the same unit.
+/// Largest relative errors, over all levels, of `leadr` variances compared with triangles, and of the covariance in the same
+/// unit.
 fn errors(map: &HeightMap, leadr: &LeadrMap) -> [f64; 2] {
     assert_eq!(map.width, map.height);
     let side = map.width as usize;
@@ -82,7 +81,7 @@ fn errors(map: &HeightMap, leadr: &LeadrMap) -> [f64; 2] {
         let found = variance(&stored);
         let scale = 0.5 * (expected[0] + expected[1]);
         for k in 0..2 {
-            // Where a map has no slopes along an axis, any are an error.
+            // Along an axis without slopes, any slope is an error.
             let error = (found[k] - expected[k]).abs() / expected[k].max(1e-6 * scale);
             worst[0] = worst[0].max(error);
         }
@@ -91,7 +90,7 @@ fn errors(map: &HeightMap, leadr: &LeadrMap) -> [f64; 2] {
     worst
 }
 
-/// Level 0 by central differences, without the rest of the levels' content: what the maps once held.
+/// Variance of level 0 by central differences.
 fn central_variance(map: &HeightMap) -> [f64; 2] {
     let n = map.width;
     let mut sum = [0.0f64; 2];
@@ -119,7 +118,7 @@ fn check(name: &str, map: &HeightMap) {
         lost(1)
     );
     assert!(variance_error < 2e-3 && covariance_error < 2e-3, "{name}: {variance_error} {covariance_error}");
-    // Whichever way cells are divided, the variance of the whole map is the same.
+    // The whole map's variance does not depend on the division of cells.
     for way in [[1.0, 0.0], [0.0, 1.0]] {
         let one = variance(&level_of(&triangles(map, way), map.width as usize, map.width.ilog2()));
         assert!(
@@ -142,7 +141,7 @@ fn hard_maps_keep_the_variance_of_their_triangles() {
     check("white noise", &made(noise));
     check("checker of one texel", &made(|x, y| ((x + y) % 2) as f32));
     check("step", &made(|x, y| f32::from(u8::from(x < 20)) + 0.3 * f32::from(u8::from(y > 40 && x > 30))));
-    // The check must be able to fail: central differences see no checker at all.
+    // The check can fail: central differences miss a checker.
     assert!(central_variance(&made(|x, y| ((x + y) % 2) as f32))[0] == 0.0);
     let mut broken = LeadrMap::new(&made(noise), Wrap::Repeat);
     broken.levels[3].texels.iter_mut().for_each(|t| t.second[0] *= 1.01);

@@ -1,4 +1,4 @@
-//! What `leadr bake` makes for plain texture samplers: normals and gloss, heights of normals, occlusion and cones.
+//! Textures of `leadr bake` for plain samplers: normals and gloss, heights of normals, occlusion and cones.
 
 use std::f64::consts::TAU;
 
@@ -77,14 +77,14 @@ fn levels_of_gloss_are_means_of_shortened_normals() {
                 }
             }
         }
-        // The finest level is what was painted, and coarse ones are rougher.
+        // The finest level is as painted; coarser levels are rougher.
         assert!((texel(&map, 0, 5)[3] - of(5, 0)).abs() < 2e-5);
         assert!(texel(&map, 4, 0)[3] < (0..128).map(|i| of(i % 16, i / 16)).sum::<f64>() / 128.0 - 0.05);
     }
 }
 
 #[test]
-fn smooth_texels_are_rougher_where_normals_turn() {
+fn smooth_texels_are_rougher_where_normals_vary() {
     let size = [8, 8];
     let turning = normals(size, |x, _| DVec3::new(0.6 * (TAU * f64::from(x) / 8.0).sin(), 0.0, 1.0).normalize());
     let inputs = |texels| Inputs {
@@ -96,7 +96,7 @@ fn smooth_texels_are_rougher_where_normals_turn() {
     };
     let facets = baked(&inputs(Texels::Facets), Kind::Gloss, Precision::F32);
     let smooth = baked(&inputs(Texels::Smooth), Kind::Gloss, Precision::F32);
-    // Steepest changes at the zeros of the sine.
+    // Normals change fastest at the zeros of the sine.
     for (x, least) in [(0, 0.2), (4, 0.2), (2, 0.05)] {
         let [a, b] = [&facets, &smooth].map(|map| texel(map, 0, 24 + x)[3]);
         assert!((a - 0.9).abs() < 1e-4 && b < a - least, "{x}: {a} {b}");
@@ -104,7 +104,7 @@ fn smooth_texels_are_rougher_where_normals_turn() {
 }
 
 #[test]
-fn a_detail_turns_with_what_lies_below() {
+fn detail_rotates_with_the_surface() {
     let (size, fine) = ([4, 4], [8, 8]);
     for (blend, slopes) in [(blend_reoriented as fn(DVec3, DVec3) -> DVec3, false), (blend_partial_derivatives, true)] {
         let inputs = Inputs {
@@ -123,7 +123,7 @@ fn a_detail_turns_with_what_lies_below() {
         let both = Shortening::default().combine_gloss(0.4, 0.3, Gloss::Wwii);
         for (x, y) in [(0, 0), (1, 2), (3, 3)] {
             let [nx, ny, nz, g] = texel(&map, 0, (4 * y + x) as usize);
-            // Twice as often over half as many texels: every fourth of the detail.
+            // Two repeats over half as many texels: every fourth texel of the detail.
             let detail = normal((4 * x + 2) % 8, (4 * y + 2) % 8, 5);
             let expected = blend(normal(x, y, 3), detail);
             assert!((DVec3::new(nx, ny, nz) - expected).length() < 1e-5, "{x} {y} {expected}");
@@ -154,21 +154,21 @@ fn normals_keep_their_length_and_any_size_works() {
             assert!(map.levels.iter().all(|level| level.layers[0].iter().all(|t| (-0.01..1.01).contains(&t[3]))));
         }
     }
-    // Normals that are none.
+    // Invalid normals.
     let broken = normals([4, 4], |x, _| [DVec3::ZERO, DVec3::NEG_Z, DVec3::new(3.0, 0.0, 4.0), DVec3::X][x as usize]);
     let inputs = Inputs { normals: Some(broken), ..Inputs::default() };
     for kind in Kind::ALL {
         let mut inputs = inputs.clone();
         if matches!(kind, Kind::Height | Kind::Occlusion | Kind::Cones) {
             inputs.find_heights(&|_| ()).unwrap();
-            inputs.look_around(&|_| ()).unwrap();
+            inputs.compute_occlusion(&|_| ()).unwrap();
         }
         let map = baked(&inputs, kind, Precision::F32);
         assert!(map.levels.iter().flat_map(|l| &l.layers).flatten().flatten().all(|v| v.is_finite()), "{kind:?}");
     }
 }
 
-/// Waves whose slopes the heights of a map have by its triangles.
+/// Waves whose triangle slopes heights can represent.
 fn waves(n: u32) -> HeightMap {
     let at = |i: u32| (f64::from(i % n) / f64::from(n), f64::from(i / n) / f64::from(n));
     let height = |(s, t): (f64, f64)| 0.01 * (TAU * (2.0 * s + t)).sin() + 0.004 * (TAU * 5.0 * t).cos();
@@ -196,10 +196,10 @@ fn heights_of_the_normals_of_heights_are_those_heights() {
     let error: f64 = (0..(n * n) as usize).map(|i| (texel(&heights, 0, i)[0] - f64::from(map.texels[i])).powi(2)).sum();
     let size: f64 = map.texels.iter().map(|&h| f64::from(h).powi(2)).sum();
     assert!((error / size).sqrt() < 0.01, "{}", (error / size).sqrt());
-    // Without normals there is nothing to find.
+    // Missing normals are an error.
     let fault = Inputs::default().find_heights(&|_| ()).unwrap_err();
     assert!(matches!(fault, MapFault::Unsupported { .. }) && fault.to_string().contains("normals"), "{fault}");
-    assert!(Inputs::default().look_around(&|_| ()).is_err());
+    assert!(Inputs::default().compute_occlusion(&|_| ()).is_err());
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn flat_ground_sees_everything_and_pits_see_less() {
     let looked = |map: HeightMap| {
         let mut inputs =
             Inputs { heights: Some(map), height_scale: Some(1.0), wrap: Wrap::Repeat, ..Inputs::default() };
-        inputs.look_around(&|_| ()).unwrap();
+        inputs.compute_occlusion(&|_| ()).unwrap();
         inputs
     };
     let flat = looked(HeightMap::new(16, 16, vec![0.3; 256]).unwrap());
@@ -216,7 +216,7 @@ fn flat_ground_sees_everything_and_pits_see_less() {
         let [x, y, z, seen] = texel(&cones, 0, at);
         assert!(x.abs() + y.abs() < 1e-6 && (z - 1.0).abs() < 1e-6 && (seen - 1.0).abs() < 1e-6, "{x} {y} {z} {seen}");
     }
-    // A groove along t: open up and down the picture, and on its left side towards the right.
+    // A groove along t: open up and down, and on its left side towards the right.
     let n = 64;
     let groove = |i: u32| 0.15 * (TAU * f64::from(i % n) / f64::from(n)).cos();
     let inputs = looked(HeightMap::new(n, n, (0..n * n).map(|i| groove(i) as f32).collect()).unwrap());
@@ -227,7 +227,7 @@ fn flat_ground_sees_everything_and_pits_see_less() {
     assert!(top > 0.97 && bottom < 0.85, "{top} {bottom}");
     let [left, right] = [22, 42].map(|x| texel(&cones, 0, row + x));
     assert!(left[0] > 0.1 && right[0] < -0.1 && (left[0] + right[0]).abs() < 1e-3, "{left:?} {right:?}");
-    // Its few slices are not quite alike up and down.
+    // With few slices, up and down differ slightly.
     assert!(left[1].abs() < 5e-3, "{left:?}");
     // Any level is the mean of the finest.
     let last = texel(&cones, cones.levels.len() - 1, 0);

@@ -1,20 +1,20 @@
-//! Maps shown by example have the mean and the covariance of the map itself, at every level of its moments.
+//! By-example tiling keeps the mean and covariance of the map at every moment level.
 
 use glam::{DVec2, DVec3};
 use leadr_maps::moments::MomentLevel;
 use leadr_maps::{HeightMap, LeadrMap, Wrap, procedural};
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::moments::SlopeMoments;
-use leadr_reflectance::slopes::tiling::{add_look, look_offset, merged_looks, tiling_fade, tiling_looks};
+use leadr_reflectance::slopes::tiling::{add_variant, merged_variants, tiling_fade, tiling_variants, variant_offset};
 
-/// What the shaders have.
+/// As in the shaders.
 const CELLS: f64 = 2.5;
 
-/// Moments and height between the texels of a level that repeats.
+/// Interpolated moments and height of a repeating level.
 fn seen(level: &MomentLevel, at: DVec2) -> (SlopeMoments, f64) {
     let (w, h) = (i64::from(level.width), i64::from(level.height));
-    let place = at * DVec2::new(w as f64, h as f64) - 0.5;
-    let (low, part) = (place.floor(), place - place.floor());
+    let position = at * DVec2::new(w as f64, h as f64) - 0.5;
+    let (low, part) = (position.floor(), position - position.floor());
     let (mut sum, mut height) = (SlopeMoments::default(), 0.0);
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
         let share = |d: i64, part: f64| if d == 1 { part } else { 1.0 - part };
@@ -29,18 +29,18 @@ fn seen(level: &MomentLevel, at: DVec2) -> (SlopeMoments, f64) {
     (sum, height)
 }
 
-/// How looks become a blend.
+/// Blending of the variants.
 #[derive(Clone, Copy, PartialEq)]
 enum Blend {
-    /// By weights whose squares sum to one.
-    Looks,
-    /// The same with the slopes of where one look passes into another.
-    LooksPassing,
-    /// By weights that sum to one, as a test of these tests.
+    /// Weights with squares that sum to one.
+    Variants,
+    /// The same, plus slopes from changing weights.
+    VariantsPassing,
+    /// Weights that sum to one, to show that the tests can fail.
     Plain,
 }
 
-/// Moments of the slopes over a plane of places that see a level.
+/// Slope moments over sampled positions of a plane.
 fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     let mut r = Random::stream(11, lod as u64);
     let (level, mean_height) = (&map.levels[lod], f64::from(map.mean().height));
@@ -48,18 +48,18 @@ fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     let mut sum = SlopeMoments::default();
     let side = 400;
     for i in 0..side * side {
-        // Jittered, so that few places tell much.
+        // Jittered, so that few samples suffice.
         let cell = DVec2::new(f64::from(i % side), f64::from(i / side));
         let at = (cell + DVec2::new(r.unit(), r.unit())) * 0.61 - 100.0;
-        let looks = merged_looks(tiling_looks(at, CELLS), lod as f64);
-        let total: f64 = looks.iter().map(|look| look.weight).sum();
+        let variants = merged_variants(tiling_variants(at, CELLS), lod as f64);
+        let total: f64 = variants.iter().map(|variant| variant.weight).sum();
         let mut blend = SlopeMoments::default();
-        for look in looks.into_iter().filter(|look| look.weight > 0.0) {
-            let (moments, height) = seen(level, at + look_offset(look.corner));
-            let weight = if kind == Blend::Plain { look.weight / total } else { look.weight };
-            blend = add_look(blend, moments, weight, part);
-            if kind == Blend::LooksPassing {
-                blend.first += look.slope * (part * (height - mean_height));
+        for variant in variants.into_iter().filter(|variant| variant.weight > 0.0) {
+            let (moments, height) = seen(level, at + variant_offset(variant.corner));
+            let weight = if kind == Blend::Plain { variant.weight / total } else { variant.weight };
+            blend = add_variant(blend, moments, weight, part);
+            if kind == Blend::VariantsPassing {
+                blend.first += variant.slope * (part * (height - mean_height));
             }
         }
         let m = blend.first;
@@ -70,7 +70,7 @@ fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     SlopeMoments { first: sum.first / count, second: sum.second / count }
 }
 
-/// What passes from look to look is small beside the slopes of narrow bumps, and known (the next test).
+/// Slopes from changing weights are small for narrow bumps; the next test gives their size.
 #[test]
 fn maps_by_example_keep_mean_and_covariance_at_every_level() {
     let maps = [(procedural::soil(256, 256, 1), 0.04), (procedural::gaussian(256, 256, 4, 0.4, 0.01), 0.03)];
@@ -79,21 +79,21 @@ fn maps_by_example_keep_mean_and_covariance_at_every_level() {
         let whole = leadr.mean();
         let sigma = DVec2::new(f64::from(whole.second[0]), f64::from(whole.second[1])).map(f64::sqrt);
         for lod in 0..leadr.levels.len() {
-            let found = over_plane(&leadr, lod, Blend::Looks);
+            let found = over_plane(&leadr, lod, Blend::Variants);
             let variance = found.second.truncate() / (sigma * sigma);
             assert!((variance - 1.0).abs().max_element() < 0.02, "level {lod}: {variance}");
             assert!((found.first / sigma).abs().max_element() < 0.01, "level {lod}: {}", found.first);
             let cross = (found.second.z - f64::from(whole.cross)) / (sigma.x * sigma.y);
             assert!(cross.abs() < 0.02, "level {lod}: {cross}");
-            let all = over_plane(&leadr, lod, Blend::LooksPassing).second.truncate() / (sigma * sigma);
-            println!("level {lod}: looks {variance}, with what passes {all}");
+            let all = over_plane(&leadr, lod, Blend::VariantsPassing).second.truncate() / (sigma * sigma);
+            println!("level {lod}: variants {variance}, with what passes {all}");
             assert!((all - variance).abs().max_element() < passing, "level {lod}: {all} {variance}");
         }
     }
 }
 
-/// Where one look passes into another, the blend is steeper than any look, in proportion to the variance of heights: this many times it for
-/// edges of the lattice of length 1. Real slopes of what is drawn, but for broad bumps no small part of all.
+/// Between variants the blend is steeper than any variant, in proportion to the height variance: by this factor for lattice edges
+/// of length 1. These are real slopes of the drawn surface, and significant for broad bumps.
 #[test]
 fn broad_bumps_gain_the_slopes_of_changing_weights() {
     const PER_EDGE: f64 = 23.4;
@@ -101,7 +101,8 @@ fn broad_bumps_gain_the_slopes_of_changing_weights() {
     let leadr = LeadrMap::new(&map, Wrap::Repeat);
     let mean = f64::from(leadr.mean().height);
     let heights = map.texels.iter().map(|h| (f64::from(*h) - mean).powi(2)).sum::<f64>() / map.texels.len() as f64;
-    let gained = over_plane(&leadr, 0, Blend::LooksPassing).second.x - over_plane(&leadr, 0, Blend::Looks).second.x;
+    let gained =
+        over_plane(&leadr, 0, Blend::VariantsPassing).second.x - over_plane(&leadr, 0, Blend::Variants).second.x;
     let expected = PER_EDGE * CELLS * CELLS * heights;
     assert!((gained / expected - 1.0).abs() < 0.1, "{gained} {expected}");
     assert!(gained > 0.1 * f64::from(leadr.mean().second[0]));
@@ -113,6 +114,6 @@ fn weights_that_sum_to_one_lose_variance() {
     let leadr = LeadrMap::new(&map, Wrap::Repeat);
     let whole = leadr.mean();
     let plain = over_plane(&leadr, 0, Blend::Plain);
-    // A tenth of it is lost where looks are blended.
+    // Blending loses a tenth of it.
     assert!(plain.second.x < 0.95 * f64::from(whole.second[0]));
 }

@@ -1,12 +1,12 @@
-//! Numbers in buffers: views, strides, component types and sparse changes, with every bound checked before a byte is read.
+//! Accessors: views, strides, component types and sparse data. Every bound is checked before reading.
 
 use std::borrow::Cow;
 
-use super::json::{Item, Place, Read};
+use super::json::{Item, Location, Read};
 use crate::fault::{ModelFault, shown};
 use crate::limits::Budget;
 
-/// A buffer: how long it says that it is, and its bytes unless they are left to an extension.
+/// A buffer: declared length and bytes; `None` if an extension defines them.
 pub(super) struct Buffer<'a> {
     pub(super) length: u64,
     pub(super) bytes: Option<Cow<'a, [u8]>>,
@@ -15,10 +15,10 @@ pub(super) struct Buffer<'a> {
 /// A slice of a buffer.
 #[derive(Clone, Copy)]
 pub(super) struct BufferView<'a> {
-    place: Place,
+    location: Location,
     length: u64,
     bytes: Option<&'a [u8]>,
-    /// Bytes from one element to the next, if the file says.
+    /// Bytes between elements, if specified.
     stride: Option<usize>,
 }
 
@@ -36,21 +36,21 @@ impl<'a> BufferView<'a> {
         if end > whole.length {
             return Err(item.fault(format!("needs bytes {offset} to {end}, but the buffer has {}", whole.length)));
         }
-        // 0 is not allowed, but older exporters mean nothing by it.
+        // 0 is invalid, but older exporters write it for "no stride".
         let stride = item.whole("byteStride")?.filter(|&stride| stride != 0);
         if stride.is_some_and(|s| !(4..=252).contains(&s) || s % 4 != 0) {
             return Err(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"));
         }
         let bytes = whole.bytes.as_deref().and_then(|bytes| slice(bytes, offset, length));
-        Ok(Self { place: item.place, length, bytes, stride: stride.map(|s| s as usize) })
+        Ok(Self { location: item.location, length, bytes, stride: stride.map(|s| s as usize) })
     }
 
-    /// Its bytes; an error if its buffer has none.
+    /// The bytes; an error if the buffer has none.
     pub(super) fn bytes(&self) -> Read<&'a [u8]> {
-        self.bytes.ok_or_else(|| self.place.fault("is needed, but its buffer has no data that is read here"))
+        self.bytes.ok_or_else(|| self.location.fault("is needed, but its buffer has no readable data"))
     }
 
-    /// A part of it, as far as there are bytes at all; an error says what `what` needs.
+    /// A part of the view, if it has bytes. `what` describes its content in errors.
     fn part(&self, item: &Item<'_>, offset: u64, length: u64, what: &str) -> Read<Option<&'a [u8]>> {
         let end = offset.saturating_add(length);
         if end > self.length {
@@ -66,7 +66,7 @@ fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
     bytes.get(start..start.checked_add(usize::try_from(length).ok()?)?)
 }
 
-/// How a number is stored.
+/// Component type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Component {
     I8,
@@ -92,7 +92,7 @@ impl Component {
         self.facts().2
     }
 
-    /// Its code in glTF, its bytes, and what it is in words.
+    /// glTF code, size in bytes, and description.
     const fn facts(self) -> (u64, usize, &'static str) {
         match self {
             Self::I8 => (5120, 1, "signed bytes"),
@@ -105,7 +105,7 @@ impl Component {
     }
 }
 
-/// How the numbers of an element are arranged.
+/// Element type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
     /// `SCALAR`, `VEC3` …
@@ -114,7 +114,7 @@ pub(super) struct Shape {
     columns: usize,
 }
 
-/// All shapes by name.
+/// All element types by name: rows and columns.
 const SHAPES: [(&str, usize, usize); 7] =
     [("SCALAR", 1, 1), ("VEC2", 2, 1), ("VEC3", 3, 1), ("VEC4", 4, 1), ("MAT2", 2, 2), ("MAT3", 3, 3), ("MAT4", 4, 4)];
 
@@ -124,25 +124,25 @@ impl Shape {
         found.map(|&(name, rows, columns)| Self { name, rows, columns })
     }
 
-    /// Numbers of an element.
+    /// Numbers per element.
     pub(super) const fn numbers(self) -> usize {
         self.rows * self.columns
     }
 
-    /// Bytes from one element to the next: the columns of matrices start at multiples of four.
+    /// Bytes between elements; matrix columns start at multiples of four.
     const fn stride(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
         if self.columns == 1 { column } else { column.next_multiple_of(4) * self.columns }
     }
 
-    /// Bytes of an element, without what may follow its last number.
+    /// Bytes of an element without trailing padding.
     const fn bytes(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
         column.next_multiple_of(4) * (self.columns - 1) + column
     }
 }
 
-/// Elements that differ from the rest.
+/// Sparse substitutions.
 struct Sparse<'a> {
     count: usize,
     indices: &'a [u8],
@@ -150,26 +150,26 @@ struct Sparse<'a> {
     values: &'a [u8],
 }
 
-/// What stands in an accessor where no sparse element does.
+/// Values of an accessor without sparse substitutions.
 #[derive(Clone, Copy)]
 enum Base<'a> {
     Zeros,
-    /// From the first element on.
+    /// Bytes from the first element.
     Bytes(&'a [u8]),
-    /// In a buffer without data.
+    /// The buffer has no data.
     Absent,
 }
 
 /// A typed list of elements.
 pub(super) struct Accessor<'a> {
-    place: Place,
+    location: Location,
     /// Number of elements, at least 1.
     pub(super) count: usize,
-    /// How a number is stored; unknown to this version of glTF if nothing.
+    /// Component type; `None` if unknown to glTF 2.0.
     pub(super) component: Option<Component>,
-    /// How they are arranged; unknown to this version of glTF if nothing.
+    /// Element type; `None` if unknown to glTF 2.0.
     pub(super) shape: Option<Shape>,
-    /// Whether integers stand for 0..1 or -1..1.
+    /// Whether integers represent 0..1 or -1..1.
     pub(super) normalized: bool,
     base: Base<'a>,
     stride: usize,
@@ -177,14 +177,14 @@ pub(super) struct Accessor<'a> {
 }
 
 impl<'a> Accessor<'a> {
-    /// Reads an accessor and checks that all of it lies in its views.
+    /// Reads an accessor and checks that it lies inside its views.
     pub(super) fn read(item: &Item<'_>, views: &[BufferView<'a>], budget: &Budget) -> Read<Self> {
         let code = item.required("componentType", item.whole("componentType")?)?;
         let kind = item.required("type", item.string("type")?)?;
         let count = item.required("count", item.whole("count")?)?;
         let (component, shape) = (Component::of_code(code), Shape::of_name(kind));
         let mut accessor = Self {
-            place: item.place,
+            location: item.location,
             count: usize::try_from(count).unwrap_or(usize::MAX),
             component,
             shape,
@@ -199,13 +199,13 @@ impl<'a> Accessor<'a> {
         let (Some(component), Some(shape)) = (component, shape) else { return Ok(accessor) };
         accessor.stride = shape.stride(component);
         if let Some(view) = item.index("bufferView", "buffer view", views.len())? {
-            accessor.place_in(item, &views[view], shape.bytes(component))?;
+            accessor.attach_view(item, &views[view], shape.bytes(component))?;
         } else if item.has("byteOffset") {
             return Err(item.fault("`byteOffset` needs a `bufferView`"));
         }
         if let Some(sparse) = item.item("sparse")? {
             accessor.sparse = Sparse::read(&sparse, accessor.count, shape.stride(component), views)?;
-            // Many accessors may share the indices that are checked here.
+            // Many accessors may share these indices.
             budget.take::<u32>(accessor.sparse.as_ref().map_or(0, |sparse| sparse.count))?;
             if accessor.sparse.is_none() {
                 accessor.base = Base::Absent;
@@ -214,7 +214,7 @@ impl<'a> Accessor<'a> {
         Ok(accessor)
     }
 
-    fn place_in(&mut self, item: &Item<'_>, view: &BufferView<'a>, element: usize) -> Read<()> {
+    fn attach_view(&mut self, item: &Item<'_>, view: &BufferView<'a>, element: usize) -> Read<()> {
         self.stride = view.stride.unwrap_or(self.stride);
         if self.stride < element {
             return Err(item.fault(format!("an element has {element} bytes, but `byteStride` is {}", self.stride)));
@@ -226,34 +226,34 @@ impl<'a> Accessor<'a> {
         Ok(())
     }
 
-    /// A broken rule at this accessor.
+    /// A violated rule at this accessor.
     pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
-        self.place.fault(what)
+        self.location.fault(what)
     }
 
-    /// What it holds, in words.
+    /// Description of the content.
     pub(super) fn format(&self) -> String {
         let shape = self.shape.map_or("an unknown type", |s| s.name);
         let component = self.component.map_or("unknown components", Component::name);
         format!("{shape} of {}{component}", if self.normalized { "normalised " } else { "" })
     }
 
-    /// Whether its elements are arranged so.
+    /// Whether its elements have this type.
     pub(super) fn is_of(&self, shape: &str) -> bool {
         self.shape.is_some_and(|s| s.name == shape)
     }
 
-    /// Refuses an accessor that does not hold what `user` needs, or not `count` of it.
-    pub(super) fn expect(&self, good: bool, user: Place, name: &str, wanted: &str) -> Read<()> {
+    /// Fails unless `good`. `user` and `name` locate the reference; `wanted` describes a valid accessor.
+    pub(super) fn expect(&self, good: bool, user: Location, name: &str, wanted: &str) -> Read<()> {
         if good {
             return Ok(());
         }
-        let what = format!("`{}` must be {wanted}, but {} is {}", shown(name), self.place, self.format());
+        let what = format!("`{}` must be {wanted}, but {} is {}", shown(name), self.location, self.format());
         Err(user.fault(what))
     }
 
-    /// All elements as floats: integers as their value, or as 0..1 and -1..1 where they are normalised. Refuses what is not
-    /// finite. `N` must be the numbers of an element, and the accessor no matrix of small integers.
+    /// All elements as floats. Integers keep their value, or become 0..1 or -1..1 if normalised. Fails on values that are not
+    /// finite. `N` must match the element type; matrices of small integers are unsupported.
     pub(super) fn floats<const N: usize>(&self, budget: &Budget) -> Read<Vec<[f32; N]>> {
         assert!(self.shape.is_some_and(|s| s.numbers() == N), "{} is read as {N} numbers", self.format());
         let (most, least) = match self.component {
@@ -263,7 +263,7 @@ impl<'a> Accessor<'a> {
             Some(Component::I16) => (32767.0, -1.0),
             _ => (1.0, 0.0),
         };
-        // The least code of a signed type is a little below -1, and means -1.
+        // The smallest signed code is slightly below -1 and means -1.
         let (scale, least) = if self.normalized { (1.0 / most, least) } else { (1.0, f32::MIN) };
         let zero = [0.0; N];
         match self.component {
@@ -287,7 +287,7 @@ impl<'a> Accessor<'a> {
         }
     }
 
-    /// All elements as whole numbers, or nothing if they are not unsigned.
+    /// All elements as integers; `None` if they are not unsigned.
     pub(super) fn whole_numbers<const N: usize>(&self, budget: &Budget) -> Read<Option<Vec<[u32; N]>>> {
         match self.component {
             Some(Component::U8) => self.elements(budget, [0; N], |b: [u8; 1]| u32::from(b[0])),
@@ -313,7 +313,7 @@ impl<'a> Accessor<'a> {
             zero.map(|zero| numbers.next().map_or(zero, |b| convert(*b)))
         };
         match self.base {
-            Base::Absent => return Err(self.fault("is needed, but its buffer has no data that is read here")),
+            Base::Absent => return Err(self.fault("is needed, but its buffer has no readable data")),
             Base::Zeros => out.resize(self.count, zero),
             Base::Bytes(bytes) if self.stride == N * B => out.extend(bytes.chunks_exact(N * B).map(element)),
             // The last element may be shorter than the stride.
@@ -321,8 +321,8 @@ impl<'a> Accessor<'a> {
         }
         if let Some(sparse) = &self.sparse {
             let values = sparse.values.chunks_exact(N * B);
-            for (place, value) in sparse.places().zip(values) {
-                out[place] = element(value);
+            for (index, value) in sparse.element_indices().zip(values) {
+                out[index] = element(value);
             }
         }
         Ok(out)
@@ -330,12 +330,12 @@ impl<'a> Accessor<'a> {
 }
 
 impl<'a> Sparse<'a> {
-    /// Nothing, if its buffers have no data.
+    /// `None` if its buffers have no data.
     fn read(item: &Item<'_>, count: usize, element: usize, views: &[BufferView<'a>]) -> Read<Option<Self>> {
         let changed = item.required("count", item.whole("count")?)?;
         if changed == 0 || changed > count as u64 {
             return Err(
-                item.fault(format!("`count` is {changed}, but must be from 1 to the {count} elements that there are"))
+                item.fault(format!("`count` is {changed}, but must be from 1 to {count}, the number of elements"))
             );
         }
         let index = {
@@ -354,22 +354,22 @@ impl<'a> Sparse<'a> {
                 view.part(&part, offset, changed.saturating_mul(size as u64), &format!("{changed} elements"))?;
             Ok((part, bytes))
         };
-        let (place, indices) = part("indices", index.bytes())?;
+        let (location, indices) = part("indices", index.bytes())?;
         let (_, values) = part("values", element)?;
         let (Some(indices), Some(values)) = (indices, values) else { return Ok(None) };
         let sparse = Self { count: changed as usize, indices, index, values };
         let mut least = 0;
-        for (i, at) in sparse.places().enumerate() {
+        for (i, at) in sparse.element_indices().enumerate() {
             if at < least || at >= count {
                 let what = format!("index {i} is {at}, but indices must increase and stay below {count}");
-                return Err(place.fault(what));
+                return Err(location.fault(what));
             }
             least = at + 1;
         }
         Ok(Some(sparse))
     }
 
-    fn places(&self) -> impl Iterator<Item = usize> {
+    fn element_indices(&self) -> impl Iterator<Item = usize> {
         let size = self.index.bytes();
         let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, &b| sum << 8 | usize::from(b));
         self.indices.chunks_exact(size).take(self.count).map(number)

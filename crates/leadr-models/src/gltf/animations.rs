@@ -1,4 +1,4 @@
-//! Animations: curves whose times increase and whose values fit what they move.
+//! Animations: checks that times increase and values match their targets.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -15,7 +15,7 @@ use crate::limits::MAX_COORDINATE;
 use crate::mesh::Mesh;
 use crate::model::{Node, Transform};
 
-/// How far a rotation's length may be from 1 before it is worth a remark.
+/// Deviation of a quaternion's length from 1 above which a repair is reported.
 const ROUNDING: f32 = 0.01;
 
 /// Reads all animations.
@@ -24,7 +24,7 @@ pub(super) fn read(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh]) -> Read
     items.iter().map(|item| Reader { source, nodes, meshes }.read(item)).collect()
 }
 
-/// Squared lengths this near to 1 are as good as any that a division would give.
+/// Squared lengths within this of 1 are exact up to rounding.
 const NEARLY: f32 = 4.0 * f32::EPSILON;
 
 struct Reader<'a> {
@@ -33,13 +33,13 @@ struct Reader<'a> {
     meshes: &'a [Mesh],
 }
 
-/// A sampler as the file describes it.
+/// A sampler of the file.
 struct Sampler<'a> {
     item: Item<'a>,
     interpolation: Interpolation,
     times: Vec<f32>,
     output: &'a Accessor<'a>,
-    /// The curve that was made of it.
+    /// Curve and property created from it.
     curve: Option<(usize, Property)>,
 }
 
@@ -68,7 +68,7 @@ impl Reader<'_> {
             };
             sampler.curve = Some((curve, property));
             if animation.curves[curve].width != width {
-                return Err(target.fault("its sampler moves another number of morph targets"));
+                return Err(target.fault("its sampler is used with another number of morph targets"));
             }
             let moved = Channel { node, property, curve };
             match seen.entry((node, property)) {
@@ -77,8 +77,9 @@ impl Reader<'_> {
                     animation.channels.push(moved);
                 }
                 Entry::Occupied(earlier) => {
-                    let place = channel.place;
-                    self.source.remark(format!("{place}: moves what an earlier channel moves, and replaces it"));
+                    let location = channel.location;
+                    self.source
+                        .remark(format!("{location}: has the same target as an earlier channel, and replaces it"));
                     animation.channels[*earlier.get()] = moved;
                 }
             }
@@ -88,7 +89,7 @@ impl Reader<'_> {
         Ok(animation)
     }
 
-    /// What a channel moves; nothing if that is not of the core or has no effect.
+    /// Target of a channel; `None` if it is not a core property or has no effect.
     fn target(&self, target: &Item<'_>) -> Read<Option<(usize, Property)>> {
         let node = target.index("node", "node", self.nodes.len())?;
         let path = target.required("path", target.string("path")?)?;
@@ -98,18 +99,20 @@ impl Reader<'_> {
             "scale" => Property::Scale,
             "weights" => Property::Weights,
             other => {
-                self.source.remark(format!("{}: moves `{}`, which is not read", target.place, shown(other)));
+                self.source.remark(format!("{}: animates `{}`, which is not supported", target.location, shown(other)));
                 return Ok(None);
             }
         };
         let Some(node) = node else { return Ok(None) };
         if property != Property::Weights && matches!(self.nodes[node].transform, Transform::Matrix(_)) {
-            return Err(target.fault(format!("moves node {node}, which has a matrix; such nodes cannot be animated")));
+            return Err(
+                target.fault(format!("animates node {node}, which has a matrix; such nodes cannot be animated"))
+            );
         }
         Ok(Some((node, property)))
     }
 
-    /// How many numbers a value has.
+    /// Numbers per value.
     fn width(&self, target: &Item<'_>, node: usize, property: Property) -> Read<usize> {
         let targets = self.nodes[node].mesh.map_or(0, |mesh| self.meshes[mesh].target_count);
         match property {
@@ -117,7 +120,7 @@ impl Reader<'_> {
             Property::Rotation => Ok(4),
             Property::Weights if targets > 0 => Ok(targets),
             Property::Weights => {
-                Err(target.fault(format!("moves the weights of node {node}, which has no morph targets")))
+                Err(target.fault(format!("animates the weights of node {node}, which has no morph targets")))
             }
         }
     }
@@ -127,15 +130,15 @@ impl Reader<'_> {
             None | Some("LINEAR") => Interpolation::Linear,
             Some("STEP") => Interpolation::Step,
             Some("CUBICSPLINE") => Interpolation::Cubic,
-            Some(other) => return Err(item.fault(format!("`interpolation` {} is not known", shown(other)))),
+            Some(other) => return Err(item.fault(format!("`interpolation` {} is unknown", shown(other)))),
         };
         let input = item.required("input", self.source.accessor(&item, "input")?)?;
         let output = item.required("output", self.source.accessor(&item, "output")?)?;
         let good = input.component == Some(Component::F32) && input.is_of("SCALAR");
-        input.expect(good, item.place, "input", "SCALAR of floats")?;
+        input.expect(good, item.location, "input", "SCALAR of floats")?;
         let times = input.floats::<1>(&self.source.budget)?.into_flattened();
         if times[0] < 0.0 {
-            return Err(item.fault(format!("its first time is {}, but must be 0 or more", times[0])));
+            return Err(item.fault(format!("its first time is {}, but must be at least 0", times[0])));
         }
         if let Some(i) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
             let what = format!("time {} is {} after {}, but times must increase", i + 1, times[i + 1], times[i]);
@@ -148,7 +151,7 @@ impl Reader<'_> {
     }
 
     fn curve(&self, sampler: &Sampler<'_>, property: Property, width: usize) -> Read<Curve> {
-        let (output, place) = (sampler.output, sampler.item.place);
+        let (output, location) = (sampler.output, sampler.item.location);
         let (shape, elements) = match property {
             Property::Translation | Property::Scale => ("VEC3", 1),
             Property::Rotation => ("VEC4", 1),
@@ -162,12 +165,12 @@ impl Reader<'_> {
         };
         let good = component_is_good && output.is_of(shape);
         let small = if may_be_small { " or normalised integers" } else { "" };
-        output.expect(good, place, "output", &format!("{shape} of floats{small}"))?;
+        output.expect(good, location, "output", &format!("{shape} of floats{small}"))?;
         let per_key = if sampler.interpolation == Interpolation::Cubic { 3 } else { 1 };
         let wanted = sampler.times.len().saturating_mul(per_key * elements);
         if output.count != wanted {
             let keys = sampler.times.len();
-            return Err(place.fault(format!("has {} values for {keys} keys, but needs {wanted}", output.count)));
+            return Err(location.fault(format!("has {} values for {keys} keys, but needs {wanted}", output.count)));
         }
         let budget = &self.source.budget;
         let mut values = match property {
@@ -176,7 +179,7 @@ impl Reader<'_> {
             Property::Weights => output.floats::<1>(budget)?.into_flattened(),
         };
         if let Some(i) = values.iter().position(|v| v.abs() > MAX_COORDINATE) {
-            return Err(place.fault(format!("value {} is {}, beyond {MAX_COORDINATE}", i / width, values[i])));
+            return Err(location.fault(format!("value {} is {}; the limit is {MAX_COORDINATE}", i / width, values[i])));
         }
         if property == Property::Rotation {
             self.unit_rotations(sampler, &mut values, per_key)?;
@@ -185,7 +188,7 @@ impl Reader<'_> {
         Ok(Curve { interpolation: sampler.interpolation, times: sampler.times.clone(), width, values })
     }
 
-    /// Brings the rotations of keys to unit length; tangents stay as they are.
+    /// Normalises the rotations of keys; tangents do not change.
     fn unit_rotations(&self, sampler: &Sampler<'_>, values: &mut [f32], per_key: usize) -> Read<()> {
         let mut uneven = 0;
         let (keys, _) = values.as_chunks_mut::<4>();
@@ -197,12 +200,12 @@ impl Reader<'_> {
             uneven += usize::from((given.length() - 1.0).abs() > ROUNDING);
             let unit = unit_rotation(given);
             *value = unit
-                .ok_or_else(|| sampler.item.fault(format!("the rotation of key {number} has no length")))?
+                .ok_or_else(|| sampler.item.fault(format!("the rotation of key {number} has zero length")))?
                 .to_array();
         }
         if uneven > 0 {
-            let place = sampler.item.place;
-            self.source.remark(format!("{place}: {uneven} rotations are not of unit length; they were scaled"));
+            let location = sampler.item.location;
+            self.source.remark(format!("{location}: {uneven} rotations are not of unit length; they were scaled"));
         }
         Ok(())
     }

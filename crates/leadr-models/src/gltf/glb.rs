@@ -1,4 +1,4 @@
-//! The binary container: a header of 12 bytes, a chunk of JSON, and perhaps a chunk with the first buffer.
+//! The GLB container: a 12-byte header, a JSON chunk, and an optional chunk with the first buffer.
 
 use super::json::Read;
 use crate::fault::ModelFault;
@@ -15,14 +15,14 @@ pub(super) struct Container<'a> {
     pub(super) binary: Option<&'a [u8]>,
 }
 
-/// Takes a file apart, which is a GLB or the JSON itself.
+/// Splits a file that is a GLB or plain JSON.
 pub(super) fn open(bytes: &[u8]) -> Read<Container<'_>> {
     if bytes.starts_with(MAGIC) {
         return open_binary(bytes);
     }
     let text = bytes.trim_ascii_start();
     if text.is_empty() || text.starts_with(b"\xef\xbb\xbf{") {
-        let what = if text.is_empty() { "it is empty" } else { "a byte order mark stands before its JSON" };
+        let what = if text.is_empty() { "it is empty" } else { "its JSON starts with a byte order mark" };
         return Err(ModelFault::damaged(what));
     }
     if !text.starts_with(b"{") {
@@ -43,9 +43,9 @@ fn open_binary(bytes: &[u8]) -> Read<Container<'_>> {
         let what = format!("it is a GLB of version {version}");
         return Err(ModelFault::unsupported(what, "export it as glTF 2.0"));
     }
-    // What follows the stated length is no part of the model.
+    // Bytes after the declared length are not part of the model.
     let Some(bytes) = bytes.get(..length) else {
-        return Err(ModelFault::damaged(format!("it says that it has {length} bytes, but it has {}", bytes.len())));
+        return Err(ModelFault::damaged(format!("its header declares {length} bytes, but it has {}", bytes.len())));
     };
     let (mut json, mut binary, mut at, mut number) = (None, None, 12, 0);
     while at < bytes.len() {
@@ -56,11 +56,11 @@ fn open_binary(bytes: &[u8]) -> Read<Container<'_>> {
         let misplaced = |what| Err(ModelFault::damaged(format!("chunk {number} is {what}")));
         match (kind, number) {
             (JSON, 0) => json = Some(body),
-            (JSON, _) => return misplaced("a second piece of JSON"),
+            (JSON, _) => return misplaced("a second JSON chunk"),
             (_, 0) => return misplaced("not the JSON, which must come first"),
             (BIN, 1) => binary = Some(body),
-            (BIN, _) => return misplaced("a buffer, which only the second chunk may be"),
-            // Chunks of other kinds are for other programs.
+            (BIN, _) => return misplaced("a buffer, which must be the second chunk"),
+            // Unknown chunk types are ignored.
             _ => {}
         }
         at += 8 + size;

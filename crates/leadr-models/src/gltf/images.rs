@@ -1,4 +1,4 @@
-//! Images of a model: files, data URIs or parts of buffers, decoded on all cores, each once.
+//! Images of a model from files, data URIs or buffers, each decoded once, on all cores.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,28 +13,28 @@ use crate::limits::Budget;
 use leadr_maps::decode_raster;
 use leadr_maps::material::{Raster, Samples};
 
-/// Where an image's bytes are.
+/// Location of an image's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Origin<'a> {
     Uri(&'a str),
     View(usize),
 }
 
-/// An image as the file describes it.
+/// An image entry of the file.
 struct Entry<'a> {
     item: Item<'a>,
     origin: Option<Origin<'a>>,
     name: String,
 }
 
-/// An image that textures show.
+/// An image used by textures.
 pub(super) struct Image {
     pub(super) name: String,
-    /// Nothing if it could not be had.
+    /// `None` if it is unreadable.
     pub(super) raster: Option<Arc<Raster>>,
 }
 
-/// Checks all images and decodes those that textures show.
+/// Checks all images and decodes those that textures use.
 pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
     let items = source.root.items("images", "image")?;
     let entries = items.into_iter().map(|item| Entry::read(item, source)).collect::<Read<Vec<_>>>()?;
@@ -46,19 +46,19 @@ pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
             wanted.entry(origin).or_insert(image);
         }
     }
-    // What other threads need of the source, which they cannot share as a whole.
+    // Fields for other threads, since `Source` as a whole is not `Sync`.
     let (views, folder, budget) = (&source.views, source.folder, &source.image_budget);
     let decode = |(origin, image): (Origin<'a>, usize)| {
         let entry = &entries[image];
         let raster = match origin {
             Origin::Uri(uri) => {
-                uri::fetch(uri, folder, entry.item.place, u64::MAX).and_then(|bytes| entry.decode(&bytes, budget))
+                uri::fetch(uri, folder, entry.item.location, u64::MAX).and_then(|bytes| entry.decode(&bytes, budget))
             }
             Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes, budget)),
         };
         (origin, raster.map(Arc::new))
     };
-    // Waking other threads takes longer than many a model.
+    // For a single image, waking other threads costs more than decoding it.
     let mut results: HashMap<Origin<'a>, Read<Arc<Raster>>> = if wanted.len() > 1 {
         wanted.into_par_iter().map(decode).collect()
     } else {
@@ -67,13 +67,13 @@ pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
     let failed = |origin: &Origin<'_>| results.get(origin).is_some_and(Result::is_err);
     let first_failed = entries.iter().filter_map(|entry| entry.origin).find(failed);
     if let Some(origin) = first_failed.filter(|_| !source.lenient) {
-        return Err(results.remove(&origin).and_then(Result::err).expect("just seen"));
+        return Err(results.remove(&origin).and_then(Result::err).expect("the key was found above"));
     }
     let image = |entry: Entry<'_>| {
         let raster = match entry.origin.and_then(|origin| results.get(&origin)) {
             Some(Ok(raster)) => Some(raster.clone()),
             Some(Err(fault)) => {
-                source.remark(format!("{fault}; a replacement is shown"));
+                source.remark(format!("{fault}; a replacement is used"));
                 None
             }
             None => None,
@@ -95,17 +95,17 @@ impl<'a> Entry<'a> {
         };
         let file = uri.filter(|uri| !uri.starts_with("data:")).map(shown);
         let name = Some(item.name()?).filter(|name| !name.is_empty()).map(|name| shown(&name));
-        let name = name.or(file).unwrap_or_else(|| item.place.to_string());
+        let name = name.or(file).unwrap_or_else(|| item.location.to_string());
         Ok(Self { item, origin, name })
     }
 
     fn decode(&self, bytes: &[u8], budget: &Budget) -> Read<Raster> {
-        // Names that differ may lead to the same large file.
+        // Different names may refer to the same large file.
         budget.take::<u8>(bytes.len())?;
         let raster = decode_raster(bytes).map_err(|fault| {
-            let (place, name) = (self.item.place.to_string(), &self.name);
-            let place = if *name == place { place } else { format!("{place} ({name})") };
-            ModelFault::Image { place, fault }
+            let (location, name) = (self.item.location.to_string(), &self.name);
+            let location = if *name == location { location } else { format!("{location} ({name})") };
+            ModelFault::Image { location, fault }
         })?;
         match raster.samples() {
             Samples::U8(samples) => budget.take::<u8>(samples.len()),

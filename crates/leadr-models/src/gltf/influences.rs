@@ -1,16 +1,16 @@
-//! The four joints that move a vertex most, out of any number of sets of four.
+//! Selects the four strongest joints of each vertex from any number of sets of four.
 
 use crate::mesh::Influences;
 
-/// Joints and weights of all vertices, as one pair of attributes holds them.
+/// Joints and weights of all vertices from one pair of attributes.
 pub(super) type Set = (Vec<[u32; 4]>, Vec<[f32; 4]>);
 
-/// How far the sum of weights may be from 1 before it is worth a remark: four bytes that were rounded down.
+/// Deviation of the sum of weights from 1 above which a repair is reported: four bytes rounded down.
 const ROUNDING: f32 = 4.5 / 255.0;
 
-/// For each vertex the four strongest joints, their weights with the sum 1, and what had to be changed for that.
+/// Per vertex the four strongest joints with weights of sum 1, and messages about repairs.
 ///
-/// A weight that is negative or no number is an error: there is no telling what was meant.
+/// Negative weights and NaN are errors, since their meaning is unclear.
 pub(super) fn strongest(sets: &[Set]) -> Result<(Vec<Influences>, Vec<String>), String> {
     let vertices = sets.first().map_or(0, |(joints, _)| joints.len());
     let mut all = Vec::with_capacity(vertices);
@@ -21,7 +21,7 @@ pub(super) fn strongest(sets: &[Set]) -> Result<(Vec<Influences>, Vec<String>), 
         for (joints, weights) in sets {
             for (&joint, &weight) in joints[vertex].iter().zip(&weights[vertex]) {
                 if !(0.0..=f32::MAX).contains(&weight) {
-                    return Err(format!("a weight of vertex {vertex} is {weight}, but must be 0 or more"));
+                    return Err(format!("a weight of vertex {vertex} is {weight}, but must be at least 0"));
                 }
                 match pairs.iter_mut().find(|(known, _)| *known == joint) {
                     Some((_, sum)) => *sum += weight,
@@ -55,9 +55,9 @@ pub(super) fn strongest(sets: &[Set]) -> Result<(Vec<Influences>, Vec<String>), 
             remarks.push(format!("{count} of {vertices} vertices {what}"));
         }
     };
-    note(dropped, "follow more than four joints, of which the four strongest are kept");
-    note(unequal, "have weights whose sum is not 1; they were scaled");
-    note(unbound, "have no weight at all; they follow the skin's first joint");
+    note(dropped, "follow more than four joints; only the four strongest are kept");
+    note(unequal, "have weights with a sum other than 1; they were scaled");
+    note(unbound, "have only zero weights; they follow the skin's first joint");
     Ok((all, remarks))
 }
 
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_mean_nothing_are_refused_or_replaced() {
+    fn invalid_weights_are_refused_or_replaced() {
         let one = |weights| strongest(&[(vec![[3, 0, 0, 0]], vec![weights])]);
         for wrong in [f32::NAN, f32::INFINITY, -0.1] {
             assert!(one([wrong, 0.5, 0.0, 0.0]).is_err(), "{wrong}");

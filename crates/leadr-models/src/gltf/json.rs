@@ -1,4 +1,4 @@
-//! The JSON of a model, read strictly: every value is asked for by its type and range, and a wrong one is named with its place.
+//! Strict JSON access: every value is read with its type and range. Errors give its place.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -7,21 +7,21 @@ use super::value::{Object, Value};
 use crate::fault::{ModelFault, shown};
 use crate::limits::MAX_COORDINATE;
 
-/// What reading a part gives.
+/// Result of reading a part.
 pub(super) type Read<T> = Result<T, ModelFault>;
 
-/// Where in the model a value stands: `mesh 2, primitive 0`.
+/// Place of a value in the model, such as `mesh 2, primitive 0`.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Location {
     parts: [(&'static str, Option<usize>); 5],
     depth: usize,
 }
 
-impl Place {
+impl Location {
     /// The model as a whole.
     pub(super) const ROOT: Self = Self { parts: [("", None); 5], depth: 0 };
 
-    /// A part of this place; beyond five parts the place is precise enough.
+    /// A part of this place; parts deeper than five are omitted.
     pub(super) fn below(mut self, kind: &'static str, number: Option<usize>) -> Self {
         if let Some(part) = self.parts.get_mut(self.depth) {
             *part = (kind, number);
@@ -30,13 +30,13 @@ impl Place {
         self
     }
 
-    /// A broken rule at this place.
+    /// A violated rule at this place.
     pub(super) fn fault(self, what: impl Into<String>) -> ModelFault {
         ModelFault::invalid(self, what)
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.depth == 0 {
             return f.write_str("the model");
@@ -52,35 +52,35 @@ impl fmt::Display for Place {
     }
 }
 
-/// An object of the JSON and where it stands.
+/// A JSON object and its place.
 #[derive(Clone, Copy)]
 pub(super) struct Item<'a> {
     object: &'a Object<'a>,
-    /// Where it stands.
-    pub(super) place: Place,
+    /// Its place.
+    pub(super) location: Location,
 }
 
 impl<'a> Item<'a> {
     /// The whole model.
     pub(super) fn root(object: &'a Object<'a>) -> Self {
-        Self { object, place: Place::ROOT }
+        Self { object, location: Location::ROOT }
     }
 
-    /// A broken rule in this object.
+    /// A violated rule in this object.
     pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
-        self.place.fault(what)
+        self.location.fault(what)
     }
 
     fn wrong(&self, key: &str, wanted: &str) -> ModelFault {
         self.fault(format!("`{}` must be {wanted}", shown(key)))
     }
 
-    /// Refuses an object without this property.
+    /// Fails if the property is missing.
     pub(super) fn required<T>(&self, key: &str, value: Option<T>) -> Read<T> {
         value.ok_or_else(|| self.fault(format!("`{key}` is missing")))
     }
 
-    /// Whether the property is there.
+    /// Whether the property is present.
     pub(super) fn has(&self, key: &str) -> bool {
         self.object.get(key).is_some()
     }
@@ -90,13 +90,13 @@ impl<'a> Item<'a> {
         self.object.keys()
     }
 
-    /// A property that `read` takes from its value; `wanted` says what that must be.
+    /// A property converted by `read`; `wanted` describes the valid values.
     fn get<T>(&self, key: &str, wanted: &str, read: impl Fn(&'a Value<'a>) -> Option<T>) -> Read<Option<T>> {
         let read = |value| read(value).ok_or_else(|| self.wrong(key, wanted));
         self.object.get(key).map(read).transpose()
     }
 
-    /// The values of an array; none if there is none.
+    /// The values of an array; empty if missing.
     fn list(&self, key: &str, wanted: &str) -> Read<&'a [Value<'a>]> {
         Ok(self.get(key, wanted, Value::as_list)?.unwrap_or_default())
     }
@@ -106,22 +106,22 @@ impl<'a> Item<'a> {
         self.get(key, "a string", Value::as_str)
     }
 
-    /// The name of the object, or nothing.
+    /// The name of the object; empty if missing.
     pub(super) fn name(&self) -> Read<String> {
         Ok(self.string("name")?.unwrap_or_default().to_owned())
     }
 
-    /// True or false; false if it is not there.
+    /// A boolean; false if missing.
     pub(super) fn flag(&self, key: &str) -> Read<bool> {
         Ok(self.get(key, "true or false", Value::as_bool)?.unwrap_or(false))
     }
 
-    /// A whole number that is not negative. `2.0` is one, too.
+    /// A non-negative integer; `2.0` is valid too.
     pub(super) fn whole(&self, key: &str) -> Read<Option<u64>> {
         self.get(key, "a whole number, 0 or more", Value::as_whole)
     }
 
-    /// A number within a range, in 32 bits.
+    /// A 32-bit number within a range.
     pub(super) fn number(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<f32>> {
         let number = |value: &Value<'_>| {
             let number = value.as_number().map(|v| v as f32).filter(|v| range.contains(v));
@@ -137,7 +137,7 @@ impl<'a> Item<'a> {
         vector.map(Some).map_err(|_| self.wrong(key, &format!("an array of {N} numbers")))
     }
 
-    /// Any amount of numbers, each within a range.
+    /// An array of numbers, each within a range.
     pub(super) fn numbers(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<Vec<f32>>> {
         let Some(value) = self.object.get(key) else { return Ok(None) };
         let wrong = || self.wrong(key, &format!("an array of numbers, each {}", in_range(&range)));
@@ -146,13 +146,13 @@ impl<'a> Item<'a> {
         value.as_list().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
     }
 
-    /// The number of another object, of which there are `count`.
+    /// Index of another object in a list of `count`.
     pub(super) fn index(&self, key: &str, kind: &str, count: usize) -> Read<Option<usize>> {
         let Some(index) = self.whole(key)? else { return Ok(None) };
         self.in_list(key, index, kind, count).map(Some)
     }
 
-    /// The numbers of other objects.
+    /// Indices of other objects.
     pub(super) fn indices(&self, key: &str, kind: &str, count: usize) -> Read<Vec<usize>> {
         let wanted = "an array of whole numbers";
         let index = |value: &Value<'_>| {
@@ -164,32 +164,33 @@ impl<'a> Item<'a> {
 
     fn in_list(&self, key: &str, index: u64, kind: &str, count: usize) -> Read<usize> {
         let found = usize::try_from(index).ok().filter(|&i| i < count);
-        found.ok_or_else(|| self.fault(format!("`{}` names {kind} {index}, but there are {count}", shown(key))))
+        found
+            .ok_or_else(|| self.fault(format!("`{}` refers to {kind} {index}, but there are only {count}", shown(key))))
     }
 
-    /// An object inside this one.
+    /// A nested object.
     pub(super) fn item(&self, key: &'static str) -> Read<Option<Item<'a>>> {
         let object = self.get(key, "an object", Value::as_object)?;
-        Ok(object.map(|object| Item { object, place: self.place.below(key, None) }))
+        Ok(object.map(|object| Item { object, location: self.location.below(key, None) }))
     }
 
-    /// An object inside this one, unless something else stands there.
+    /// A nested object; `None` if the value has another type.
     pub(super) fn object_or_nothing(&self, key: &'static str) -> Option<Item<'a>> {
         let object = self.object.get(key)?.as_object()?;
-        Some(Item { object, place: self.place.below(key, None) })
+        Some(Item { object, location: self.location.below(key, None) })
     }
 
-    /// The objects of an array, called `kind 0`, `kind 1` … in messages; none if there is no array.
+    /// The objects of an array, called `kind 0`, `kind 1` … in messages; empty if missing.
     pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
         let item = |(i, value): (usize, &'a Value<'a>)| {
-            let place = self.place.below(kind, Some(i));
-            let object = value.as_object().ok_or_else(|| place.fault("must be an object"))?;
-            Ok(Item { object, place })
+            let location = self.location.below(kind, Some(i));
+            let object = value.as_object().ok_or_else(|| location.fault("must be an object"))?;
+            Ok(Item { object, location })
         };
         self.list(key, "an array")?.iter().enumerate().map(item).collect()
     }
 
-    /// How many values an array has; 0 if there is none.
+    /// Length of an array; 0 if missing.
     pub(super) fn length(&self, key: &str) -> Read<usize> {
         Ok(self.list(key, "an array")?.len())
     }
@@ -201,14 +202,14 @@ impl<'a> Item<'a> {
         self.list(key, wanted)?.iter().map(text).collect()
     }
 
-    /// What an extension adds to this object.
+    /// The extension object of this object.
     pub(super) fn extension(&self, name: &'static str) -> Read<Option<Item<'a>>> {
         let Some(all) = self.item("extensions")? else { return Ok(None) };
-        Item { object: all.object, place: self.place }.item(name)
+        Item { object: all.object, location: self.location }.item(name)
     }
 }
 
-/// A range in words.
+/// A range as text.
 fn in_range(range: &RangeInclusive<f32>) -> String {
     let (start, end) = (*range.start(), *range.end());
     match (start > -MAX_COORDINATE, end < MAX_COORDINATE) {

@@ -1,4 +1,4 @@
-//! Materials: metal and roughness of the core, and the extensions that say more about dielectrics, emission and direction.
+//! Materials: core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
 
 use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, UNLIT};
 use super::json::{Item, Read};
@@ -10,7 +10,7 @@ use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::decode_height_map;
 use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
 
-/// The key in a material's `extras` that names its displacement map.
+/// Key of the displacement map in a material's `extras`.
 const DISPLACEMENT: &str = "leadr_displacement";
 
 /// All materials of a model.
@@ -20,7 +20,7 @@ pub(super) fn read(source: &Source<'_>) -> Read<Vec<Material>> {
     items.iter().enumerate().map(|(i, item)| Reader { source, textures: &textures, item }.read(i)).collect()
 }
 
-/// What a primitive without a material is made of.
+/// The material of primitives without one.
 pub(super) fn default() -> Material {
     Material {
         base_color: Input::constant([1.0; 3]),
@@ -58,7 +58,7 @@ impl<'a> Reader<'a> {
         Ok(material)
     }
 
-    /// Base colour, metal and roughness; returns alpha.
+    /// Base colour, metalness and roughness; returns alpha.
     fn base(&self, material: &mut Material) -> Read<Input<f32>> {
         let mut alpha = Input::constant(1.0);
         let Some(item) = self.item.item("pbrMetallicRoughness")? else { return Ok(alpha) };
@@ -87,8 +87,8 @@ impl<'a> Reader<'a> {
             Some("MASK") => Opacity::Mask { mask: alpha, cutoff },
             Some("BLEND") => Opacity::Blend { share: alpha },
             Some(other) => {
-                let (place, other) = (self.item.place, shown(other));
-                self.source.remark(format!("{place}: alpha mode {other} is not known; it is drawn as opaque"));
+                let (location, other) = (self.item.location, shown(other));
+                self.source.remark(format!("{location}: alpha mode {other} is unknown; it is drawn as opaque"));
                 Opacity::Opaque
             }
         })
@@ -111,13 +111,13 @@ impl<'a> Reader<'a> {
         Ok(Input { factor: factor.map(|f: f32| f * strength), texture, channel: 0 })
     }
 
-    /// What a dielectric reflects: its index of refraction, then colour and strength.
+    /// Dielectric reflectance: index of refraction, then specular colour and strength.
     fn dielectric(&self, material: &mut Material) -> Read<()> {
         if let Some(extension) = self.item.extension(IOR)? {
             let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
-            // 0 stands for a perfect mirror, as the formula happens to say as well.
+            // 0 means a perfect mirror, which the formula also gives.
             if ior > 0.0 && ior < 1.0 {
-                return Err(extension.fault(format!("`ior` is {ior}, but must be 1 or more, or 0")));
+                return Err(extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1")));
             }
             material.f0.factor = [((ior - 1.0) / (ior + 1.0)).powi(2); 3];
         }
@@ -148,18 +148,18 @@ impl<'a> Reader<'a> {
         Ok(Some(Anisotropy { strength, rotation, direction }))
     }
 
-    /// Heights that `extras` name: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
+    /// Displacement map of `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
     fn relief(&self) -> Read<Option<Relief>> {
-        // Whatever else `extras` hold is another program's business, and need not be an object.
+        // Other `extras` belong to other programs and need not be an object.
         let Some(extras) = self.item.object_or_nothing("extras") else { return Ok(None) };
         let Some(item) = extras.item(DISPLACEMENT)? else { return Ok(None) };
         let uri = item.required("uri", item.string("uri")?)?;
         let scale = item.number("scale", 0.0..=MAX_COORDINATE)?;
         let middle = item.number("middle", COORDINATES)?.unwrap_or(0.5);
-        let map = uri::fetch(uri, self.source.folder, item.place, u64::MAX).and_then(|bytes| {
+        let map = uri::fetch(uri, self.source.folder, item.location, u64::MAX).and_then(|bytes| {
             self.source.image_budget.take::<u8>(bytes.len())?;
-            let place = format!("{} ({})", item.place, shown(uri));
-            let map = decode_height_map(&bytes).map_err(|fault| ModelFault::Image { place, fault })?;
+            let location = format!("{} ({})", item.location, shown(uri));
+            let map = decode_height_map(&bytes).map_err(|fault| ModelFault::Image { location, fault })?;
             self.source.image_budget.take::<f32>(map.texels.len()).map(|()| map)
         });
         match map {

@@ -1,4 +1,4 @@
-//! Meshes: triangles and what their vertices carry, repaired where a repair is obvious and refused where it is not.
+//! Meshes: triangles and vertex attributes. Obvious defects are repaired, others refused.
 
 use super::accessor::{Accessor, Component};
 use super::influences;
@@ -10,11 +10,11 @@ use crate::deform::flat_normals;
 use crate::limits::{COORDINATES, MAX_COORDINATE, MAX_TARGETS};
 use crate::mesh::{Influences, Mesh, MorphTarget, Primitive};
 
-/// The meshes of a model, and for each the weights of its morph targets at rest.
+/// The meshes of a model, and the rest weights of their morph targets.
 pub(super) struct Meshes {
     pub(super) meshes: Vec<Mesh>,
     pub(super) weights: Vec<Vec<f32>>,
-    /// Whether a primitive has no material of its own, and so has the one after the file's last.
+    /// Whether a primitive needs the default material, which follows those of the file.
     pub(super) use_default_material: bool,
 }
 
@@ -36,9 +36,9 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     let Some(first) = primitives.first() else { return Err(item.fault("has no primitives")) };
     let target_count = first.length("targets")?;
     if target_count > MAX_TARGETS {
-        return Err(item.fault(format!("has {target_count} morph targets, the limit is {MAX_TARGETS}")));
+        return Err(item.fault(format!("has {target_count} morph targets; the limit is {MAX_TARGETS}")));
     }
-    // Not in the specification, but what exporters agree on.
+    // A convention of exporters, not in the specification.
     let names = item.object_or_nothing("extras").and_then(|extras| extras.strings("targetNames").ok());
     let names = names.filter(|names| names.len() == target_count).unwrap_or_default();
     let target_names = names.into_iter().map(str::to_owned).collect();
@@ -64,14 +64,14 @@ pub(super) fn morph_weights(item: &Item<'_>, targets: usize) -> Read<Option<Vec<
     }
 }
 
-/// The component types that an attribute may have.
+/// Allowed component types of an attribute.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Types {
-    /// Floats, and whatever quantisation allows where a model declares it.
+    /// Floats, and quantised types if the model declares the extension.
     Float,
-    /// Floats and normalised unsigned bytes and 16-bit numbers, and whatever quantisation allows.
+    /// Floats, normalised unsigned bytes and 16-bit numbers, and quantised types.
     Unit,
-    /// Floats and normalised signed bytes and 16-bit numbers, since a difference has a sign, and whatever quantisation allows.
+    /// Floats, normalised signed bytes and 16-bit numbers (differences have a sign), and quantised types.
     Difference,
 }
 
@@ -81,7 +81,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The primitive, or nothing if it has no triangles to draw.
+    /// Reads the primitive; `None` if it has no triangles.
     fn read(&self, materials: usize) -> Read<Option<Primitive>> {
         let attributes = self.item.required("attributes", self.item.item("attributes")?)?;
         let code = self.item.whole("mode")?.unwrap_or(4);
@@ -123,7 +123,7 @@ impl Reader<'_> {
     }
 
     fn remark(&self, what: &str) {
-        self.source.remark(format!("{}: {what}", self.item.place));
+        self.source.remark(format!("{}: {what}", self.item.location));
     }
 
     fn attribute<const N: usize>(
@@ -150,7 +150,7 @@ impl Reader<'_> {
         };
         let wanted = if types == Types::Unit { "floats or normalised bytes or 16-bit numbers" } else { "floats" };
         let good = type_is_good && accessor.is_of(shape);
-        accessor.expect(good, item.place, name, &format!("{shape} of {wanted}"))
+        accessor.expect(good, item.location, name, &format!("{shape} of {wanted}"))
     }
 
     fn check_count(&self, accessor: &Accessor<'_>, item: &Item<'_>, name: &str, count: Option<usize>) -> Read<()> {
@@ -162,7 +162,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Attributes that are not read must name accessors all the same.
+    /// Unused attributes must still refer to valid accessors.
     fn check_unread(&self, attributes: &Item<'_>) -> Read<()> {
         for key in attributes.keys() {
             attributes.index(key, "accessor", self.source.accessors.len())?;
@@ -186,21 +186,21 @@ impl Reader<'_> {
             Some(accessor) => {
                 let good = accessor.is_of("SCALAR") && !accessor.normalized;
                 let read = if good { accessor.whole_numbers::<1>(&self.source.budget)? } else { None };
-                accessor.expect(read.is_some(), self.item.place, "indices", "SCALAR of unsigned numbers")?;
+                accessor.expect(read.is_some(), self.item.location, "indices", "SCALAR of unsigned numbers")?;
                 read
             }
         };
         if let Some(indices) = &indices
             && let Some(i) = indices.iter().position(|&[v]| v as usize >= vertices)
         {
-            let what = format!("index {i} names vertex {}, but there are {vertices}", indices[i][0]);
+            let what = format!("index {i} refers to vertex {}, but there are only {vertices}", indices[i][0]);
             return Err(self.item.fault(what));
         }
         let count = indices.as_ref().map_or(vertices, Vec::len);
         let (triangles, left) = mode.triangles(count);
         if left > 0 {
-            let rest = if left == 1 { "the last index makes".into() } else { format!("the last {left} indices make") };
-            self.remark(&format!("{rest} no whole triangle"));
+            let rest = if left == 1 { "the last index does".into() } else { format!("the last {left} indices do") };
+            self.remark(&format!("{rest} not complete a triangle and is ignored"));
         }
         self.source.budget.take::<[u32; 3]>(triangles)?;
         Ok(match indices {
@@ -241,13 +241,13 @@ impl Reader<'_> {
         loop {
             let (joints, weights) = (format!("JOINTS_{}", sets.len()), format!("WEIGHTS_{}", sets.len()));
             if attributes.has(&joints) != attributes.has(&weights) {
-                return Err(attributes.fault(format!("`{joints}` and `{weights}` are of use only together")));
+                return Err(attributes.fault(format!("`{joints}` and `{weights}` must be given together")));
             }
             let Some(accessor) = self.source.accessor(attributes, &joints)? else { break };
             self.check_count(accessor, attributes, &joints, count)?;
             let component_is_good = matches!(accessor.component, Some(Component::U8 | Component::U16));
             let good = component_is_good && accessor.is_of("VEC4") && !accessor.normalized;
-            accessor.expect(good, attributes.place, &joints, "VEC4 of unsigned bytes or 16-bit numbers")?;
+            accessor.expect(good, attributes.location, &joints, "VEC4 of unsigned bytes or 16-bit numbers")?;
             let joints = accessor.whole_numbers::<4>(&self.source.budget)?.unwrap_or_default();
             let weights = self.attribute::<4>(attributes, &weights, Types::Unit, count)?.unwrap_or_default();
             sets.push((joints, weights));
@@ -265,7 +265,10 @@ impl Reader<'_> {
             let list = |name: &str, base: bool| -> Read<Vec<[f32; 3]>> {
                 let differences = self.attribute::<3>(&item, name, Types::Difference, count)?.unwrap_or_default();
                 if !differences.is_empty() && !base {
-                    self.source.remark(format!("{}: `{name}` is left out: the primitive itself has none", item.place));
+                    self.source.remark(format!(
+                        "{}: `{name}` is ignored, because the primitive itself has none",
+                        item.location
+                    ));
                     return Ok(Vec::new());
                 }
                 self.bounded(name, differences)
@@ -279,11 +282,11 @@ impl Reader<'_> {
         self.item.items("targets", "target")?.into_iter().map(read).collect()
     }
 
-    /// Gives every triangle vertices of its own, with the normal of its plane.
+    /// Gives every triangle its own vertices with the normal of its plane.
     fn flatten(&self, primitive: &mut Primitive) -> Read<()> {
         let triangles = std::mem::take(&mut primitive.triangles);
         let corners = 3 * triangles.len();
-        // A vertex at its largest, and each target.
+        // The largest possible vertex, and each target.
         self.source.budget.take::<[f32; 32]>(corners)?;
         self.source.budget.take::<[f32; 3]>(corners.saturating_mul(primitive.targets.len()))?;
         if u32::try_from(corners).is_err() {

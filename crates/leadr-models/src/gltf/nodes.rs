@@ -1,20 +1,20 @@
-//! The hierarchy: where nodes are, what hangs on them, and that they are a forest.
+//! The node hierarchy: transforms, node contents, and the check for a forest.
 
 use std::f32::consts::SQRT_2;
 
 use glam::{Mat4, Quat, Vec3};
 
 use super::extensions::LIGHTS;
-use super::json::{Item, Place, Read};
+use super::json::{Item, Location, Read};
 use super::meshes::{Meshes, morph_weights};
 use super::source::Source;
 use crate::limits::COORDINATES;
 use crate::model::{Model, Node, SceneRoots, Transform};
 
-/// How far a rotation's length may be from 1 before it is worth a remark.
+/// Deviation of a quaternion's length from 1 above which a repair is reported.
 const ROUNDING: f32 = 0.005;
 
-/// Reads all nodes; `lights` is how many lights there are.
+/// Reads all nodes; `lights` is the number of lights.
 pub(super) fn read(source: &Source<'_>, meshes: &Meshes, lights: usize) -> Read<Vec<Node>> {
     let items = source.root.items("nodes", "node")?;
     let reader = Reader { source, meshes, lights, count: items.len() };
@@ -23,15 +23,15 @@ pub(super) fn read(source: &Source<'_>, meshes: &Meshes, lights: usize) -> Read<
         for child in nodes[parent].children.clone() {
             if let Some(other) = nodes[child].parent.replace(parent) {
                 let what = format!("is a child of node {other} and of node {parent}");
-                return Err(place(child).fault(what));
+                return Err(location(child).fault(what));
             }
         }
     }
     Ok(nodes)
 }
 
-fn place(node: usize) -> Place {
-    Place::ROOT.below("node", Some(node))
+fn location(node: usize) -> Location {
+    Location::ROOT.below("node", Some(node))
 }
 
 struct Reader<'a> {
@@ -58,7 +58,7 @@ impl Reader<'_> {
                 weights = morph_weights(item, targets)?.unwrap_or_else(|| self.meshes.weights[mesh].clone());
             }
             None if skin.is_some() || item.has("weights") => {
-                self.source.remark(format!("{}: has a skin or weights, but no mesh; they are left out", item.place));
+                self.source.remark(format!("{}: has a skin or weights, but no mesh; they are ignored", item.location));
                 skin = None;
             }
             None => {}
@@ -85,9 +85,9 @@ impl Reader<'_> {
             return affine(&matrix).map(Transform::Matrix).map_err(|what| item.fault(format!("`matrix` {what}")));
         }
         let given = Quat::from_array(item.vector("rotation", COORDINATES)?.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-        let rotation = unit_rotation(given).ok_or_else(|| item.fault("`rotation` has no length"))?;
+        let rotation = unit_rotation(given).ok_or_else(|| item.fault("`rotation` has zero length"))?;
         if (given.length() - 1.0).abs() > ROUNDING {
-            self.source.remark(format!("{}: its rotation is not of unit length; it was scaled", item.place));
+            self.source.remark(format!("{}: its rotation is not of unit length; it was scaled", item.location));
         }
         Ok(Transform::Parts {
             translation: Vec3::from(item.vector("translation", COORDINATES)?.unwrap_or([0.0; 3])),
@@ -97,14 +97,14 @@ impl Reader<'_> {
     }
 }
 
-/// The rotation of a quaternion of any length but 0.
+/// Normalises a quaternion of any length except 0.
 pub(super) fn unit_rotation(given: Quat) -> Option<Quat> {
     let unit = given.as_dquat();
     let length = unit.length();
     (length > f64::from(f32::MIN_POSITIVE) * f64::from(SQRT_2)).then(|| (unit / length).as_quat())
 }
 
-/// A matrix in columns, whose last row must be 0 0 0 1 up to rounding.
+/// A column-major matrix with last row 0 0 0 1, up to rounding.
 pub(super) fn affine(columns: &[f32; 16]) -> Result<Mat4, String> {
     const ROUNDING: f32 = 1e-3;
     let mut matrix = *columns;
@@ -118,12 +118,12 @@ pub(super) fn affine(columns: &[f32; 16]) -> Result<Mat4, String> {
     Ok(Mat4::from_cols_array(&matrix))
 }
 
-/// Every node after its parent. Fails where nodes are their own ancestors.
+/// Node indices, parents before children. Fails if a node is its own ancestor.
 pub(super) fn order(nodes: &[Node]) -> Read<Vec<usize>> {
     let mut order: Vec<usize> = (0..nodes.len()).filter(|&node| nodes[node].parent.is_none()).collect();
     let mut next = 0;
     while next < order.len() {
-        // Every node has one parent, so each is added once.
+        // Every node has one parent, so it is added once.
         order.extend(&nodes[order[next]].children);
         next += 1;
     }
@@ -131,29 +131,30 @@ pub(super) fn order(nodes: &[Node]) -> Read<Vec<usize>> {
         let mut reached = vec![false; nodes.len()];
         order.iter().for_each(|&node| reached[node] = true);
         let lost = reached.iter().position(|reached| !reached).unwrap_or_default();
-        return Err(place(lost).fault("is its own ancestor, or below a node that is"));
+        return Err(location(lost).fault("is its own ancestor, or below a node that is"));
     }
     Ok(order)
 }
 
-/// Refuses a hierarchy whose matrices leave the range of 32 bits.
+/// Refuses a hierarchy with matrices outside the range of 32 bits.
 pub(super) fn check_reach(model: &Model) -> Read<()> {
     let world = model.pose(None, 0.0).world_from_node;
     match model.order.iter().find(|&&node| !world[node].is_finite()) {
         None => Ok(()),
         Some(&node) => {
-            Err(place(node).fault("is scaled or moved so far, with the nodes above it, that nothing is left to draw"))
+            Err(location(node)
+                .fault("is scaled or moved so far that its position overflows; check the nodes above it too"))
         }
     }
 }
 
-/// Reads all scenes, and which one comes first.
+/// Reads all scenes and the default scene.
 pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoots>, Option<usize>)> {
     let mut scenes = Vec::new();
     for item in source.root.items("scenes", "scene")? {
         let mut roots = item.indices("nodes", "node", nodes.len())?;
         if let Some((&root, parent)) = roots.iter().find_map(|root| Some((root, nodes[*root].parent?))) {
-            return Err(item.fault(format!("lists node {root}, which is no root but a child of node {parent}")));
+            return Err(item.fault(format!("lists node {root}, which is not a root but a child of node {parent}")));
         }
         roots.sort_unstable();
         roots.dedup();
@@ -162,7 +163,7 @@ pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoot
     Ok((scenes, default_scene(&source.root)?))
 }
 
-/// Which scene comes first, if the file says.
+/// The default scene, if given.
 pub(super) fn default_scene(root: &Item<'_>) -> Read<Option<usize>> {
     root.index("scene", "scene", root.length("scenes")?)
 }

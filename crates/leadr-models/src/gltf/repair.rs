@@ -1,14 +1,14 @@
-//! Directions and colours that are not quite what they should be, brought to what was plainly meant.
+//! Repairs of directions and colours with an obvious meaning.
 
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use crate::deform::plane_normal;
 use crate::mesh::Primitive;
 
-/// How far a length may be from 1 before it is worth a remark; normalised bytes are off by up to 0.7 %.
+/// Deviation of a length from 1 above which a repair is reported; normalised bytes deviate by up to 0.7 %.
 const ROUNDING: f32 = 0.01;
 
-/// Brings normals and tangents to unit length, and replaces those without a direction. Returns remarks.
+/// Normalises normals and tangents, and replaces those without a direction. Returns messages.
 pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
     let mut remarks = Vec::new();
     let vertices = primitive.positions.len();
@@ -27,7 +27,7 @@ pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
         }
     }
     note(uneven, "normals are not of unit length; they were scaled");
-    note(missing.len(), "normals have no direction; those of the triangles around replace them");
+    note(missing.len(), "normals have zero length; they were replaced by those of the adjacent triangles");
     if !missing.is_empty() {
         let around = normals_around(primitive);
         missing.iter().for_each(|&vertex| primitive.normals[vertex] = around[vertex]);
@@ -47,12 +47,12 @@ pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
     remarks
 }
 
-/// A direction of unit length, if there is one. Very small and very large ones have squares beyond 32 bits.
+/// The unit vector of a direction, if any. Squares of very small and very large vectors exceed 32 bits.
 fn unit(direction: Vec3) -> Option<Vec3> {
     direction.as_dvec3().try_normalize().map(|unit| unit.as_vec3())
 }
 
-/// For each vertex, the mean normal of its triangles by area; +z where they have none.
+/// Per vertex, the area-weighted mean normal of its triangles; +z without triangles.
 fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; primitive.positions.len()];
     for triangle in &primitive.triangles {
@@ -62,7 +62,7 @@ fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
     sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3().to_array()).collect()
 }
 
-/// Clamps colours to 0..1; tells whether any was outside.
+/// Clamps colours to 0..1; returns whether any changed.
 pub(super) fn clamp(colors: &mut [[f32; 4]]) -> bool {
     let mut changed = false;
     for value in colors.as_flattened_mut() {

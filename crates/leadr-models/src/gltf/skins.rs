@@ -1,4 +1,4 @@
-//! Skins, and whether the vertices of the meshes they bend name only joints that they have.
+//! Skins, and the check of their vertices' joint indices.
 
 use std::collections::{HashMap, HashSet};
 
@@ -22,7 +22,7 @@ fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
     let nodes = source.root.length("nodes")?;
     let count = item.length("joints")?;
     if count > MAX_JOINTS {
-        return Err(item.fault(format!("has {count} joints, the limit is {MAX_JOINTS}")));
+        return Err(item.fault(format!("has {count} joints; the limit is {MAX_JOINTS}")));
     }
     let joints = item.indices("joints", "node", nodes)?;
     if joints.is_empty() {
@@ -37,7 +37,7 @@ fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
         None => vec![Mat4::IDENTITY; count],
         Some(accessor) => {
             let good = accessor.component == Some(Component::F32) && accessor.is_of("MAT4");
-            accessor.expect(good, item.place, "inverseBindMatrices", "MAT4 of floats")?;
+            accessor.expect(good, item.location, "inverseBindMatrices", "MAT4 of floats")?;
             if accessor.count < count {
                 return Err(item.fault(format!("has {count} joints, but {} inverse bind matrices", accessor.count)));
             }
@@ -51,7 +51,7 @@ fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
     Ok(Skin { name: item.name()?, joints, inverse_bind })
 }
 
-/// Refuses vertices that follow joints which the skin of a node does not have, and remarks on skins that bend nothing.
+/// Refuses joint indices outside a node's skin, and reports skins without effect.
 pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh], skins: &[Skin]) -> Read<()> {
     let mut known = HashMap::new();
     for (number, node) in nodes.iter().enumerate() {
@@ -66,13 +66,15 @@ pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh],
                 return Err(ModelFault::invalid(format!("node {number}"), what));
             }
             Some(_) => {}
-            None => source.remark(format!("node {number}: has a skin, but mesh {mesh} has no joints; it is not bent")),
+            None => {
+                source.remark(format!("node {number}: has a skin, but mesh {mesh} has no joints; the skin is ignored"))
+            }
         }
     }
     Ok(())
 }
 
-/// The largest joint that vertices of a mesh follow, and the primitive they are of.
+/// The largest joint index in a mesh, and its primitive.
 fn most_joint(mesh: &Mesh) -> Option<(u16, usize)> {
     let of_primitive = |(number, primitive): (usize, &Primitive)| {
         let influences = primitive.influences.as_ref()?;

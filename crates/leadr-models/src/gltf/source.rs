@@ -1,4 +1,4 @@
-//! The model file opened: its lists, buffers and accessors, and what reading it has to remark.
+//! The opened model file: its lists, buffers and accessors, and messages for the user.
 
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
@@ -9,12 +9,12 @@ use super::json::{Item, Read};
 use super::{extensions, uri};
 use crate::fault::ModelFault;
 use crate::limits::{Budget, MAX_BUFFER_BYTES};
-use leadr_maps::limits::in_words;
+use leadr_maps::limits::format_bytes;
 
-/// Most remarks that are kept; the rest is counted.
+/// Maximum number of stored remarks; further ones are only counted.
 const MAX_REMARKS: usize = 64;
 
-/// Reads all buffers, from the file itself and from beside it.
+/// Reads all buffers, embedded or from other files.
 pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Read<Vec<Buffer<'a>>> {
     let mut all = Vec::new();
     let mut sum = 0u64;
@@ -25,14 +25,14 @@ pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Opt
         }
         sum = sum.saturating_add(length);
         if sum > MAX_BUFFER_BYTES {
-            let [sum, most] = [sum, MAX_BUFFER_BYTES].map(in_words);
-            let what = format!("its buffers have {sum} or more, the limit is {most}");
+            let [sum, most] = [sum, MAX_BUFFER_BYTES].map(format_bytes);
+            let what = format!("its buffers have {sum} or more; the limit is {most}");
             return Err(ModelFault::too_large(what));
         }
         let bytes = match (item.string("uri")?, binary) {
-            (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.place, length)?)),
+            (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.location, length)?)),
             (None, Some(binary)) if i == 0 => Some(Cow::Borrowed(binary)),
-            // Left to an extension: an error only if the data are used.
+            // Defined by an extension: an error only if the data are used.
             (None, _) => None,
         };
         if let Some(bytes) = bytes.as_ref().filter(|bytes| (bytes.len() as u64) < length) {
@@ -43,30 +43,30 @@ pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Opt
     Ok(all)
 }
 
-/// What the readers of all parts share.
+/// Shared state of the readers.
 pub(super) struct Source<'a> {
     /// The whole model.
     pub(super) root: Item<'a>,
-    /// Where files beside the model are; nowhere if it came from memory.
+    /// Folder of external files; `None` for a model in memory.
     pub(super) folder: Option<&'a Path>,
-    /// Whether images that cannot be had are replaced.
+    /// Whether unreadable images are replaced.
     pub(super) lenient: bool,
     /// All buffer views.
     pub(super) views: Vec<BufferView<'a>>,
-    /// All accessors, within their views.
+    /// All accessors, checked against their views.
     pub(super) accessors: Vec<Accessor<'a>>,
-    /// Whether vertices may be stored in small integers.
+    /// Whether `KHR_mesh_quantization` is declared.
     pub(super) quantized: bool,
-    /// What may still be unpacked.
+    /// Remaining bytes to unpack.
     pub(super) budget: Budget,
-    /// What images may still unpack.
+    /// Remaining bytes of images.
     pub(super) image_budget: Budget,
     remarks: RefCell<Vec<String>>,
     more_remarks: Cell<usize>,
 }
 
 impl<'a> Source<'a> {
-    /// Opens the lists that other parts refer to, and checks version and extensions.
+    /// Opens the shared lists, and checks version and extensions.
     pub(super) fn open(
         root: Item<'a>,
         buffers: &'a [Buffer<'_>],
@@ -94,12 +94,12 @@ impl<'a> Source<'a> {
         let unread = extensions::check(&root)?;
         source.quantized = root.strings("extensionsUsed")?.contains(&extensions::QUANTIZATION);
         if !unread.is_empty() {
-            source.remark(format!("uses extensions that are not read: {}", unread.join(", ")));
+            source.remark(format!("uses unsupported extensions: {}", unread.join(", ")));
         }
         Ok(source)
     }
 
-    /// Notes what was read otherwise than the file says.
+    /// Adds a message about a repair or ignored content.
     pub(super) fn remark(&self, text: impl Into<String>) {
         let mut remarks = self.remarks.borrow_mut();
         if remarks.len() < MAX_REMARKS {
@@ -113,12 +113,12 @@ impl<'a> Source<'a> {
     pub(super) fn into_remarks(self) -> Vec<String> {
         let mut remarks = self.remarks.into_inner();
         if self.more_remarks.get() > 0 {
-            remarks.push(format!("{} further remarks are left out", self.more_remarks.get()));
+            remarks.push(format!("{} further remarks are omitted", self.more_remarks.get()));
         }
         remarks
     }
 
-    /// The accessor that a property names, if it is there.
+    /// The accessor of a property, if present.
     pub(super) fn accessor(&self, item: &Item<'_>, key: &str) -> Read<Option<&Accessor<'a>>> {
         let index = item.index(key, "accessor", self.accessors.len())?;
         Ok(index.map(|i| &self.accessors[i]))

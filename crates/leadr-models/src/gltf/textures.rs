@@ -1,4 +1,4 @@
-//! Textures: an image with its wrap, the coordinates it follows, and their transform.
+//! Textures: image, addressing, coordinate set and transform.
 
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::source::Source;
 use crate::limits::COORDINATES;
 use leadr_maps::material::{Encoding, Raster, Samples, Texture, TextureWrap};
 
-/// What a texture is for.
+/// Use of a texture.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     Color,
@@ -27,7 +27,7 @@ pub(super) struct Textures<'a> {
     entries: Vec<Entry>,
 }
 
-/// A texture as the file describes it.
+/// A texture entry of the file.
 struct Entry {
     extended: bool,
     image: Option<usize>,
@@ -53,8 +53,8 @@ impl<'a> Textures<'a> {
         Ok(Self { source, images, entries })
     }
 
-    /// The texture that a property of a material names, with the object that names it. Nothing if there is none, or if directions
-    /// cannot be had and need not.
+    /// The texture of a material property, with its info object. `None` if missing, or if it holds directions and its image may
+    /// be omitted.
     pub(super) fn get(
         &self,
         material: &Item<'a>,
@@ -68,11 +68,11 @@ impl<'a> Textures<'a> {
         let image = entry.image.map(|image| &self.images[image]);
         let raster = image.and_then(|image| image.raster.clone());
         if image.is_none() && !entry.extended {
-            self.source.remark(format!("{}: texture {index} has no image; it is left out", info.place));
+            self.source.remark(format!("{}: texture {index} has no image; it is ignored", info.location));
             return Ok(None);
         }
         if raster.is_none() && !self.source.lenient {
-            return Err(info.fault(format!("texture {index} has no image in a format that is read (PNG or JPEG)")));
+            return Err(info.fault(format!("texture {index} has no image in a supported format (PNG or JPEG)")));
         }
         let raster = match (raster, purpose) {
             (Some(raster), _) => raster,
@@ -83,7 +83,7 @@ impl<'a> Textures<'a> {
         let (coordinates, transform) = coordinates(&info)?;
         let texture = Texture {
             raster,
-            name: image.map_or_else(|| info.place.to_string(), |image| image.name.clone()),
+            name: image.map_or_else(|| info.location.to_string(), |image| image.name.clone()),
             encoding: if purpose == Purpose::Color { Encoding::Srgb } else { Encoding::Linear },
             coordinates,
             transform,
@@ -93,7 +93,7 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// Which coordinates a texture follows, and how.
+/// Coordinate set and transform of a texture.
 fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
     const MAX_SET: usize = 1 << 10;
     let set = info.index("texCoord", "texture coordinates", MAX_SET)?.unwrap_or(0);
@@ -102,9 +102,9 @@ fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
     let offset = Vec2::from(change.vector("offset", COORDINATES)?.unwrap_or([0.0; 2]));
     let scale = Vec2::from(change.vector("scale", COORDINATES)?.unwrap_or([1.0; 2]));
     let angle = change.number("rotation", COORDINATES)?.unwrap_or(0.0) % TAU;
-    // With `t` down, a turn that looks counter-clockwise has the sines the other way round.
-    let turn = Mat2::from_angle(-angle);
-    Ok((set as u32, Affine2::from_mat2_translation(turn * Mat2::from_diagonal(scale), offset)))
+    // With `t` down, the angle of a counter-clockwise rotation is negated.
+    let rotation = Mat2::from_angle(-angle);
+    Ok((set as u32, Affine2::from_mat2_translation(rotation * Mat2::from_diagonal(scale), offset)))
 }
 
 fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
@@ -116,14 +116,14 @@ fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
     }
 }
 
-/// What is shown where colours cannot be had: nobody takes it for the model's own, and no light makes it glare.
+/// Replacement for a missing colour image: a conspicuous check without glare.
 fn checks() -> Arc<Raster> {
     const SIDE: u32 = 8;
     let texel = |i: u32| if (i % SIDE + i / SIDE).is_multiple_of(2) { [200, 0, 200] } else { [40, 40, 40] };
     made(SIDE, (0..SIDE * SIDE).flat_map(texel).collect())
 }
 
-/// What is shown where numbers cannot be had: the material's factor alone.
+/// Replacement for a missing data image: only the material's factor applies.
 fn white() -> Arc<Raster> {
     made(1, vec![255; 3])
 }

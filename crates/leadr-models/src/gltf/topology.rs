@@ -1,6 +1,6 @@
-//! Triangles out of lists, strips and fans, and vertices of their own for those that are shaded flat.
+//! Triangles from lists, strips and fans, and unshared vertices for flat shading.
 
-/// How indices make shapes.
+/// Primitive topology.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
     Points,
@@ -11,7 +11,7 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// The mode of a code of glTF.
+    /// The topology of a glTF `mode` code.
     pub(super) fn of_code(code: u64) -> Option<Self> {
         Some(match code {
             0 => Self::Points,
@@ -23,7 +23,7 @@ impl Mode {
         })
     }
 
-    /// How many triangles so many indices make, and how many indices are left over.
+    /// Number of triangles for `indices` indices, and number of unused indices.
     pub(super) const fn triangles(self, indices: usize) -> (usize, usize) {
         match self {
             Self::Points | Self::Lines => (0, 0),
@@ -33,11 +33,11 @@ impl Mode {
         }
     }
 
-    /// The triangles, all wound as the first is meant to be. `index(i)` is the i-th index of `count`.
+    /// The triangles with consistent winding. `index(i)` is the i-th of `count` indices.
     pub(super) fn wind(self, count: usize, index: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
         let triangles = 0..self.triangles(count).0;
         let triangle = |i: usize| match self {
-            // Every second triangle of a strip starts from its other end.
+            // Every second triangle of a strip has reversed order.
             Self::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
             Self::Fan => [i + 1, i + 2, 0],
             Self::Points | Self::Lines | Self::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
@@ -46,7 +46,7 @@ impl Mode {
     }
 }
 
-/// The values of vertices, once per corner of the triangles.
+/// Duplicates vertex values for each triangle corner.
 pub(super) fn per_corner<T: Copy>(values: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
     triangles.as_flattened().iter().map(|&v| values[v as usize]).collect()
 }

@@ -1,25 +1,25 @@
-//! Where the bytes of buffers and images come from: data in the model itself, or files beside it.
+//! Bytes of buffers and images from data URIs or external files.
 
 use std::path::{Component, Path, PathBuf};
 
-use super::json::{Place, Read};
+use super::json::{Location, Read};
 use crate::fault::{ModelFault, shown};
 use leadr_maps::{MapFault, limits};
 
-/// The first `most` bytes of a `data:` URI, or of a file inside the model's folder.
+/// The first `most` bytes of a `data:` URI or of a file inside the model's folder.
 ///
-/// Other schemes, absolute paths and paths with `..` are refused: a model that comes from anywhere must not read the rest of the
-/// disk. Links inside the folder are followed.
-pub(super) fn fetch(uri: &str, folder: Option<&Path>, place: Place, most: u64) -> Read<Vec<u8>> {
+/// Other schemes, absolute paths and `..` are refused, because an untrusted model must not read other files. Links inside the
+/// folder are followed.
+pub(super) fn fetch(uri: &str, folder: Option<&Path>, location: Location, most: u64) -> Read<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
-        let mut bytes = decode_data(data).map_err(|what| place.fault(what))?;
+        let mut bytes = decode_data(data).map_err(|what| location.fault(what))?;
         bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
         return Ok(bytes);
     }
-    let missing = |what: String| ModelFault::Missing { place: place.to_string(), uri: shown(uri), what };
+    let missing = |what: String| ModelFault::Missing { location: location.to_string(), uri: shown(uri), what };
     let path = relative_path(uri).map_err(|what| missing(what.into()))?;
     let folder =
-        folder.ok_or_else(|| missing("cannot be found, because the model was not read from a folder".into()))?;
+        folder.ok_or_else(|| missing("cannot be found, because the model was not loaded from a folder".into()))?;
     limits::read_start(&folder.join(path), most).map_err(|fault| {
         missing(match fault {
             MapFault::Io { doing, source } => format!("{doing} ({source})"),
@@ -29,13 +29,13 @@ pub(super) fn fetch(uri: &str, folder: Option<&Path>, place: Place, most: u64) -
     })
 }
 
-/// The path that a URI names, or why it may not be read.
+/// The path of a URI, or the reason for refusal.
 fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
     let decoded = percent_decoded(uri).and_then(|bytes| String::from_utf8(bytes).ok());
     let decoded = decoded.ok_or("has a name that is not percent-encoded UTF-8")?;
     let scheme = decoded.split_once(':').map(|(scheme, _)| scheme);
     if scheme.is_some_and(|s| !s.contains('/')) {
-        return Err("has a scheme, and only plain names are read");
+        return Err("has a scheme; only relative paths are supported");
     }
     if decoded.contains(['\0', '\\']) {
         return Err("has a name with a backslash or a zero byte");
@@ -45,7 +45,7 @@ fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
         return Err("has no name");
     }
     if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-        return Err("lies outside the model's folder, and only files inside it are read");
+        return Err("lies outside the model's folder; only files inside it may be read");
     }
     Ok(path)
 }
@@ -67,19 +67,19 @@ fn percent_decoded(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The bytes of `TYPE;base64,DATA`, or of `TYPE,DATA` in percent-encoding.
+/// Decodes `TYPE;base64,DATA`, or percent-encoded `TYPE,DATA`.
 fn decode_data(data: &str) -> Result<Vec<u8>, &'static str> {
     let (kind, text) = data.split_once(',').ok_or("its data URI has no comma")?;
     if kind.contains(";;") {
         return Err("its data URI has an empty part");
     }
     if kind.ends_with(";base64") {
-        return decode_base64(text.as_bytes()).ok_or("its data URI holds something that is not base64");
+        return decode_base64(text.as_bytes()).ok_or("its data URI is not valid base64");
     }
     percent_decoded(text).ok_or("its data URI is not percent-encoded")
 }
 
-/// Base64 of RFC 4648 with the standard alphabet; padding may be left out.
+/// Decodes RFC 4648 base64 with the standard alphabet and optional padding.
 fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     const NOT_A_DIGIT: u8 = 0xff;
     const DIGITS: [u8; 256] = {

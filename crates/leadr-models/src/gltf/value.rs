@@ -1,4 +1,4 @@
-//! JSON as values that borrow the text: small, and quick to search, whatever a hostile text puts into them.
+//! JSON values that borrow the text: small, and fast to search even for hostile input.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visi
 use crate::fault::ModelFault;
 use crate::limits::{MAX_OBJECTS, MAX_VALUES};
 
-/// A value of JSON.
+/// A JSON value.
 pub(super) enum Value<'a> {
     Null,
     Flag(bool),
@@ -20,14 +20,14 @@ pub(super) enum Value<'a> {
     Object(Object<'a>),
 }
 
-/// Properties; of more than [`FEW`], sorted by name.
+/// Properties, sorted by name if there are more than [`FEW`].
 pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Value<'a>)>);
 
-/// So many properties are searched as quickly from the first to the last.
+/// Up to this number, linear search is as fast.
 const FEW: usize = 16;
 
 impl<'a> Object<'a> {
-    /// Nothing, if two properties have the same name.
+    /// `None` if two properties have the same name.
     fn new(mut all: Vec<(Cow<'a, str>, Value<'a>)>) -> Option<Self> {
         let twice = if all.len() > FEW {
             all.sort_by(|(a, _), (b, _)| a.cmp(b));
@@ -38,13 +38,13 @@ impl<'a> Object<'a> {
         (!twice).then_some(Self(all))
     }
 
-    /// The property of a name.
+    /// The property with this name.
     pub(super) fn get(&self, key: &str) -> Option<&Value<'a>> {
         if self.0.len() <= FEW {
             return self.0.iter().find(|(name, _)| *name == key).map(|(_, value)| value);
         }
-        let place = self.0.binary_search_by(|(name, _)| (**name).cmp(key)).ok()?;
-        Some(&self.0[place].1)
+        let index = self.0.binary_search_by(|(name, _)| (**name).cmp(key)).ok()?;
+        Some(&self.0[index].1)
     }
 
     /// All names.
@@ -78,7 +78,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// A whole number that is not negative, however it is spelt.
+    /// A non-negative integer, in any notation.
     pub(super) fn as_whole(&self) -> Option<u64> {
         const EXACT: f64 = (1u64 << 53) as f64;
         match self {
@@ -89,7 +89,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Parses the text of a model, whose outermost value must be an object.
+/// Parses the text of a model; its outermost value must be an object.
 pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
     let amount = Amount::default();
     let mut parser = serde_json::Deserializer::from_slice(text);
@@ -106,7 +106,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
     }
 }
 
-/// How much was parsed so far.
+/// Counts of parsed items.
 #[derive(Default)]
 struct Amount {
     objects: Cell<usize>,
@@ -114,14 +114,14 @@ struct Amount {
 }
 
 impl Amount {
-    /// Counts one more; an error ends the parsing, and [`parse`] finds out why.
+    /// Counts one item. An error ends the parsing; [`parse`] reports the reason.
     fn count<E: Error>(counter: &Cell<usize>, limit: usize) -> Result<(), E> {
         counter.set(counter.get() + 1);
         if counter.get() > limit { Err(E::custom("too much")) } else { Ok(()) }
     }
 }
 
-/// Parses a value and counts what is in it.
+/// Parses a value and counts its items.
 struct Seed<'c>(&'c Amount);
 
 impl<'de> DeserializeSeed<'de> for Seed<'_> {
@@ -179,12 +179,12 @@ impl<'de> Visitor<'de> for Seed<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
         Amount::count(&self.0.objects, MAX_OBJECTS)?;
         let mut all = Vec::new();
-        // Names are read as values are, which borrows those without escapes.
+        // Names are read like values, which borrows those without escapes.
         while let Some(Value::Text(name)) = items.next_key_seed(Self(self.0))? {
             Amount::count(&self.0.values, MAX_VALUES)?;
             all.push((name, items.next_value_seed(Self(self.0))?));
         }
-        // Programs differ in which of two they read.
+        // With duplicate names, programs differ in the one they use.
         let object = Object::new(all);
         object.map(Value::Object).ok_or_else(|| A::Error::custom("an object has two properties of the same name"))
     }
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_json_is_refused() {
+    fn invalid_json_is_refused() {
         for wrong in
             ["", "{", "[]", "7", "{} {}", "{\"a\":01}", "{\"a\":1e999}", "{a:1}", "{\"a\":NaN}", "{\"\u{1}\":1}"]
         {

@@ -9,10 +9,10 @@ use crate::fault::shown;
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use crate::model::{Camera, Light, LightKind, Projection};
 
-/// The smallest number above 0 that a camera's distances and sizes may have.
+/// Smallest positive value of camera distances and sizes.
 const LEAST: f32 = f32::MIN_POSITIVE;
 
-/// The angle of cameras that see more than half of everything, which no picture can show: 170°.
+/// Replacement for a field of view of 180° or more, which cannot be projected: 170°.
 const WIDEST: f32 = PI * 170.0 / 180.0;
 
 /// Reads all cameras.
@@ -25,16 +25,19 @@ fn camera(source: &Source<'_>, item: &Item<'_>) -> Read<Camera> {
     let other = match kind {
         "perspective" => "orthographic",
         "orthographic" => "perspective",
-        other => return Err(item.fault(format!("`type` {} is not known", shown(other)))),
+        other => return Err(item.fault(format!("`type` {} is unknown", shown(other)))),
     };
     if item.has(other) {
-        return Err(item.fault(format!("is {kind} and has `{other}`, too")));
+        return Err(item.fault(format!("is {kind} but also has `{other}`")));
     }
     let (projection, near, far) = if kind == "perspective" {
         let lens = item.required(kind, item.item("perspective")?)?;
         let mut vertical_angle = lens.required("yfov", lens.number("yfov", LEAST..=MAX_COORDINATE)?)?;
         if vertical_angle >= PI {
-            source.remark(format!("{}: `yfov` is {vertical_angle}, which is not below π; it was narrowed", lens.place));
+            source.remark(format!(
+                "{}: `yfov` is {vertical_angle}, which is not below π; it was narrowed",
+                lens.location
+            ));
             vertical_angle = WIDEST;
         }
         let aspect = lens.number("aspectRatio", LEAST..=MAX_COORDINATE)?;
@@ -70,7 +73,7 @@ fn light(item: &Item<'_>) -> Read<Light> {
         "directional" => LightKind::Directional,
         "point" => LightKind::Point,
         "spot" => spot(item)?,
-        other => return Err(item.fault(format!("`type` {} is not known", shown(other)))),
+        other => return Err(item.fault(format!("`type` {} is unknown", shown(other)))),
     };
     Ok(Light {
         name: item.name()?,
@@ -84,7 +87,7 @@ fn light(item: &Item<'_>) -> Read<Light> {
 fn spot(item: &Item<'_>) -> Read<LightKind> {
     let (mut inner_angle, mut outer_angle) = (0.0, FRAC_PI_4);
     if let Some(spot) = item.item("spot")? {
-        // π/2 in other programs' digits may lie just above ours.
+        // π/2 from other programs may be rounded slightly above ours.
         inner_angle = spot.number("innerConeAngle", 0.0..=FRAC_PI_2 + 1e-5)?.unwrap_or(0.0);
         outer_angle = spot.number("outerConeAngle", 0.0..=FRAC_PI_2 + 1e-5)?.unwrap_or(FRAC_PI_4).min(FRAC_PI_2);
         if inner_angle >= outer_angle {

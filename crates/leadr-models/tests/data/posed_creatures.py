@@ -1,8 +1,8 @@
-"""Positions of posed creatures, computed in double precision with numpy and nothing of this crate.
+"""Positions of posed creatures, computed in double precision with numpy, independently of this crate.
 
     python crates/leadr-models/tests/data/posed_creatures.py FOLDER > crates/leadr-models/tests/data/posed_creatures.json
 
-FOLDER holds the shared creatures. Reads GLB files whose vertices follow at most four joints and whose curves are linear or stepped.
+FOLDER holds the shared creatures. Reads GLB files with at most four joints per vertex and linear or stepped curves.
 """
 
 import json
@@ -77,7 +77,7 @@ def sample(glb, sampler, seconds, turns):
 
 
 def posed(glb, clip, seconds):
-    """The posed positions of the skinned mesh, primitive by primitive."""
+    """The posed positions of the skinned mesh per primitive."""
     nodes = glb.json["nodes"]
     parts = [{**{"translation": [0, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}, **node} for node in nodes]
     animation = next(a for a in glb.json["animations"] if clip in a["name"])

@@ -1,4 +1,4 @@
-//! Small models made in code.
+//! Small models built in code.
 
 use leadr_models::{LoadOptions, Model, ModelFault};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ pub const U16: u32 = 5123;
 pub const U32: u32 = 5125;
 pub const F32: u32 = 5126;
 
-/// A model whose data stand in the binary chunk.
+/// A model with its data in the binary chunk.
 #[derive(Clone)]
 pub struct Builder {
     pub json: Value,
@@ -22,7 +22,7 @@ impl Builder {
         Self { json: json!({ "asset": { "version": "2.0" } }), binary: Vec::new() }
     }
 
-    /// Adds to one of the lists; returns its number.
+    /// Appends to a list and returns the index.
     pub fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.json.as_object_mut().unwrap().entry(list).or_insert_with(|| json!([])).as_array_mut().unwrap();
         list.push(value);
@@ -59,7 +59,7 @@ impl Builder {
         self.accessor("SCALAR", U16, numbers.len(), &bytes)
     }
 
-    /// The JSON as it will be written.
+    /// The JSON as written to the file.
     pub fn finished(&self) -> Value {
         let mut json = self.json.clone();
         if !self.binary.is_empty() && json.get("buffers").is_none() {
@@ -137,8 +137,8 @@ pub fn jpeg(width: u32, height: u32, texels: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A little of everything that is read: images of both formats, all material extensions, a skin of two joints, sparse morph targets,
-/// all interpolations, cameras and lights.
+/// A model with every supported feature: images of both formats, all material extensions, a skin of two joints, sparse morph
+/// targets, all interpolations, cameras and lights.
 pub fn everything() -> Builder {
     let mut made = Builder::new();
     let image = png(2, 2, &[255, 0, 0, 255, 0, 255, 0, 128, 0, 0, 255, 64, 10, 20, 30, 0]);
@@ -191,7 +191,7 @@ pub fn everything() -> Builder {
     let weights = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25, 0.75, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
     let weights = made.floats("VEC4", &weights);
     let indices = made.shorts(&[0, 1, 2, 0, 2, 3]);
-    let sparse_places = made.view(&[2, 0, 3, 0]);
+    let sparse_indices = made.view(&[2, 0, 3, 0]);
     let sparse_values: Vec<u8> = [0.0f32, 0.0, 2.0, 0.0, 0.0, 4.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     let sparse_values = made.view(&sparse_values);
     let target = made.push(
@@ -200,7 +200,7 @@ pub fn everything() -> Builder {
             "type": "VEC3", "componentType": F32, "count": 4,
             "sparse": {
                 "count": 2,
-                "indices": { "bufferView": sparse_places, "componentType": U16 },
+                "indices": { "bufferView": sparse_indices, "componentType": U16 },
                 "values": { "bufferView": sparse_values },
             },
         }),
@@ -244,7 +244,7 @@ pub fn everything() -> Builder {
     let times = made.floats("SCALAR", &[0.0, 1.0, 2.0]);
     let slides = made.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0]);
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    let turns = made.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half, 0.0, 0.0, 1.0, 0.0]);
+    let rotations = made.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half, 0.0, 0.0, 1.0, 0.0]);
     let lifts = made.floats("SCALAR", &[0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0]);
     made.push(
         "animations",
@@ -252,7 +252,7 @@ pub fn everything() -> Builder {
             "name": "wave",
             "samplers": [
                 { "input": times, "output": slides, "interpolation": "STEP" },
-                { "input": times, "output": turns },
+                { "input": times, "output": rotations },
                 { "input": times, "output": lifts, "interpolation": "CUBICSPLINE" },
             ],
             "channels": [

@@ -1,4 +1,4 @@
-//! Small files that ask for much: refused, or read, in little memory and time.
+//! Small files with large claims: refused or read with little memory and time.
 
 use std::time::Duration;
 
@@ -8,9 +8,9 @@ use crate::build::{F32, U32, decode, png, triangle};
 use leadr_models::limits::{MAX_JOINTS, MAX_OBJECTS};
 use leadr_testing::memory::{alone, measured, unmeasured};
 
-/// Small files that ask for the world.
+/// Small files with excessive claims.
 #[test]
-fn claims_cost_little() {
+fn oversized_claims_are_cheap() {
     let _alone = alone();
     let mut cases: Vec<(&str, Vec<u8>, &str)> = Vec::new();
     let zeros = |count: u64| json!({ "type": "VEC3", "componentType": F32, "count": count });
@@ -26,23 +26,23 @@ fn claims_cost_little() {
     made.push("meshes", json!({ "primitives": primitives }));
     cases.push(("a thousand primitives of a million vertices", made.glb(), "is too large: its parts unpack"));
 
-    // Parts that share what is large.
+    // Parts that share large data.
     let mut made = triangle();
     let target = json!({ "POSITION": 0 });
     made.json["meshes"][0]["primitives"][0]["targets"] = json!(vec![target; 4096]);
     made.json["nodes"] = json!(vec![json!({ "mesh": 0 }); 100_000]);
     cases.push(("a hundred thousand nodes of 4096 weights", made.glb(), "is too large: its parts unpack"));
     let mut made = triangle();
-    let places: Vec<u8> = (0..100_000u32).flat_map(u32::to_le_bytes).collect();
-    let (places, values) = (made.view(&places), made.view(&[0; 400_000]));
-    let sparse = json!({ "count": 100_000, "indices": { "bufferView": places, "componentType": U32 }, "values": { "bufferView": values } });
+    let indices: Vec<u8> = (0..100_000u32).flat_map(u32::to_le_bytes).collect();
+    let (indices, values) = (made.view(&indices), made.view(&[0; 400_000]));
+    let sparse = json!({ "count": 100_000, "indices": { "bufferView": indices, "componentType": U32 }, "values": { "bufferView": values } });
     let accessor = json!({ "type": "SCALAR", "componentType": F32, "count": 100_000, "sparse": sparse });
     made.json["accessors"].as_array_mut().unwrap().extend(vec![accessor; 10_000]);
     cases.push(("ten thousand accessors with the same changes", made.glb(), "is too large: its parts unpack"));
     let mut made = triangle();
     let count = 1_000_000;
     made.push("skins", json!({ "joints": vec![0; count] }));
-    cases.push(("a million joints", made.glb(), "skin 0: has 1000000 joints, the limit is 65536"));
+    cases.push(("a million joints", made.glb(), "skin 0: has 1000000 joints; the limit is 65536"));
     assert_eq!(MAX_JOINTS, 65536);
     let mut made = triangle();
     made.json["nodes"] = json!(vec![json!({}); MAX_OBJECTS + 1]);
@@ -50,7 +50,7 @@ fn claims_cost_little() {
     let deep = [vec![b'['; 1 << 20], vec![b']'; 1 << 20]].concat();
     let text = [br#"{"asset":{"version":"2.0"},"extras":"#.to_vec(), deep, b"}".to_vec()].concat();
     cases.push(("a million brackets", text, "its JSON cannot be read"));
-    // As large as the JSON of a model may be: small objects take the most memory for their text.
+    // The largest allowed JSON: small objects need the most memory for their text.
     let objects = vec![r#"{"":0}"#; MAX_OBJECTS - 3].join(",");
     let text = format!(r#"{{"asset":{{"version":"2.0"}},"extras":[{objects}],"scene":{{}}}}"#);
     cases.push(("a million objects", text.into_bytes(), "`scene` must be a whole number"));
@@ -58,7 +58,7 @@ fn claims_cost_little() {
         [br#"{"asset":{"version":"2.0"},"extras":[0"#.to_vec(), b",0".repeat(1 << 25), b"]}".to_vec()].concat();
     cases.push(("33 million values", commas, "its JSON has more than 8388608 values"));
 
-    // A picture of 16384 x 16384 in a file of some hundred bytes, which every one of 1000 images shows.
+    // An image of 16384 x 16384 in a file of some hundred bytes, used by each of 1000 images.
     let mut made = triangle();
     let view = made.view(&claiming(png(1, 1, &[0; 4]), 16384));
     for number in 0..1000 {
@@ -76,13 +76,13 @@ fn claims_cost_little() {
         let message = result.map(drop).expect_err(name).to_string();
         println!("{name}: {message} ({} bytes of file, {peak} of memory, {time:?})", file.len());
         assert!(message.contains(wanted), "{name}: {message}");
-        // Parsed objects take some forty times the bytes of their text; nothing else may take more than the free amount.
+        // Parsed objects need about forty times the bytes of their text; everything else must fit the free allowance.
         assert!(peak < ((160 << 20) + 50 * file.len()).min(600 << 20), "{name}: {peak} bytes");
         assert!(time < Duration::from_secs(5), "{name}: {time:?}");
     }
 }
 
-/// The same PNG with another size in its header, and a checksum that agrees.
+/// The same PNG with another size in its header and a matching checksum.
 fn claiming(mut png: Vec<u8>, side: u32) -> Vec<u8> {
     png[16..20].copy_from_slice(&side.to_be_bytes());
     png[20..24].copy_from_slice(&side.to_be_bytes());
@@ -95,7 +95,7 @@ fn claiming(mut png: Vec<u8>, side: u32) -> Vec<u8> {
     png
 }
 
-/// A chain of nodes as deep as the limits allow is no reason for recursion.
+/// The deepest allowed chain of nodes must not cause recursion.
 #[test]
 fn deep_hierarchies_are_posed() {
     let _unmeasured = unmeasured();

@@ -1,4 +1,4 @@
-//! What a model holds, part by part, from models made in code.
+//! Contents of models built in code, part by part.
 
 use glam::{Affine2, Mat4, Vec2, Vec3};
 use leadr_maps::material::{Encoding, Opacity, TextureWrap};
@@ -80,38 +80,38 @@ fn a_material_with_everything() {
     assert_eq!(all.normal_map.as_ref().unwrap().scale, 0.5);
     assert_eq!((all.occlusion.channel, all.occlusion_strength), (0, 0.3));
     assert!(close(all.emission.factor[2], 3.0) && all.emission.texture.is_some());
-    // Schlick's F0 of water is 0.0201.
+    // F0 of water is 0.0201.
     assert!((all.f0.factor[0] - 0.0201).abs() < 1e-4 && close(all.f0.factor[1], 2.0 * all.f0.factor[0]));
     assert_eq!((all.specular.factor, all.specular.channel), (0.9, 3));
     let anisotropy = all.anisotropy.as_ref().unwrap();
     assert_eq!((anisotropy.strength.factor, anisotropy.strength.channel, anisotropy.rotation), (0.6, 2, 1.5));
     assert_eq!(all.coordinate_sets(), 2);
-    // An image that several textures show is decoded once.
+    // An image shared by several textures is decoded once.
     let emission = all.emission.texture.as_ref().unwrap();
     assert!(std::sync::Arc::ptr_eq(&paint.raster, &emission.raster));
     assert_eq!(model.materials.len(), 1);
 }
 
-/// The extension's own words: scale first, then turn the coordinates counter-clockwise as seen, then shift.
+/// The extension's order: scale, then rotate counter-clockwise as displayed, then translate.
 #[test]
 fn texture_transforms_scale_then_turn_then_shift() {
     let _unmeasured = unmeasured();
     let model = everything().model();
     let transform = model.materials[0].base_color.texture.as_ref().unwrap().transform;
     let (sine, cosine) = 0.5f32.sin_cos();
-    for place in [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::new(0.3, 0.7)] {
-        let (u, v) = (2.0 * place.x, 3.0 * place.y);
+    for texcoord in [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::new(0.3, 0.7)] {
+        let (u, v) = (2.0 * texcoord.x, 3.0 * texcoord.y);
         let wanted = Vec2::new(cosine * u + sine * v + 0.1, cosine * v - sine * u + 0.2);
-        assert!(transform.transform_point2(place).distance(wanted) < 1e-6);
+        assert!(transform.transform_point2(texcoord).distance(wanted) < 1e-6);
     }
     assert_eq!(model.materials[0].emission.texture.as_ref().unwrap().transform, Affine2::IDENTITY);
 }
 
 #[test]
-fn what_has_no_normals_is_flat_and_has_its_own_vertices() {
+fn missing_normals_give_flat_unshared_vertices() {
     let _unmeasured = unmeasured();
     let mut made = Builder::new();
-    // A roof: two triangles that share an edge.
+    // A roof: two triangles with a shared edge.
     let positions = made.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 1.0, 0.0, -1.0, -1.0, 0.0, -1.0]);
     let tangents = made.floats("VEC4", &[1.0, 0.0, 0.0, 1.0].repeat(4));
     let uv = made.floats("VEC2", &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]);
@@ -148,9 +148,9 @@ fn the_default_material_is_added_only_where_it_is_used() {
     assert_eq!(made.model().materials.len(), 1);
 }
 
-/// Every component type of every attribute that has a choice.
+/// All component types of attributes that allow several.
 #[test]
-fn component_types_mean_what_the_specification_says() {
+fn component_types_follow_the_specification() {
     let _unmeasured = unmeasured();
     let color = |component: u32, bytes: &[u8]| {
         let mut made = triangle();
@@ -169,7 +169,7 @@ fn component_types_mean_what_the_specification_says() {
         [0.0f32, 0.0, 0.0, 0.5, 0.25, 1.0, 0.0, 0.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     assert_eq!(color(F32, &floats), [0.5, 0.25, 1.0, 1.0]);
 
-    // Quantised positions need the extension; their least code means -1.
+    // Quantised positions need the extension; their smallest code means -1.
     let mut made = triangle();
     let bytes = [0x80, 0x81, 127, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     let positions = made.accessor("VEC3", I8, 3, &bytes);
@@ -183,7 +183,7 @@ fn component_types_mean_what_the_specification_says() {
     made.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
     made.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     assert_eq!(made.model().meshes[0].primitives[0].positions[0], [-1.0, -1.0, 1.0]);
-    // Morph targets may be normalised without it.
+    // Morph targets may be normalised without the extension.
     let mut made = triangle();
     let bytes: Vec<u8> = [32767i16, -32768, 0, 0, 0, 0, 0, 0, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
     let target = made.accessor("VEC3", I16, 3, &bytes);
@@ -234,7 +234,7 @@ fn shown_nodes_are_those_of_the_scene() {
 }
 
 #[test]
-fn a_model_without_anything_is_one() {
+fn empty_model_is_valid() {
     let _unmeasured = unmeasured();
     let model = Builder::new().model();
     assert_eq!(model, Model { name: "made".into(), ..Model::default() });

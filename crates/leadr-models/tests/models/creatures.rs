@@ -1,4 +1,4 @@
-//! Animated creatures: what is known of them, and where another program finds their vertices.
+//! Animated creatures: known facts, and vertex positions from another program.
 
 use glam::Vec3;
 use serde_json::Value;
@@ -7,7 +7,7 @@ use crate::samples::load;
 use leadr_testing::memory::unmeasured;
 use leadr_testing::shared::shared_data;
 
-/// What the note beside the data says of a creature and, where it says nothing, what the JSON alone shows.
+/// Facts from the notes beside the data or, where those are silent, from the JSON.
 struct Facts {
     file: &'static str,
     vertices: usize,
@@ -34,7 +34,7 @@ const CREATURES: [Facts; 3] = [
         joints: 29,
         clips: &[("Walk", 1.38), ("Run", 0.92), ("Idle", 2.5), ("Jump", 1.46), ("Attack", 1.17), ("Death", 1.58)],
     },
-    // Without normals: each of its triangles has three vertices as it is.
+    // Without normals: each triangle already has its own three vertices.
     Facts {
         file: "fox/Fox.glb",
         vertices: 1728,
@@ -46,7 +46,7 @@ const CREATURES: [Facts; 3] = [
 ];
 
 #[test]
-fn creatures_hold_what_their_source_says() {
+fn creatures_match_their_source() {
     let _unmeasured = unmeasured();
     let Some(folder) = shared_data("creatures") else { return };
     for facts in CREATURES {
@@ -69,7 +69,7 @@ fn creatures_hold_what_their_source_says() {
     }
 }
 
-/// Positions by `crates/leadr-models/tests/data/posed_creatures.py`, in double precision.
+/// Positions computed by `crates/leadr-models/tests/data/posed_creatures.py` in double precision.
 #[test]
 fn posed_creatures_are_where_another_program_finds_them() {
     let _unmeasured = unmeasured();
@@ -92,7 +92,7 @@ fn posed_creatures_are_where_another_program_finds_them() {
             let wanted = Vec3::from_slice(&wanted);
             let found = at(&pose);
             assert!(found.distance(wanted) < 1e-5 * wanted.length(), "{case}: {found} instead of {wanted}");
-            // The creature at rest must not pass.
+            // The rest pose must fail the comparison.
             assert!(at(&rest).distance(wanted) > 1e-3 * wanted.length(), "{vertex} does not move");
             compared += 1;
         }

@@ -1,4 +1,4 @@
-//! Models with altered bytes and altered JSON: accepted or refused, never a crash, never much memory or time.
+//! Models with altered bytes and JSON: accepted or refused with bounded memory and time, and without crashes.
 
 use std::time::Duration;
 
@@ -10,11 +10,11 @@ use crate::samples::models_under;
 use leadr_testing::memory::{alone, measured};
 use leadr_testing::shared::shared_data;
 
-/// What any altered file may take: the free amounts of unpacked data and of decoded images, and their sum in passing.
+/// Limits for any altered file: the free amounts of unpacked data and decoded images, and transient copies.
 const MEMORY_LIMIT: usize = 400 << 20;
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 
-/// Numbers that look random and are always the same.
+/// Deterministic pseudo-random numbers.
 struct Random(u64);
 
 impl Random {
@@ -65,7 +65,7 @@ impl Outcome {
     }
 }
 
-/// What was accepted can be posed and shown: its indices all lead somewhere.
+/// Poses an accepted model, which uses all its indices.
 fn use_it(model: &Model) {
     let animations = (0..model.animations.len().min(4)).map(Some).chain([None]);
     for animation in animations {
@@ -84,7 +84,7 @@ fn use_it(model: &Model) {
 }
 
 #[test]
-fn altered_bytes_are_answered() {
+fn altered_bytes_never_panic() {
     let _alone = alone();
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let file = everything().glb();
@@ -93,7 +93,7 @@ fn altered_bytes_are_answered() {
     let mut outcome = Outcome::within(MEMORY_LIMIT);
     for round in 0..6000 {
         let mut altered = file.clone();
-        // A third of the changes hits the container, a third the JSON, a third the data.
+        // Changes alternate between the container, the JSON and the data.
         let (start, end) = [(0, 20), (20, json_end), (json_end, file.len())][round % 3];
         for _ in 0..=random.below(3) {
             let at = start + random.below(end - start);
@@ -113,7 +113,7 @@ fn truncated_models_are_refused() {
     let mut outcome = Outcome::within(MEMORY_LIMIT);
     for end in (0..file.len()).step_by(7) {
         outcome.run(&|| format!("cut to {end}"), &file[..end]);
-        // The same with a header that agrees.
+        // The same with a matching header.
         let mut honest = file[..end].to_vec();
         if end > 12 {
             honest[8..12].copy_from_slice(&(end as u32).to_le_bytes());
@@ -127,7 +127,7 @@ fn truncated_models_are_refused() {
     assert_eq!(outcome.accepted, 0);
 }
 
-/// What takes the place of a value.
+/// Replacement for a value.
 fn odd_value(random: &mut Random) -> Value {
     let all = [
         json!(null),
@@ -164,21 +164,21 @@ fn odd_value(random: &mut Random) -> Value {
     all[random.below(all.len())].clone()
 }
 
-/// All places of a value, as pointers.
-fn places(value: &Value, here: &str, found: &mut Vec<String>) {
+/// JSON pointers to all nested values.
+fn pointers(value: &Value, here: &str, found: &mut Vec<String>) {
     found.push(here.to_owned());
     match value {
-        Value::Array(all) => all.iter().enumerate().for_each(|(i, v)| places(v, &format!("{here}/{i}"), found)),
-        Value::Object(all) => all.iter().for_each(|(key, v)| places(v, &format!("{here}/{key}"), found)),
+        Value::Array(all) => all.iter().enumerate().for_each(|(i, v)| pointers(v, &format!("{here}/{i}"), found)),
+        Value::Object(all) => all.iter().for_each(|(key, v)| pointers(v, &format!("{here}/{key}"), found)),
         _ => {}
     }
 }
 
 fn edit(json: &mut Value, random: &mut Random) -> String {
     let mut all = Vec::new();
-    places(json, "", &mut all);
-    let place = all[1 + random.below(all.len() - 1)].clone();
-    let (above, key) = place.rsplit_once('/').unwrap();
+    pointers(json, "", &mut all);
+    let pointer = all[1 + random.below(all.len() - 1)].clone();
+    let (above, key) = pointer.rsplit_once('/').unwrap();
     match random.below(6) {
         0 => {
             match json.pointer_mut(above).unwrap() {
@@ -186,32 +186,32 @@ fn edit(json: &mut Value, random: &mut Random) -> String {
                 Value::Array(array) => drop(array.remove(key.parse().unwrap())),
                 _ => {}
             }
-            format!("removed {place}")
+            format!("removed {pointer}")
         }
         1 => {
-            // Another value of the same model, which is more likely to be of use somewhere.
+            // Another value of the same model, which is more likely to be valid.
             let other = json.pointer(&all[random.below(all.len())]).unwrap().clone();
-            *json.pointer_mut(&place).unwrap() = other;
-            format!("replaced {place}")
+            *json.pointer_mut(&pointer).unwrap() = other;
+            format!("replaced {pointer}")
         }
         2 => {
             if let Some(Value::Array(array)) = json.pointer_mut(above) {
                 let copy = array[key.parse::<usize>().unwrap()].clone();
                 array.push(copy);
             }
-            format!("doubled {place}")
+            format!("doubled {pointer}")
         }
         _ => {
             let odd = odd_value(random);
-            let what = format!("{place} = {odd}");
-            *json.pointer_mut(&place).unwrap() = odd;
+            let what = format!("{pointer} = {odd}");
+            *json.pointer_mut(&pointer).unwrap() = odd;
             what
         }
     }
 }
 
 #[test]
-fn altered_json_is_answered() {
+fn altered_json_never_panics() {
     let _alone = alone();
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let made = everything();
@@ -226,9 +226,9 @@ fn altered_json_is_answered() {
     assert!(outcome.refused > 1000 && outcome.accepted > 500);
 }
 
-/// Digits and brackets of the text itself, which need not be JSON afterwards.
+/// Changes digits and brackets of the text, which may become invalid JSON.
 #[test]
-fn altered_text_is_answered() {
+fn altered_text_never_panics() {
     let _alone = alone();
     let mut random = Random(0xda94_2042_e4dd_58b5);
     let made = everything();
@@ -250,9 +250,9 @@ fn altered_text_is_answered() {
     assert!(outcome.refused > 500 && outcome.accepted > 100);
 }
 
-/// The same for real models, which have more to break.
+/// The same for complex models.
 #[test]
-fn altered_creatures_are_answered() {
+fn altered_creatures_never_panic() {
     let Some(folder) = shared_data("creatures") else { return };
     let _alone = alone();
     let mut random = Random(0xbf58_476d_1ce4_e5b9);
@@ -281,10 +281,10 @@ fn altered_creatures_are_answered() {
     }
 }
 
-/// The checks above must see what they look for.
+/// The checks above must be able to fail.
 #[test]
 #[should_panic(expected = "bytes")]
-fn a_run_over_the_limit_is_seen() {
+fn runs_over_the_limit_are_detected() {
     let _alone = alone();
     let mut made = everything();
     let view = made.view(&crate::build::png(1000, 1000, &vec![7; 4_000_000]));

@@ -1,4 +1,4 @@
-//! Models in files: what lies beside them, what may not be read, and what lenient loading replaces.
+//! Models in files: external files, forbidden paths, and lenient replacements.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use leadr_testing::memory::{alone, measured, unmeasured};
 
 const LENIENT: LoadOptions = LoadOptions { lenient: true };
 
-/// A folder with a triangle whose base colour is the image at `uri`.
+/// Writes a triangle with the image at `uri` as base colour.
 fn painted(folder: &Path, uri: &str) -> std::path::PathBuf {
     let mut made = triangle();
     made.push("images", json!({ "uri": uri }));
@@ -59,7 +59,7 @@ fn reads_on_other_threads_are_recorded() {
         fs::write(folder.path().join("b.png"), png(1, 1, &[1, 2, blue, 255])).unwrap();
         let (model, mut read) = recorded(|| Model::load(&path, LoadOptions::default()));
         model.unwrap();
-        // Other tests read files of their own meanwhile.
+        // Other tests read their own files concurrently.
         read.retain(|file| file.path.starts_with(folder.path()));
         read
     };
@@ -74,7 +74,7 @@ fn reads_on_other_threads_are_recorded() {
 }
 
 #[test]
-fn what_lies_elsewhere_is_not_read() {
+fn remote_files_are_not_read() {
     let _unmeasured = unmeasured();
     let folder = tempfile::tempdir().unwrap();
     let inside = folder.path().join("inside");
@@ -109,7 +109,7 @@ fn what_lies_elsewhere_is_not_read() {
             model.remarks
         );
     }
-    // The same file is read where it may be.
+    // The same file is accepted inside the folder.
     fs::copy(&secret, inside.join("secret.png")).unwrap();
     Model::load(painted(&inside, "secret.png"), LoadOptions::default()).unwrap();
 }
@@ -136,7 +136,7 @@ fn lenient_replacements_are_seen_and_do_no_harm() {
     assert!(message.contains("buffer 0: the file \"data%20of/it.bin\" cannot be found"), "{message}");
 }
 
-/// Of a large file that many buffers name, each takes only what it says.
+/// Each of many buffers in one large file reads only its declared length.
 #[test]
 fn buffers_take_no_more_than_their_length() {
     let _alone = alone();
@@ -159,10 +159,10 @@ fn images_of_other_formats_are_named() {
     let _unmeasured = unmeasured();
     let mut made = everything();
     made.json["textures"][0] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
-    assert!(made.fault().contains("texture 0 has no image in a format that is read (PNG or JPEG)"), "{}", made.fault());
+    assert!(made.fault().contains("texture 0 has no image in a supported format (PNG or JPEG)"), "{}", made.fault());
     made.json["textures"][0] = json!({});
     let model = made.model();
-    assert!(model.remarks[0].contains("texture 0 has no image; it is left out"), "{:?}", model.remarks);
+    assert!(model.remarks[0].contains("texture 0 has no image; it is ignored"), "{:?}", model.remarks);
     assert!(model.materials[0].base_color.texture.is_none());
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.webp"), b"RIFF....WEBPVP8 ").unwrap();
@@ -222,7 +222,7 @@ fn extras_name_a_displacement_map() {
 }
 
 #[test]
-fn what_is_no_model_says_so() {
+fn non_models_are_refused() {
     let _unmeasured = unmeasured();
     let folder = tempfile::tempdir().unwrap();
     let message = |path: &Path| Model::load(path, LoadOptions::default()).unwrap_err().to_string();
@@ -234,13 +234,13 @@ fn what_is_no_model_says_so() {
         (b"   \n", "is damaged: it is empty"),
         (b"solid cube", "is not a glTF model; give a .glb or .gltf file"),
         (b"\x89PNG", "is not a glTF model"),
-        (b"\xef\xbb\xbf{}", "a byte order mark stands before its JSON"),
+        (b"\xef\xbb\xbf{}", "its JSON starts with a byte order mark"),
         (b"{", "its JSON cannot be read (EOF while parsing an object at line 1 column 1)"),
         (b"{}", "the model: `asset` is missing"),
         (b"glTF", "its header ends early"),
         (b"glTF\x01\0\0\0\x0c\0\0\0", "it is a GLB of version 1"),
         (b"glTF\x02\0\0\0\x0c\0\0\0", "it has no JSON"),
-        (b"glTF\x02\0\0\0\xff\xff\xff\xff", "it says that it has 4294967295 bytes, but it has 12"),
+        (b"glTF\x02\0\0\0\xff\xff\xff\xff", "its header declares 4294967295 bytes, but it has 12"),
     ] {
         let path = folder.path().join("odd.glb");
         fs::write(&path, content).unwrap();
@@ -248,7 +248,7 @@ fn what_is_no_model_says_so() {
     }
 }
 
-/// Opening a pipe would wait for somebody to write into it.
+/// Opening a pipe would wait for a writer.
 #[cfg(unix)]
 #[test]
 fn pipes_are_refused_at_once() {

@@ -1,4 +1,4 @@
-//! glTF models: what the files of others hold, what hostile ones get, and where posed vertices are.
+//! glTF models: contents of third-party files, refusal of hostile files, and posed vertices.
 
 mod build;
 mod claims;

@@ -1,4 +1,4 @@
-//! Posed models against closed forms, and against positions that another program computed.
+//! Posed models compared with closed forms, and with positions from another program.
 
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_8};
 
@@ -28,10 +28,10 @@ fn curves_step_run_straight_and_bend() {
     assert_eq!([0.0, 1.0, 1.999, 2.0, 3.9, 4.0, 9.0].map(|t| at(&step, t)), [5.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0]);
     let line = curve(Interpolation::Linear, &[5.0, 6.0, 10.0]);
     assert_eq!([0.0, 1.5, 2.0, 2.5, 3.0, 5.0].map(|t| at(&line, t)), [5.0, 5.5, 6.0, 7.0, 8.0, 10.0]);
-    // A Hermite spline reproduces every cubic from its values and slopes.
+    // A Hermite spline reproduces a cubic from its values and slopes.
     let cubic = |t: f32| t * t * t - 3.0 * t * t + 0.5 * t + 2.0;
     let slope = |t: f32| 3.0 * t * t - 6.0 * t + 0.5;
-    // The tangents outside the ends must not matter.
+    // The outer tangents must not matter.
     let keys: Vec<f32> = [1.0, 2.0, 4.0f32].iter().flat_map(|&t| [slope(t), cubic(t), slope(t)]).collect();
     let mut keys = keys;
     (keys[0], keys[8]) = (1e6, -1e6);
@@ -47,7 +47,7 @@ fn curves_step_run_straight_and_bend() {
 fn rotations_go_the_short_way_at_constant_speed() {
     let key = |angle: f32, sign: f32| (Quat::from_rotation_y(angle) * sign).to_array();
     for sign in [1.0, -1.0] {
-        // The same rotation has two quaternions; with the other sign the way would be the long one round.
+        // A rotation has two quaternions; the other sign must not select the longer arc.
         let values = [key(0.2, 1.0), key(1.4, sign)].concat();
         let curve = Curve { interpolation: Interpolation::Linear, times: vec![0.0, 2.0], width: 4, values };
         for part in [0.0, 0.25, 0.5, 0.9, 1.0] {
@@ -56,7 +56,7 @@ fn rotations_go_the_short_way_at_constant_speed() {
             assert!(found.dot(wanted).abs() > 1.0 - 1e-6, "{sign} {part}: {found}");
         }
     }
-    // A spline of rotations is brought back to unit length.
+    // Splines of rotations are normalised.
     let zero = [0.0; 4];
     let values = [zero, key(0.0, 1.0), zero, zero, key(2.0, 1.0), zero].concat();
     let curve = Curve { interpolation: Interpolation::Cubic, times: vec![0.0, 1.0], width: 4, values };
@@ -65,14 +65,14 @@ fn rotations_go_the_short_way_at_constant_speed() {
 }
 
 #[test]
-fn a_pose_is_the_product_of_the_way_down() {
+fn pose_is_the_product_of_ancestor_transforms() {
     let _unmeasured = unmeasured();
     let model = everything().model();
     let rest = model.pose(None, 0.0);
     let root = Mat4::from_translation(Vec3::Z);
     assert_eq!(rest.world_from_node[2], root * Mat4::from_scale(Vec3::splat(2.0)));
     assert_eq!(rest.weights[0], [0.5]);
-    // At 1.5 s: stepped to the second key's place; half-way between a quarter and half a turn about z through y and z.
+    // At 1.5 s: stepped to the second key's position; half-way between a quarter and half a turn about z, on the tip's axes.
     let pose = model.pose(Some(0), 1.5);
     assert_eq!(pose.world_from_node[1].w_axis.truncate(), Vec3::new(1.0, 2.0, 3.0));
     assert_eq!(pose.world_from_bind[0], [pose.world_from_node[1], pose.world_from_node[2]]);
@@ -80,7 +80,7 @@ fn a_pose_is_the_product_of_the_way_down() {
     let half_way = start * Quat::from_rotation_z(4.0 * FRAC_PI_8 / 2.0);
     let wanted = Mat4::from_scale_rotation_translation(Vec3::new(1.0, 2.0, 3.0), half_way, Vec3::new(1.0, 2.0, 3.0));
     assert!(pose.world_from_node[2].abs_diff_eq(wanted, 1e-5), "{} {wanted}", pose.world_from_node[2]);
-    // A spline from 0 with slope 1 to 1 with slope 0, then to 0: 5/8 half-way, by the Hermite formula.
+    // A spline from 0 (slope 1) to 1 (slope 0), then to 0: 5/8 half-way, by the Hermite formula.
     assert!((model.pose(Some(0), 0.5).weights[0][0] - 0.625).abs() < 1e-6);
 }
 
@@ -89,7 +89,8 @@ fn skinned_vertices_follow_their_joints_alone() {
     let _unmeasured = unmeasured();
     let model = everything().model();
     let posed = model.posed_vertices(&model.pose(None, 0.0), 0, 0);
-    // Joint 0 lifts by 1; joint 1 also doubles. The node's own place does not matter; the target lifts by half its weight first.
+    // Joint 0 lifts by 1; joint 1 also doubles. The node's own transform has no effect; the target lifts by half its weight
+    // first.
     assert_near(posed.positions[0], [0.0, 0.0, 1.0], "joint 0");
     assert_near(posed.positions[3], [0.0, 2.0, 2.0 * 2.0 + 1.0], "joint 1, with half of a lift of 4");
     let mixed = 0.25 + 0.75 * 2.0;
@@ -100,7 +101,7 @@ fn skinned_vertices_follow_their_joints_alone() {
 }
 
 #[test]
-fn normals_stand_on_their_surface_whatever_carries_it() {
+fn normals_match_every_carrier_surface() {
     let _unmeasured = unmeasured();
     for flat in [false, true] {
         for scale in [[1.0, 1.0, 1.0], [3.0, 0.5, 1.0], [-1.0, 1.0, 1.0], [1e-15, 2e-15, 1e-15], [-2e8, -1e8, -3e8]] {
@@ -152,7 +153,7 @@ fn morph_targets_move_normals_and_tangents() {
     assert_eq!(sign, -1.0);
 }
 
-/// More joints than four: the strongest are kept, and the vertex stays within their hull.
+/// More than four joints: the strongest are kept, and the vertex stays inside their hull.
 #[test]
 fn eight_joints_become_the_strongest_four() {
     let _unmeasured = unmeasured();
@@ -187,17 +188,18 @@ fn posed(file: &str, animation: usize, seconds: f32) -> Option<PosedVertices> {
     Some(model.posed_vertices(&pose, node, 0))
 }
 
-/// The glTF tutorial's bending sheet: ten vertices in rows of two, the upper of which follow the second joint.
+/// The glTF tutorial's bending strip: ten vertices in rows of two; the upper rows follow the second joint.
 #[test]
-fn the_simple_skin_bends_as_its_tutorial_says() {
+fn simple_skin_bends_as_in_its_tutorial() {
     let _unmeasured = unmeasured();
-    // Keys every half second: 0, 45°, 90°, 90°, 45°, 0, 0, and the same to the other side; joint at (0, 1, 0), bound at (0.5, 1, 0).
+    // Keys every half second: 0, 45°, 90°, 90°, 45°, 0, 0, then the same to the other side; joint at (0, 1, 0), bound at (0.5, 1,
+    // 0).
     for (seconds, degrees) in
         [(0.0, 0.0f32), (0.25, 22.5), (0.5, 45.0), (1.0, 90.0), (1.25, 90.0), (3.5, -45.0), (4.25, -90.0), (9.0, 0.0)]
     {
         let Some(posed) = posed("SimpleSkin/simple_skin.gltf", 0, seconds) else { return };
         let corners: Vec<Vec3> = posed.positions.into_iter().map(Vec3::from).collect();
-        let there = |place: Vec3| corners.iter().any(|corner| corner.distance(place) < 2e-3);
+        let there = |position: Vec3| corners.iter().any(|corner| corner.distance(position) < 2e-3);
         let turn = Quat::from_rotation_z(degrees.to_radians());
         let joint = Vec3::Y;
         for (x, y, share) in
@@ -210,7 +212,7 @@ fn the_simple_skin_bends_as_its_tutorial_says() {
     }
 }
 
-/// The tutorial's triangle: the tip goes to the left, to the right and straight up by the two targets.
+/// The tutorial's triangle: two targets move the tip left and right, and together straight up.
 #[test]
 fn the_simple_morph_moves_its_tip() {
     let _unmeasured = unmeasured();
@@ -230,7 +232,7 @@ fn the_simple_morph_moves_its_tip() {
     }
 }
 
-/// The README's two targets: one makes the cube super-thin, the other a ramp. Volumes by the divergence theorem, which also tells that the
+/// The README's two targets make the cube very thin, or a ramp. Volumes use the divergence theorem, which also checks that
 /// triangles face outwards.
 #[test]
 fn the_morphing_cube_becomes_thin_and_a_ramp() {
@@ -245,7 +247,7 @@ fn the_morphing_cube_becomes_thin_and_a_ramp() {
         let part = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
         primitive.triangles.iter().map(part).sum::<f32>()
     };
-    // A side of 0.02, scaled by 100. The thin one keeps 0.00107 of one side; the ramp's low edge keeps 0.00011.
+    // Sides of 0.02, scaled by 100. The thin shape keeps 0.00107 of one side; the ramp's low edge keeps 0.00011.
     for (seconds, wanted) in [(0.0, 8.0), (1.6, 0.427), (3.4, 4.022), (4.2, 8.0)] {
         let found = volume(seconds);
         assert!((found / wanted - 1.0).abs() < 0.005, "{seconds} s: {found} instead of {wanted}");

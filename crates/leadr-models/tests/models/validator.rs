@@ -1,4 +1,4 @@
-//! The files of Khronos' glTF validator, each with the errors that the validator reports.
+//! Khronos' glTF validator files, compared with the validator's reported errors.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,7 +9,7 @@ use leadr_models::{LoadOptions, Model};
 use leadr_testing::memory::unmeasured;
 use leadr_testing::shared::shared_data;
 
-/// The codes of the errors that the validator reports for a file.
+/// The validator's error codes for a file.
 fn reported(path: &Path) -> BTreeSet<String> {
     let report = path.with_file_name(format!("{}.report.json", path.file_name().unwrap().to_str().unwrap()));
     let report: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
@@ -18,62 +18,62 @@ fn reported(path: &Path) -> BTreeSet<String> {
     errors.map(|message| message["code"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Errors that leave a sound reading, and why they are no reason to refuse a model.
+/// Errors that do not prevent a sound reading, and the reason.
 const HARMLESS: [(&str, &str); 37] = [
-    ("ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "stated bounds are not used"),
-    ("ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "stated bounds are not used"),
-    ("ACCESSOR_MAX_MISMATCH", "stated bounds are not used"),
-    ("ACCESSOR_MIN_MISMATCH", "stated bounds are not used"),
-    ("ANIMATION_SAMPLER_INPUT_ACCESSOR_WITHOUT_BOUNDS", "stated bounds are not used"),
-    ("MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS", "stated bounds are not used"),
-    ("EMPTY_ENTITY", "an empty list is no list"),
-    ("ACCESSOR_NORMALIZED_INVALID", "floats are what they are"),
+    ("ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "declared bounds are not used"),
+    ("ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "declared bounds are not used"),
+    ("ACCESSOR_MAX_MISMATCH", "declared bounds are not used"),
+    ("ACCESSOR_MIN_MISMATCH", "declared bounds are not used"),
+    ("ANIMATION_SAMPLER_INPUT_ACCESSOR_WITHOUT_BOUNDS", "declared bounds are not used"),
+    ("MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS", "declared bounds are not used"),
+    ("EMPTY_ENTITY", "an empty list equals a missing one"),
+    ("ACCESSOR_NORMALIZED_INVALID", "the flag has no effect on floats"),
     ("ACCESSOR_INVALID_FLOAT", "nothing reads this accessor"),
-    ("ANIMATION_DUPLICATE_TARGETS", "the last channel counts, with a remark"),
-    ("BUFFER_DATA_URI_MIME_TYPE_INVALID", "the bytes are there whatever they are called"),
+    ("ANIMATION_DUPLICATE_TARGETS", "the last channel applies, with a remark"),
+    ("BUFFER_DATA_URI_MIME_TYPE_INVALID", "the media type of a buffer is not used"),
     ("BUFFER_MISSING_GLB_DATA", "nothing reads this buffer"),
-    ("BUFFER_VIEW_TOO_BIG_BYTE_STRIDE", "one element fits, and that is all there is"),
-    ("BUFFER_VIEW_INVALID_BYTE_STRIDE", "a stride says where elements are, whatever they are for"),
-    ("GLB_CHUNK_LENGTH_UNALIGNED", "bytes are read wherever they are"),
-    ("ONE_OF_MISMATCH", "no texture shows this image"),
-    ("INVALID_URI", "no texture shows this image"),
-    ("IMAGE_MIME_TYPE_INVALID", "no texture shows this image"),
-    ("IMAGE_DATA_INVALID", "no texture shows this image"),
-    ("IMAGE_UNEXPECTED_EOS", "no texture shows this image"),
-    ("IO_ERROR", "no texture shows this image"),
-    ("MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_UNSIGNED_INT", "attributes of other programs are not read"),
-    ("MESH_PRIMITIVE_INVALID_ATTRIBUTE", "attributes of other programs are not read"),
-    ("MESH_PRIMITIVE_INDEXED_SEMANTIC_CONTINUITY", "attributes of other programs are not read"),
-    ("MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR", "left out with a remark"),
+    ("BUFFER_VIEW_TOO_BIG_BYTE_STRIDE", "the only element fits"),
+    ("BUFFER_VIEW_INVALID_BYTE_STRIDE", "strides are valid for any use"),
+    ("GLB_CHUNK_LENGTH_UNALIGNED", "alignment is not required"),
+    ("ONE_OF_MISMATCH", "no texture uses this image"),
+    ("INVALID_URI", "no texture uses this image"),
+    ("IMAGE_MIME_TYPE_INVALID", "no texture uses this image"),
+    ("IMAGE_DATA_INVALID", "no texture uses this image"),
+    ("IMAGE_UNEXPECTED_EOS", "no texture uses this image"),
+    ("IO_ERROR", "no texture uses this image"),
+    ("MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_UNSIGNED_INT", "custom attributes are not read"),
+    ("MESH_PRIMITIVE_INVALID_ATTRIBUTE", "custom attributes are not read"),
+    ("MESH_PRIMITIVE_INDEXED_SEMANTIC_CONTINUITY", "custom attributes are not read"),
+    ("MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR", "ignored with a remark"),
     ("ACCESSOR_NON_CLAMPED", "clamped with a remark"),
-    ("ACCESSOR_INDEX_PRIMITIVE_RESTART", "an index like any other: nothing restarts here"),
-    ("NODE_SKIN_WITH_NON_SKINNED_MESH", "shown unbent with a remark"),
+    ("ACCESSOR_INDEX_PRIMITIVE_RESTART", "primitive restart is not supported, so the index is valid"),
+    ("NODE_SKIN_WITH_NON_SKINNED_MESH", "the skin is ignored with a remark"),
     ("ROTATION_NON_UNIT", "scaled with a remark"),
-    ("UNSATISFIED_DEPENDENCY", "a skin or weights without a mesh are left out with a remark"),
-    ("DUPLICATE_ELEMENTS", "said twice is said"),
+    ("UNSATISFIED_DEPENDENCY", "a skin or weights without a mesh are ignored with a remark"),
+    ("DUPLICATE_ELEMENTS", "duplicates have no effect"),
     ("ACCESSOR_VECTOR3_NON_UNIT", "scaled with a remark"),
     ("ACCESSOR_INVALID_SIGN", "read as 1 with a remark"),
-    ("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", "remarked on; how to show it is the renderer's choice"),
-    ("IMAGE_BUFFER_VIEW_WITH_BYTESTRIDE", "no texture shows this image"),
-    ("SKIN_NO_COMMON_ROOT", "joints need none to be where they are"),
-    ("SKIN_SKELETON_INVALID", "joints need none to be where they are"),
+    ("MESH_PRIMITIVE_TOO_FEW_TEXCOORDS", "accepted with a remark; the renderer decides how to display it"),
+    ("IMAGE_BUFFER_VIEW_WITH_BYTESTRIDE", "no texture uses this image"),
+    ("SKIN_NO_COMMON_ROOT", "joint transforms need no common root"),
+    ("SKIN_SKELETON_INVALID", "joint transforms need no common root"),
 ];
 
-/// Files that are accepted although the validator reports errors of other kinds, and why.
+/// Files accepted despite validator errors of other kinds, and the reason.
 const HARMLESS_FILES: [(&str, &str); 4] = [
-    ("mesh_data/joints_weights_complex.gltf", "all in points, which are not drawn"),
-    ("root/extensions_non_objects.gltf", "extensions that are not read"),
-    ("root/extensions_undeclared_wrong_pointer.gltf", "extensions that are not read"),
-    ("skin/no_joints_in_scene.gltf", "joints are where they are, shown or not"),
+    ("mesh_data/joints_weights_complex.gltf", "only points, which are not drawn"),
+    ("root/extensions_non_objects.gltf", "unsupported extensions"),
+    ("root/extensions_undeclared_wrong_pointer.gltf", "unsupported extensions"),
+    ("skin/no_joints_in_scene.gltf", "joints outside the scene still have transforms"),
 ];
 
-/// Valid files that are refused, and why.
+/// Valid files that are refused, and the reason.
 const REFUSED_FILES: [(&str, &str); 7] = [
     ("animation/valid.gltf", "accessors without data: all times are 0"),
-    ("asset/min_version_valid.gltf", "asks for glTF 2.1"),
+    ("asset/min_version_valid.gltf", "requires glTF 2.1"),
     ("root/named_objects.gltf", "vertices in a buffer without data"),
     ("root/unused_objects.gltf", "vertices in a buffer without data"),
-    ("buffer/non_relative_uri.gltf", "files elsewhere are not read"),
+    ("buffer/non_relative_uri.gltf", "files outside the folder are not read"),
     ("skin/ignored_animated_transform.gltf", "accessors without data: all times are 0"),
     ("skin/valid.gltf", "accessors without data: inverse bind matrices of zeros"),
 ];
@@ -133,7 +133,7 @@ fn verdicts_agree_with_the_validator() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(both_accept > 60 && both_refuse > 100, "too few files were read");
     assert_eq!(refused, REFUSED_FILES.len());
-    // A reason that no file needs any more would hide the next mistake.
+    // An unused reason would hide the next mistake.
     let stale: Vec<_> = HARMLESS.iter().filter(|(code, _)| !used.contains(code)).collect();
     assert!(stale.is_empty(), "{stale:?}");
     let stale: Vec<_> = HARMLESS_FILES.iter().filter(|(_, reason)| !used.contains(reason)).collect();

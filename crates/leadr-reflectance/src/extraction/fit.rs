@@ -1,4 +1,4 @@
-//! The whole way from a material to its facets: extraction, Fresnel term, refinement, and the roughnesses and lobes that stand for the result.
+//! Complete fit of a material: extraction, Fresnel term, refinement, and the equivalent roughnesses and lobes.
 
 use std::f64::consts::TAU;
 
@@ -25,63 +25,63 @@ use crate::materials::brdf::Brdf;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::Microfacet;
 
-/// How to fit.
+/// Options of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitOptions {
-    /// How facets hide each other. With [`Backscattering::Smith`] and `refine` the better one of both Smith's is taken.
+    /// Masking-shadowing model of the backscattering. [`Backscattering::Smith`] with `refine` picks the better of both Smith models.
     pub hiding: Backscattering,
-    /// Angles at which the material is asked what it scatters back; at least 3.
+    /// Number of angles at which backscattering is sampled; at least 3.
     pub angles: usize,
-    /// Azimuths of an anisotropic material; at least 4.
+    /// Number of azimuths for an anisotropic material; at least 4.
     pub azimuths: usize,
-    /// Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
+    /// Number of Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
     pub lobes: usize,
-    /// Whether all directions improve what backscattering tells; not for materials of which nothing else is known.
+    /// Whether to refine the backscattering fit over all directions; disable it if only backscattering data exist.
     pub refine: bool,
 }
 
 impl Default for FitOptions {
-    /// As the thesis: 90 angles and azimuths. Four lobes, refined.
+    /// As in the thesis: 90 angles and azimuths. Four lobes, refined.
     fn default() -> Self {
         Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
     }
 }
 
-/// A material as facets.
+/// A material fitted by microfacets.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// How facets hide each other where they are seen from where they are lit.
+    /// Masking-shadowing model of the backscattering.
     pub backscattering: Backscattering,
-    /// Slopes and `F₀` from backscattering alone.
+    /// Slopes and `F₀` from backscattering only.
     pub extracted: Extracted<Tabulated>,
-    /// The extracted slopes' roughness matrix as Beckmann's, `α²` terms.
+    /// Beckmann roughness matrix of the extracted slopes, `α²` terms.
     pub beckmann: DVec3,
-    /// And as GGX'.
+    /// GGX roughness matrix of the extracted slopes, `α²` terms.
     pub ggx: DVec3,
-    /// The thesis' material: the extracted slopes with the mean Fresnel term.
+    /// The thesis' material: extracted slopes with the mean Fresnel term.
     pub thesis: FittedBrdf,
     /// The best material found.
     pub fitted: FittedBrdf,
-    /// Gaussian lobes of its slopes.
+    /// Gaussian lobes of the best material's slopes.
     pub lobes: Vec<Lobe>,
-    /// Curves that others fit, nearest to its slopes where these are isotropic: the shifted gamma distribution and ABC's.
+    /// Published parametric curves nearest to its slopes if these are isotropic: the shifted gamma distribution and ABC.
     pub curves: Option<[ParametricCurve; 2]>,
-    /// How far the thesis' material is from the measured one.
+    /// Misfit of the thesis' material to the measured one.
     pub thesis_misfit: Misfit,
-    /// And the best one.
+    /// Misfit of the best material.
     pub misfit: Misfit,
 }
 
-/// Where a fit is.
+/// Progress of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// Power iteration.
     Slopes,
     /// The Fresnel term.
     Fresnel,
-    /// All directions.
+    /// Refinement over all directions.
     Refinement,
-    /// Lobes.
+    /// Fit of lobes.
     Lobes,
 }
 
@@ -92,13 +92,13 @@ impl Fit {
         self.thesis_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
     }
 
-    /// The best material with the slopes of another curve; `None` for a curve without any.
+    /// The best material with the slopes of another curve; `None` if the curve has no table.
     pub fn with_curve(&self, curve: &ParametricCurve) -> Option<FittedBrdf> {
         let facets = Microfacet { distribution: Tabulated::Radial(curve.table()?), ..self.fitted.facets.clone() };
         Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
     }
 
-    /// The thesis' material with GGX slopes of the same mean sizes.
+    /// The thesis' material with GGX slopes of the same mean absolute slopes.
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
         self.thesis_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
     }
@@ -109,9 +109,9 @@ impl Fit {
     }
 }
 
-/// Fits a material. `watch` is told when a step begins.
+/// Fits a material. `watch` is called at the start of each step.
 ///
-/// `None` if it scatters nothing back.
+/// `None` if nothing is backscattered.
 pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut dyn FnMut(Step)) -> Option<Fit> {
     watch(Step::Slopes);
     let angles = options.angles.max(3);
@@ -133,7 +133,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     let masking = options.hiding.masking();
     let all = samples(brdf, isotropic);
     let mut candidates = match options.hiding {
-        // Only other directions tell whether there is a hot spot.
+        // Only non-backscattering directions reveal a hot spot.
         Backscattering::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
         other => vec![other],
     }
@@ -146,7 +146,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
         let found = extract(kind)?;
         let material = with_mean_fresnel(brdf, &found.slopes, masking, angles);
         let wrong = misfit(&all, &material);
-        // Measured materials are near to either; those that a renderer made are exactly the one.
+        // Measured materials are close to either model; rendered ones match one exactly.
         if wrong.divergence < RENDERED * thesis_misfit.divergence {
             (backscattering, extracted, thesis, thesis_misfit) = (kind, found, material, wrong);
         }
@@ -180,9 +180,9 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     })
 }
 
-/// Nothing is left to be refined.
+/// Divergence below which refinement is skipped.
 const PERFECT: f64 = 1e-6;
-/// How much nearer facets lit as a renderer lights them must come.
+/// Factor by which the rendered model must reduce the divergence.
 const RENDERED: f64 = 0.5;
 
 fn with_mean_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FittedBrdf {
@@ -201,7 +201,7 @@ mod tests {
         fit(brdf, isotropic, &FitOptions::default(), &mut |_| ()).unwrap()
     }
 
-    /// Schlick's form, which no channel shares.
+    /// Schlick's form with a different F0 per channel.
     fn fresnel() -> Fresnel {
         Fresnel::Schlick(DVec3::new(0.9, 0.6, 0.3))
     }
@@ -231,9 +231,9 @@ mod tests {
         assert!((found.alpha / alpha - DVec2::ONE).length() < 1e-2 && (found.rho - rho).abs() < 0.01, "{found:?}");
     }
 
-    /// What backscattering alone takes for facets is found to be a body.
+    /// A diffuse term that backscattering attributes to facets is separated from them.
     #[test]
-    fn bodies_are_told_from_facets() {
+    fn diffuse_terms_are_separated_from_facets() {
         struct Paint(Microfacet<Ggx>);
         impl Brdf for Paint {
             fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
@@ -241,7 +241,7 @@ mod tests {
             }
         }
         let fit = fit_of(&Paint(varnish()), true);
-        println!("body {}, misfit {:?}, thesis {:?}", fit.fitted.diffuse, fit.misfit, fit.thesis_misfit);
+        println!("diffuse {}, misfit {:?}, thesis {:?}", fit.fitted.diffuse, fit.misfit, fit.thesis_misfit);
         assert!((fit.fitted.diffuse - DVec3::new(0.4, 0.2, 0.1)).length() < 0.02, "{}", fit.fitted.diffuse);
         assert!(
             fit.misfit.rrmse < 0.2 * fit.thesis_misfit.rrmse
@@ -257,12 +257,12 @@ mod tests {
         Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Schlick(DVec3::splat(0.05)) }
     }
 
-    /// Throughputs of tabulated facets: at most 1 under Smith's masking, and all of the light comes back where nothing is shadowed.
+    /// Throughputs of tabulated facets: at most 1 under Smith's masking, and all energy is conserved without shadowing.
     #[test]
     fn samples_are_worth_what_they_reflect() {
         let distribution = Ggx::isotropic(DVec2::ZERO, 0.4);
-        let mirrors = Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Ideal };
-        let slopes = fit_of(&mirrors, true).extracted.slopes;
+        let specular = Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Ideal };
+        let slopes = fit_of(&specular, true).extracted.slopes;
         for (masking, theta) in [Masking::SmithCorrelated, Masking::SmithUnshadowed]
             .into_iter()
             .flat_map(|m| [0.2, 0.9, 1.4].map(|t| (m, t)))
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_scatters_nothing_back_has_no_fit() {
+    fn non_backscattering_material_has_no_fit() {
         let black = Lambert { albedo: DVec3::ZERO };
         assert!(fit(&black, true, &FitOptions::default(), &mut |_| ()).is_none());
         assert!(

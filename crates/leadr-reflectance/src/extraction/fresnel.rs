@@ -1,4 +1,4 @@
-//! The Fresnel term that is left when facets are known (thesis algorithm 2).
+//! Fresnel term of a material with known facets (thesis algorithm 2).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,10 +12,11 @@ use crate::masking::variants::Masking;
 use crate::materials::brdf::Brdf;
 use crate::materials::microfacet::microfacet_eval;
 
-/// Reflectances of ideal mirrors below this say nothing of what real ones reflect.
+/// Reflectance of ideal facets below which a ratio is unreliable.
 const LEAST: f64 = 1e-4;
 
-/// The mean quotient of a material and of ideal mirrors with these slopes, over the half vectors, at `count` difference angles from 0 to 90°, held within 0..1.
+/// Mean ratio of the material to ideal specular facets with these slopes, over the half vectors, at `count` difference angles from 0 to
+/// 90°, clamped to 0..1.
 pub fn mean_ratio_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FresnelTable {
     let count = count.max(2);
     let azimuths = if matches!(slopes, Tabulated::Radial(_)) { 1 } else { 8 };
@@ -26,7 +27,7 @@ pub fn mean_ratio_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking,
         for h in 0..count {
             for k in 0..azimuths {
                 let phi_h = FRAC_PI_2 * 4.0 * f64::from(k) / f64::from(azimuths);
-                // With both directions at one height, none of them is below the horizon for long.
+                // Both directions have equal height, so most pairs stay above the horizon.
                 let (wo, wi, _) = pair(angle_at(h as f64 / count as f64), phi_h, theta_d, FRAC_PI_2);
                 if wo.z <= 0.0 || wi.z <= 0.0 {
                     continue;

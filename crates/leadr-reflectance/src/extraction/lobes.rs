@@ -1,5 +1,4 @@
-//! Gaussian lobes for any distribution of slopes: the mixture under which the table's slopes are most likely, found by expectation and maximisation
-//! (Dempster, Laird and Rubin 1977).
+//! Gaussian lobes for any slope distribution: a maximum-likelihood mixture by expectation maximisation (Dempster, Laird and Rubin 1977).
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,12 +16,12 @@ const ITERATIONS: u32 = 300;
 
 /// Lobes about a slope of zero, the smoothest first. Those of an isotropic table are round.
 ///
-/// `count` is held within 1 to [`MOST_LOBES`]. Lobes that the distribution does not need come out without a share and are left out.
+/// `count` is clamped to 1..=[`MOST_LOBES`]. Lobes with no share are left out.
 pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
     let count = count.clamp(1, MOST_LOBES);
     let points = points(slopes);
     let total: f64 = points.iter().map(|(_, mass)| mass).sum();
-    // Spread over the quantiles of the slopes' squares.
+    // Initialise from quantiles of the squared slopes.
     let mut squares: Vec<(f64, f64)> = points.iter().map(|(s, mass)| (s.length_squared(), *mass)).collect();
     squares.sort_by(|a, b| a.0.total_cmp(&b.0));
     let quantile = |share: f64| {
@@ -53,7 +52,7 @@ pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
                 *density = share * gaussian.density(square);
                 all += *density;
             }
-            // Far beyond all lobes everything underflows; the widest has it.
+            // Far beyond all lobes every density underflows; the widest lobe then gets the weight.
             if all <= 0.0 {
                 densities[count - 1] = 1.0;
                 all = 1.0;
@@ -97,7 +96,7 @@ impl Gaussian {
     }
 }
 
-/// Slopes of the table, each with its mass.
+/// Slopes of the table with their masses.
 fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
     let (mut angles, azimuths) = slopes.nodes();
     if azimuths == 1 {
@@ -111,7 +110,7 @@ fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
         for k in 0..azimuths {
             let phi = TAU * k as f64 / azimuths as f64;
             let mass = ring * slopes.ndf(direction(theta, phi));
-            // Of a round table one azimuth stands for all: the slope on the diagonal has the mean squares of the ring.
+            // For an isotropic table one azimuth is enough: the slope on the diagonal has the mean squares of the ring.
             let slope = if azimuths == 1 {
                 DVec2::splat(0.5f64.sqrt()) * theta.tan()
             } else {
@@ -176,7 +175,7 @@ mod tests {
             let found = fit_lobes(&radial(&one), count);
             assert!(found.len() == 1 && (found[0].covariance.x / 0.03 - 1.0).abs() < 1e-3, "{found:?}");
         }
-        // More lobes than there are do no harm: together they are the one.
+        // Extra lobes are harmless: together they equal the one.
         let many = fit_lobes(&radial(&one), 9);
         let variance: f64 = many.iter().map(|lobe| lobe.share * lobe.covariance.x).sum();
         assert!(many.len() <= MOST_LOBES && (variance / 0.03 - 1.0).abs() < 1e-3, "{many:?}");

@@ -1,4 +1,4 @@
-//! From a material to the facets that it could be made of (thesis ch. 4).
+//! Fits microfacets to a material (thesis ch. 4).
 
 pub mod fit;
 pub mod fresnel;

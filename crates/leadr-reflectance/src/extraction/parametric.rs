@@ -1,15 +1,15 @@
-//! Curves of two parameters that others fit to measured materials, beside the table: the shifted gamma distribution (SGD: Bagher, Soler and Holzschuch
-//! 2012) and the ABC model (Löw, Kronander, Ynnerman and Unger 2012).
+//! Published two-parameter fits of measured materials: the shifted gamma distribution (SGD: Bagher, Soler and Holzschuch 2012) and the ABC
+//! model (Löw, Kronander, Ynnerman and Unger 2012).
 
 use std::f64::consts::TAU;
 
 use crate::facets::radial_table::{RadialTable, angle_at, angle_rule};
 
-/// Nodes of the table of a curve.
+/// Nodes in a curve's table.
 const NODES: usize = 180;
-/// Steps of the search are halved until they are this small.
+/// Step size at which the search stops.
 const FINEST: f64 = 1e-5;
-/// Exponents that are tried; flatter and steeper curves than these are no facets.
+/// Range of the exponent search; curves outside it are not realistic facets.
 const EXPONENTS: (f64, f64) = (-2.0, 20.0);
 
 /// A family of curves.
@@ -21,19 +21,19 @@ pub enum Family {
     Abc,
 }
 
-/// A density of normals, up to a factor.
+/// A normal density, up to a factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParametricCurve {
     /// [`Family::ShiftedGamma`].
     ShiftedGamma {
-        /// Width, above 0.
+        /// Width, > 0.
         alpha: f64,
         /// Exponent.
         p: f64,
     },
     /// [`Family::Abc`].
     Abc {
-        /// How narrow it is, above 0.
+        /// Inverse width, > 0.
         b: f64,
         /// Exponent.
         c: f64,
@@ -48,20 +48,20 @@ impl ParametricCurve {
         }
     }
 
-    /// `ln D` at an angle from the macrosurface's normal, up to a constant.
+    /// `ln D` at the angle `theta` to the macrosurface normal, up to a constant.
     pub fn ln_density(&self, theta: f64) -> f64 {
         match *self {
             Self::ShiftedGamma { alpha, p } => {
                 let cosine = theta.cos().max(1e-9);
                 let x = alpha + theta.tan().powi(2) / alpha;
-                // From its value at 0, which can be huge.
+                // Relative to the value at 0, which can be huge.
                 -(x - alpha) - p * (x / alpha).ln() - 4.0 * cosine.ln()
             }
             Self::Abc { b, c } => -c * (b * 2.0 * (0.5 * theta).sin().powi(2)).ln_1p(),
         }
     }
 
-    /// Its slopes as a table.
+    /// The curve's slopes as a table.
     pub fn table(&self) -> Option<RadialTable> {
         RadialTable::new(
             &(0..NODES).map(|i| self.ln_density(angle_at(i as f64 / NODES as f64)).exp()).collect::<Vec<_>>(),
@@ -69,12 +69,12 @@ impl ParametricCurve {
     }
 }
 
-/// The curve of a family under which the slopes of a table are most likely.
+/// Maximum-likelihood curve of a family for the slopes of a table.
 pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     let rule: Vec<(f64, f64)> =
         angle_rule(slopes.nodes()).into_iter().map(|(theta, w)| (theta, TAU * w * theta.sin() * theta.cos())).collect();
     let masses: Vec<f64> = rule.iter().map(|&(theta, area)| area * slopes.density(theta)).collect();
-    // Kullback and Leibler's divergence, but for what is the same for all curves.
+    // Kullback–Leibler divergence, without the terms shared by all curves.
     let divergence = |curve: &ParametricCurve| {
         let (mut likelihood, mut norm) = (0.0, 0.0);
         for (&(theta, area), mass) in rule.iter().zip(&masses) {
@@ -91,29 +91,30 @@ pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     };
     let searched = starts.iter().map(|start| search(family, *start, &divergence));
     let best = searched.min_by(|a, b| a.1.total_cmp(&b.1));
-    ParametricCurve::of(family, best.map_or(starts[0], |(place, _)| place))
+    ParametricCurve::of(family, best.map_or(starts[0], |(parameters, _)| parameters))
 }
 
-/// Along each axis in steps that shrink where none leads down.
-fn search(family: Family, mut place: [f64; 2], divergence: &impl Fn(&ParametricCurve) -> f64) -> ([f64; 2], f64) {
-    let value = |place: [f64; 2]| {
-        let inside = (EXPONENTS.0..=EXPONENTS.1).contains(&place[1]) && place[0].abs() < 20.0;
-        let found = if inside { divergence(&ParametricCurve::of(family, place)) } else { f64::INFINITY };
+/// Pattern search: steps along each direction shrink when none improves.
+fn search(family: Family, mut parameters: [f64; 2], divergence: &impl Fn(&ParametricCurve) -> f64) -> ([f64; 2], f64) {
+    let value = |parameters: [f64; 2]| {
+        let inside = (EXPONENTS.0..=EXPONENTS.1).contains(&parameters[1]) && parameters[0].abs() < 20.0;
+        let found = if inside { divergence(&ParametricCurve::of(family, parameters)) } else { f64::INFINITY };
         if found.is_nan() { f64::INFINITY } else { found }
     };
-    let (mut best, mut step) = (value(place), 0.5);
+    let (mut best, mut step) = (value(parameters), 0.5);
     while step > FINEST {
-        // Width and exponent pull against each other, so diagonals are steps too.
+        // Width and exponent are correlated, so diagonals are steps too.
         let directions = [[1.0, 0.0], [0.0, 1.0], [0.7, 0.7], [0.7, -0.7], [0.9, 0.3], [0.9, -0.3]];
-        let tried =
-            directions.into_iter().flat_map(|d| [1.0, -1.0].map(|sign| [0, 1].map(|k| place[k] + sign * step * d[k])));
+        let tried = directions
+            .into_iter()
+            .flat_map(|d| [1.0, -1.0].map(|sign| [0, 1].map(|k| parameters[k] + sign * step * d[k])));
         let better = tried.map(|p| (p, value(p))).min_by(|a, b| a.1.total_cmp(&b.1));
         match better {
-            Some((p, v)) if v < best => (place, best) = (p, v),
+            Some((p, v)) if v < best => (parameters, best) = (p, v),
             _ => step *= 0.5,
         }
     }
-    (place, best)
+    (parameters, best)
 }
 
 #[cfg(test)]

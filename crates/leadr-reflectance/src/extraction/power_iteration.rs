@@ -1,38 +1,38 @@
-//! The distribution of slopes of any material, from its backscattering alone (thesis 4.2).
+//! Slope distribution of any material, from its backscattering only (thesis 4.2).
 //!
-//! Towards the light, all facets that are seen are lit, and all of them reflect with `F₀`:
+//! With the viewer along the light, all visible facets are lit and reflect with `F₀`:
 //!
 //! ```text
 //! f_r(o, o) = F₀ D(o) G₁(o) / (4 cos² θ_o)                                              (eq. 4.3)
 //! ```
 //!
-//! With Smith's `G₁ = cos θ_o / A(o)` and `A = ∫ max(0, o·h) D(h) dω_h` this is a linear equation for D with a nonnegative kernel, whose only
-//! nonnegative solution emerges when it is applied again and again to anything, and `F₀` is its eigenvalue (eq. 4.9). Here the
-//! integrals are those of a smooth curve through `ln D` instead of rectangles, and iteration ends when nothing changes.
+//! With Smith's `G₁ = cos θ_o / A(o)` and `A = ∫ max(0, o·h) D(h) dω_h` this is a linear equation for D with a nonnegative kernel. Its
+//! only nonnegative solution is the limit of the power iteration from any start, and `F₀` is its eigenvalue (eq. 4.9). Here the integrals
+//! use a smooth curve through `ln D` instead of rectangles, and iteration stops at convergence.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::facets::curve::Curve;
 use crate::facets::polar_table::{AreaKernel, PolarTable, ring_harmonics, rows_of_logarithms};
-use crate::facets::radial_table::{RadialTable, angle_at, angle_rule, logarithms, place_of};
+use crate::facets::radial_table::{RadialTable, angle_at, angle_rule, logarithms, u_of_angle};
 use crate::masking::variants::Masking;
 
-/// How facets hide each other where a material is seen from where it is lit.
+/// Masking-shadowing model of a material's backscattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backscattering {
-    /// Smith's masking. What is seen is lit (thesis eq. 4.2).
+    /// Smith's masking. All visible facets are lit (thesis eq. 4.2).
     Smith,
-    /// As a renderer sees Smith's facets: masking and shadowing know each other's height, but not that both directions are one, so `G = 1 / (1 + 2 Λ)`.
-    /// Materials that were made by a renderer are so.
+    /// Smith's height-correlated form without direction correlation, as in renderers, so `G = 1 / (1 + 2 Λ)`. Use it for materials from a
+    /// renderer.
     SmithRendered,
     /// V-grooves (thesis eq. 4.17).
     VGroove,
-    /// Facets that hide nothing, as those of a normal map (thesis eq. 4.18).
+    /// Facets that hide nothing, as in a normal map (thesis eq. 4.18).
     NormalMap,
 }
 
 impl Backscattering {
-    /// `cos² θ / G`, for the visible area `area` of facets seen from where they are lit.
+    /// `cos² θ / G` for facets of visible area `area`, viewed along the light.
     fn unhidden(self, cosine: f64, area: f64) -> f64 {
         match self {
             Self::Smith => cosine * area,
@@ -42,7 +42,7 @@ impl Backscattering {
         }
     }
 
-    /// The form in which fits are drawn.
+    /// The masking-shadowing form for rendering fits.
     #[must_use]
     pub const fn masking(self) -> Masking {
         match self {
@@ -52,32 +52,32 @@ impl Backscattering {
         }
     }
 
-    /// Whether it asks for the visible area, so that it takes iterations.
+    /// Whether the model needs the visible area, and so iterations.
     pub const fn iterates(self) -> bool {
         matches!(self, Self::Smith | Self::SmithRendered)
     }
 }
 
-/// Most times that the kernel is applied.
+/// Limit on power iterations.
 const MOST_ITERATIONS: u32 = 200;
-/// Largest relative change of a density that counts as none.
+/// Relative density change at which iteration stops.
 const SETTLED: f64 = 1e-9;
 
-/// What was found.
+/// Result of an extraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extracted<T> {
-    /// The distribution of slopes.
+    /// The slope distribution.
     pub slopes: T,
     /// `F₀`, in the unit of the backscattering.
     pub reflectance: f64,
-    /// How often the kernel was applied.
+    /// Number of iterations.
     pub iterations: u32,
     /// Relative change of the largest density in the last iteration.
     pub change: f64,
 }
 
 impl<T> Extracted<T> {
-    /// The same with slopes in another form.
+    /// The same result with the slopes converted by `form`.
     #[must_use]
     pub fn map<U>(self, form: impl FnOnce(T) -> U) -> Extracted<U> {
         let Self { slopes, reflectance, iterations, change } = self;
@@ -91,10 +91,10 @@ pub fn ring_area(theta_o: f64, theta: f64) -> f64 {
     ring_harmonics(a, b, 1)[0]
 }
 
-/// The isotropic distribution of a material whose `f_r(o, o)` is this at the angles [`angle_at`]`(i / n)` for `i` of `n`. Values below 0 and
-/// those that are no numbers count as 0.
+/// The isotropic distribution of a material with backscatter `f_r(o, o)` at the angles [`angle_at`]`(i / n)` for `n` values. Negative
+/// values and NaN count as 0.
 ///
-/// `None` for fewer than 3 values, or where nothing is reflected.
+/// `None` for fewer than 3 values, or if nothing is reflected.
 pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Extracted<RadialTable>> {
     let n = backscatter.len();
     let values: Vec<f64> = backscatter.iter().map(|&f| if f.is_finite() { f.max(0.0) } else { 0.0 }).collect();
@@ -103,7 +103,7 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
     }
     let angles: Vec<f64> = (0..n).map(|i| angle_at(i as f64 / n as f64)).collect();
     let rule = angle_rule(n);
-    let places: Vec<f64> = rule.iter().map(|&(theta, _)| place_of(theta) * n as f64).collect();
+    let positions: Vec<f64> = rule.iter().map(|&(theta, _)| u_of_angle(theta) * n as f64).collect();
     let kernel: Vec<Vec<f64>> = angles
         .iter()
         .map(|&theta_o| rule.iter().map(|&(theta, w)| w * theta.sin() * ring_area(theta_o, theta)).collect())
@@ -115,10 +115,10 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
     let mut density = vec![1.0 / PI; n];
     let (mut reflectance, mut iterations, mut change) = (0.0, 0, f64::INFINITY);
     while iterations < MOST_ITERATIONS && change > SETTLED {
-        let d = at_places(&density, &places);
+        let d = densities_at(&density, &positions);
         let applied: Vec<f64> =
             (0..n).map(|i| 4.0 * values[i] * hiding.unhidden(angles[i].cos(), sum(&kernel[i], &d))).collect();
-        reflectance = sum(&all, &at_places(&applied, &places));
+        reflectance = sum(&all, &densities_at(&applied, &positions));
         let next: Vec<f64> = applied.iter().map(|d| d / reflectance).collect();
         let largest = next.iter().copied().fold(0.0, f64::max);
         change = next.iter().zip(&density).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
@@ -131,9 +131,10 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
     Some(Extracted { slopes: RadialTable::new(&density)?, reflectance, iterations, change })
 }
 
-/// The distribution of a material whose `f_r(o, o)` is `backscatter[k][i]` at the azimuth `2π k / azimuths` and the angle [`angle_at`]`(i / n)`.
+/// The distribution of a material with `f_r(o, o)` = `backscatter[k][i]` at the azimuth `2π k / azimuths` and the angle [`angle_at`]`(i /
+/// n)`.
 ///
-/// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or where nothing is reflected.
+/// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if nothing is reflected.
 pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option<Extracted<PolarTable>> {
     let (azimuths, n) = (backscatter.len(), backscatter.first()?.len());
     let valid = |f: f64| if f.is_finite() { f.max(0.0) } else { 0.0 };
@@ -146,11 +147,11 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
     let angles: Vec<f64> = (0..n).map(|i| angle_at(i as f64 / n as f64)).collect();
     let rule = angle_rule(n);
     let kernel = AreaKernel::new(&angles, &rule, azimuths);
-    // [of the rule][azimuth]
+    // [angle of the rule][azimuth]
     let at_rule = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
         let largest = rows.iter().flatten().copied().fold(0.0, f64::max);
         let curves: Vec<Curve> = rows_of_logarithms(rows).into_iter().map(Curve::new).collect();
-        let at = |theta: f64, row: &Curve| largest * row.at(place_of(theta) * n as f64).exp();
+        let at = |theta: f64, row: &Curve| largest * row.at(u_of_angle(theta) * n as f64).exp();
         rule.iter().map(|&(theta, _)| curves.iter().map(|row| at(theta, row)).collect()).collect()
     };
     let step = TAU / azimuths as f64;
@@ -183,11 +184,11 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
     Some(Extracted { slopes: PolarTable::new(&density)?, reflectance, iterations, change })
 }
 
-/// Densities between nodes, as a [`RadialTable`] has them.
-fn at_places(density: &[f64], places: &[f64]) -> Vec<f64> {
+/// Densities between nodes, interpolated as in a [`RadialTable`].
+fn densities_at(density: &[f64], positions: &[f64]) -> Vec<f64> {
     let largest = density.iter().copied().fold(0.0, f64::max);
     let curve = Curve::new(logarithms(density, largest));
-    places.iter().map(|&place| largest * curve.at(place).exp()).collect()
+    positions.iter().map(|&position| largest * curve.at(position).exp()).collect()
 }
 
 #[cfg(test)]
@@ -212,7 +213,7 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Table 4.I of the thesis and more: paper .03 to .0005 with 360 samples, here 90.
+    /// Table 4.I of the thesis and more. The paper has errors of .03 to .0005 with 360 samples; this test uses 90.
     #[test]
     fn extraction_undoes_reflection() {
         use Backscattering::{NormalMap, Smith, SmithRendered, VGroove};
@@ -232,7 +233,7 @@ mod tests {
                 assert!(a.iterations < 30 && b.change < 1e-8, "{hiding:?} {alpha}: {} {}", a.iterations, b.change);
             }
         }
-        // Another way of hiding is noticed.
+        // The wrong masking model must give a clear error.
         let ggx = Ggx::isotropic(DVec2::ZERO, 0.5);
         let wrong = extract_radial(&backscatter(&ggx, 90, SmithRendered), Smith).unwrap();
         assert!((wrong.slopes.mean_of(|s| s.x.abs()) / 0.5 - 1.0).abs() > 0.01);

@@ -1,9 +1,10 @@
-//! Better than backscattering alone: facets, Fresnel term and a diffuse body, each changed in turn so that the whole material becomes more likely.
+//! Refinement beyond backscattering: alternating updates of slopes, Fresnel term and a diffuse term that increase the likelihood of the
+//! whole material.
 //!
-//! The thesis takes the slopes from one configuration in which instruments are at their worst, has no body under the facets, and puts what is wrong into the Fresnel term. Here
-//! `f_r = F(θ_d) D(h) g + k/π`, with the geometric factor `g` of the last slopes, is fitted to all pairs of directions by the multiplicative steps of
-//! Richardson and Lucy, which keep every factor positive and lower the Kullback–Leibler divergence: a measure between the absolute errors that highlights
-//! rule and the relative ones that shadows do.
+//! The thesis takes the slopes from the configuration where instruments are least accurate, has no diffuse term, and puts all residuals
+//! into the Fresnel term. Here `f_r = F(θ_d) D(h) g + k/π`, with the geometric factor `g` of the previous slopes, is fitted to all pairs
+//! of directions. The multiplicative Richardson–Lucy steps keep every factor positive and lower the Kullback–Leibler divergence. This
+//! measure lies between absolute errors, which highlights dominate, and relative ones, which shadows dominate.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
@@ -11,26 +12,26 @@ use glam::DVec3;
 
 use super::samples::{Sample, direction};
 use crate::facets::fresnel::{Fresnel, FresnelTable};
-use crate::facets::radial_table::{angle_at, place_of};
+use crate::facets::radial_table::{angle_at, u_of_angle};
 use crate::facets::slope_distribution::SlopeDistribution as _;
 use crate::facets::tabulated::Tabulated;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::{Microfacet, microfacet_eval};
 
-/// How often the visible areas follow the slopes, and steps between.
+/// Outer rounds, each of which updates the visible areas, and steps per round.
 const ROUNDS: usize = 6;
 const STEPS: usize = 12;
 /// Nodes of the Fresnel term.
 const ANGLES: usize = 45;
-/// Share of the pairs that may reflect less than the body at first.
+/// Share of the pairs that may initially be darker than the diffuse term.
 const DARK: f64 = 0.02;
 
-/// Starts from a fit and returns a better one; the same slopes' nodes.
+/// Improves a fit over all directions; the slope nodes stay the same.
 pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
     let mut grid = Grid::of(&start.facets.distribution);
     let mut fresnel: Vec<DVec3> =
         (0..=ANGLES).map(|i| start.facets.fresnel.at((i as f64 / ANGLES as f64 * FRAC_PI_2).cos())).collect();
-    let mut body = start.diffuse.max(darkest(samples));
+    let mut diffuse = start.diffuse.max(darkest(samples));
     let mut fit = start.clone();
     for _ in 0..ROUNDS {
         let slopes = &fit.facets.distribution;
@@ -48,63 +49,64 @@ pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
             .collect();
         let mut changes = vec![1.0; grid.densities.len()];
         for _ in 0..STEPS {
-            step(samples, &mut facets, &mut changes, &mut fresnel, &mut body);
+            step(samples, &mut facets, &mut changes, &mut fresnel, &mut diffuse);
         }
         grid.densities.iter_mut().zip(&changes).for_each(|(d, change)| *d *= change);
         let Some(table) = grid.table() else { break };
-        // The table's densities are those of the grid by a factor.
+        // The table's densities differ from the grid's by a constant factor.
         let factor = grid.densities[0] / table.ndf(DVec3::Z).max(1e-300);
         grid = Grid::of(&table);
         fresnel.iter_mut().for_each(|f| *f = (*f * factor).clamp(DVec3::ZERO, DVec3::ONE));
-        body = body.clamp(DVec3::ZERO, DVec3::ONE);
+        diffuse = diffuse.clamp(DVec3::ZERO, DVec3::ONE);
         let facets = Microfacet {
             distribution: table,
             masking: fit.facets.masking,
             fresnel: Fresnel::Tabulated(FresnelTable::new(fresnel.clone()).expect("within 0..1")),
         };
-        fit = FittedBrdf { facets, diffuse: body };
+        fit = FittedBrdf { facets, diffuse };
     }
     fit
 }
 
-/// What nearly all pairs reflect at least, as a body.
+/// Initial diffuse term: a lower bound of nearly all pairs.
 fn darkest(samples: &[Sample]) -> DVec3 {
     let channel = |c: usize| {
         let mut all: Vec<f64> = samples.iter().filter(|s| s.wo.z > 0.2 && s.wi.z > 0.2).map(|s| s.value[c]).collect();
         all.sort_by(f64::total_cmp);
-        // Never nothing: a factor of zero stays.
+        // Never 0, because multiplicative steps keep 0.
         all.get((DARK * all.len() as f64) as usize).map_or(1e-4, |f| (f / FRAC_1_PI).clamp(1e-4, 1.0))
     };
     DVec3::new(channel(0), channel(1), channel(2))
 }
 
-/// What a pair of directions has to do with the unknowns.
+/// Contributions of the unknowns to a pair of directions.
 struct Facet {
-    /// Nodes of the slopes, with shares.
+    /// Slope nodes and their weights.
     around: [(usize, f64); 4],
-    /// The lower node of the Fresnel term, and how far beyond.
+    /// The lower node of the Fresnel term and the fraction beyond it.
     angle: (usize, f64),
     /// `D g`.
     ideal: f64,
 }
 
-/// Changes the body, the Fresnel term and the slopes, once each.
-fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: &mut [DVec3], body: &mut DVec3) {
+/// Updates the diffuse term, the Fresnel term and the slopes once each.
+fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: &mut [DVec3], diffuse: &mut DVec3) {
     let reflectance =
         |facet: &Facet, fresnel: &[DVec3]| fresnel[facet.angle.0].lerp(fresnel[facet.angle.0 + 1], facet.angle.1);
-    let ratio =
-        |s: &Sample, mirrors: DVec3, body: DVec3| s.value / (mirrors + body * FRAC_1_PI).max(DVec3::splat(1e-9));
+    let ratio = |s: &Sample, specular: DVec3, diffuse: DVec3| {
+        s.value / (specular + diffuse * FRAC_1_PI).max(DVec3::splat(1e-9))
+    };
 
     let (mut up, mut down) = (DVec3::ZERO, 0.0);
     for (s, facet) in samples.iter().zip(&*facets) {
-        up += s.weight * ratio(s, reflectance(facet, fresnel) * facet.ideal, *body);
+        up += s.weight * ratio(s, reflectance(facet, fresnel) * facet.ideal, *diffuse);
         down += s.weight;
     }
-    *body *= up / down;
+    *diffuse *= up / down;
 
     let mut sums = vec![(DVec3::ZERO, 0.0); fresnel.len()];
     for (s, facet) in samples.iter().zip(&*facets) {
-        let r = ratio(s, reflectance(facet, fresnel) * facet.ideal, *body);
+        let r = ratio(s, reflectance(facet, fresnel) * facet.ideal, *diffuse);
         for (node, share) in [(facet.angle.0, 1.0 - facet.angle.1), (facet.angle.0 + 1, facet.angle.1)] {
             let part = s.weight * share * facet.ideal;
             sums[node].0 += part * r;
@@ -119,10 +121,10 @@ fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: 
 
     let mut sums = vec![(0.0, 0.0); changes.len()];
     for (s, facet) in samples.iter().zip(&*facets) {
-        let mirrors = reflectance(facet, fresnel) * facet.ideal;
-        let r = ratio(s, mirrors, *body);
+        let specular = reflectance(facet, fresnel) * facet.ideal;
+        let r = ratio(s, specular, *diffuse);
         for &(node, share) in &facet.around {
-            let part = s.weight * share * mirrors;
+            let part = s.weight * share * specular;
             sums[node].0 += part.dot(r);
             sums[node].1 += part.element_sum();
         }
@@ -134,11 +136,11 @@ fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: 
     }
 }
 
-/// Densities of normals at the nodes of a table.
+/// Normal densities at the nodes of a table.
 struct Grid {
-    /// Angles, and azimuths; one azimuth for a round table.
+    /// Number of angles and azimuths; one azimuth for an isotropic table.
     size: (usize, usize),
-    /// The azimuths of an angle after each other.
+    /// Azimuths are contiguous per angle.
     densities: Vec<f64>,
 }
 
@@ -154,7 +156,7 @@ impl Grid {
 
     fn around(&self, wh: DVec3) -> [(usize, f64); 4] {
         let (n, m) = self.size;
-        let along = (place_of(wh.truncate().length().atan2(wh.z)) * n as f64).min((n - 1) as f64);
+        let along = (u_of_angle(wh.truncate().length().atan2(wh.z)) * n as f64).min((n - 1) as f64);
         let i = (along as usize).min(n - 2);
         let t = along - i as f64;
         let turn = (wh.y.atan2(wh.x) / TAU).rem_euclid(1.0) * m as f64;

@@ -1,4 +1,4 @@
-//! Pairs of directions over which a material and its fit are compared.
+//! Direction pairs for comparing a material with its fit.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -12,34 +12,34 @@ use crate::materials::half_difference::{HalfDifference, half_difference_to_direc
 const STEPS: [usize; 3] = [72, 24, 8];
 const AZIMUTHS: usize = 24;
 
-/// The direction at this angle from z, and this azimuth.
+/// The direction at the angle `theta` to z and the azimuth `phi`.
 pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Viewer, light and half vector of these half and difference angles.
+/// Viewer, light and half vector for half and difference angles.
 pub fn pair(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3, DVec3) {
     let wh = direction(theta_h, phi_h);
     let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd: direction(theta_d, phi_d) });
     (wo, wi, wh)
 }
 
-/// A pair of directions and what the material reflects there.
+/// A direction pair and its reflectance.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// To the viewer.
+    /// Towards the viewer.
     pub wo: DVec3,
-    /// To the light.
+    /// Towards the light.
     pub wi: DVec3,
-    /// Between both.
+    /// The half vector.
     pub wh: DVec3,
     /// `f_r`.
     pub value: DVec3,
-    /// Share of all pairs of visible and lit directions, each by its cosine, that it stands for.
+    /// Weight: the pair's share of all pairs of visible and lit directions, each weighted by its cosine.
     pub weight: f64,
 }
 
-/// Pairs all over both hemispheres.
+/// Pairs over both hemispheres.
 pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
     let azimuths = if isotropic { 1 } else { AZIMUTHS };
     let mut all = Vec::new();
@@ -67,12 +67,12 @@ pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
     all
 }
 
-/// How far a fit is from the samples.
+/// Distance of a fit from the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {
-    /// Root mean square of the difference of `f_r`, relative to that of `f_r`.
+    /// Rms difference of `f_r`, relative to the rms of `f_r`.
     pub rrmse: f64,
-    /// The same of the cube roots of `f_r cos θ_i`, which is nearer to what eyes see.
+    /// The same for the cube root of `f_r cos θ_i`, which is perceptually more uniform.
     pub perceptual: f64,
     /// Generalised Kullback–Leibler divergence, per unit of `f_r`.
     pub divergence: f64,

@@ -1,4 +1,4 @@
-//! The noncentral anisotropic Beckmann distribution: slopes are Gaussian (LEADR eq. 8–10).
+//! The noncentral anisotropic Beckmann distribution, with Gaussian slopes (LEADR eq. 8–10).
 
 use super::beckmann_sampling::beckmann_sample_visible;
 use super::ellipse::{
@@ -12,17 +12,16 @@ use crate::slopes::statistics::{covariance_from_moments, slope_scales, widened_c
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `P22(slope)`: density of slopes. Variances are held at [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) or above.
+/// `P22(slope)`: slope density. Variances are clamped to at least [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
     let (sigma, r, q) = slope_scales(s);
-    // Whitened: x, then y given x. Loses less precision than the adjugate when the correlation is strong.
+    // Whitened: x, then y given x. More precise than the adjugate for strong correlation.
     let u = (slope - m) / sigma;
     let v = (u.y - r * u.x) / q;
     (-0.5 * (u.x * u.x + v * v)).exp() / (2.0 * PI * sigma.x * sigma.y * q)
 }
 
-/// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle (LEADR eq. 10); 0
-/// for `wh.z ≤ 0`.
+/// `D(wh) = P22(slope of wh) / wh.z⁴`: normal density per unit of macrosurface and solid angle (LEADR eq. 10); 0 for `wh.z ≤ 0`.
 pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -36,7 +35,7 @@ pub fn beckmann_vndf(wo: DVec3, wn: DVec3, m: DVec2, s: DVec3) -> f64 {
     visible_density(wo, wn, beckmann_ndf(wn, m, s), visible_area(wo, m, s))
 }
 
-/// A Beckmann surface: slopes are Gaussian, with any mean and covariance.
+/// A Beckmann surface: Gaussian slopes of any mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beckmann {
     mean: DVec2,
@@ -44,29 +43,29 @@ pub struct Beckmann {
 }
 
 impl Beckmann {
-    /// From the mean slope and the covariance `(s_xx, s_yy, s_xy)`, clamped to the usable range: variances of
-    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) to [`MAX_SLOPE`](crate::limits::MAX_SLOPE)², correlations within
-    /// [`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
+    /// Creates it from the mean slope and the covariance `(s_xx, s_yy, s_xy)`. Variances are clamped to
+    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², the correlation to
+    /// ±[`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, covariance: DVec3) -> Self {
         Self { mean, covariance: widened_covariance(covariance) }
     }
 
-    /// Isotropic, of roughness `α` (`α² = 2σ²`).
+    /// Creates an isotropic surface of roughness `α` (`α² = 2σ²`).
     pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
         Self::new(mean, DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0))
     }
 
-    /// From roughness radii and angle.
+    /// Creates it from roughness radii and angle.
     pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
         Self::new(mean, covariance_from_roughness(roughness_from_ellipse(ellipse)))
     }
 
-    /// From roughness scales and correlation.
+    /// Creates it from roughness scales and correlation.
     pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
         Self::new(mean, covariance_from_roughness(roughness_from_bivariate(bivariate)))
     }
 
-    /// From the moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of the slopes.
+    /// Creates it from the slope moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])`.
     pub fn from_moments(first: DVec2, second: DVec3) -> Self {
         Self::new(first, covariance_from_moments(first, second))
     }

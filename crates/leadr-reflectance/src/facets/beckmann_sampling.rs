@@ -1,14 +1,12 @@
-//! Exact sampling of the visible normals of a noncentral anisotropic Beckmann surface (thesis 2.2, eq. 2.35 and 3.4).
+//! Exact sampling of visible normals of a noncentral anisotropic Beckmann surface (thesis 2.2, eq. 2.35 and 3.4).
 //!
-//! The affine map `slope = m + C s`, `C Cᵀ = S`, relates the surface to the unit surface with slopes `s ~ N(0, 1)²`.
-//! There the facet of slope `s` has the projected area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Let `b = |t|`
-//! and `ν = a/b`. The coordinate `x` of a visible slope along `t` has the density `(ν − x)⁺ φ(x) / g(ν)`, and the other
-//! coordinate is an independent normal variable. The cumulative distribution has a closed form, `F(x) = ν Φ(x) + φ(x)`
-//! up to `F(ν) = g(ν)`, which is inverted here.
+//! The affine map `slope = m + C s`, `C Cᵀ = S`, relates the surface to the unit surface with slopes `s ~ N(0, 1)²`. There the facet of
+//! slope `s` has the projected area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Let `b = |t|` and `ν = a/b`. The coordinate `x` of
+//! a visible slope along `t` has the density `(ν − x)⁺ φ(x) / g(ν)`, and the other coordinate is an independent normal variable. The
+//! cumulative distribution has a closed form, `F(x) = ν Φ(x) + φ(x)` up to `F(ν) = g(ν)`, which is inverted here.
 //!
-//! This holds for every `ν`: for a mesosurface that faces the viewer (`ν > 0`), is edge-on, or is turned away, where
-//! only the tail below `ν` is visible. The inversions in the literature parameterise by the viewer's angle and stop at
-//! the horizon.
+//! This is valid for every `ν`: for a front-facing (`ν > 0`), edge-on or back-facing mesosurface, where only the tail below `ν` is
+//! visible. Inversions in the literature are parametrised by the viewer's angle and stop at the horizon.
 
 use super::normal_distribution::{MIN_PROBABILITY, mills_ratio, normal_quantile, tail_mean_ratio};
 use super::projected_area::meso_area;
@@ -17,17 +15,16 @@ use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Limit on Newton steps; 3 to 6 are used. The device always makes 5.
+/// Limit on Newton steps; 3 to 6 are used. The shader always does 5.
 const STEPS: u32 = 60;
 
-/// The visible slope `x ≤ ν` of the unit surface for which `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`: the quantile of the
-/// visible slopes along the viewer's azimuth. `−∞ < ν ≤ ∞` is the mesosurface's projected area in units of the spread.
+/// The visible slope `x ≤ ν` of the unit surface with `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`: the quantile of the visible slopes along
+/// the viewer's azimuth. `−∞ < ν ≤ ∞` is the mesosurface's projected area in units of the spread.
 ///
-/// `u` is held within `[2⁻³², 1 − 2⁻³²]`. The solver is Newton's method in a bracket, started from Wilson and
-/// Hilferty's estimate for the gamma distribution with the mean and variance of `y = ν − x`. For the lower half it
-/// works on the logarithm of `F` (concave, so it converges from every start), for the upper half on the root of `g − F`
-/// (linear where `F` touches `g`). Everything is in units of `φ(min(ν, 0))` and sums terms of one sign, so that the
-/// tail at `ν = −10` is as exact as the rest.
+/// `u` is clamped to `[2⁻³², 1 − 2⁻³²]`. The solver is a bracketed Newton method. It starts from Wilson and Hilferty's estimate for the
+/// gamma distribution with the mean and variance of `y = ν − x`. In the lower half it solves for the logarithm of `F`, which is concave,
+/// so every start converges. In the upper half it solves for the root of `g − F`, which is linear where `F` touches `g`. All values are in
+/// units of `φ(min(ν, 0))` and sum terms of one sign, so the tail at `ν = −10` is equally accurate.
 pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let (positive, negative) = (nu.clamp(0.0, 1e15), nu.clamp(-1e15, 0.0));
@@ -46,7 +43,7 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
         let t = -negative;
         let total = tail_mean_ratio(t);
         let mean = if t > 8.0 { 2.0 * t / (t * t + 3.0) } else { mills_ratio(t) / total - t };
-        // y ≥ √(2 (1 − u) g): the density of y is y times a factor below 1.
+        // y ≥ √(2 (1 − u) g), because the density of y is y times a factor below 1.
         let least = (2.0 * (1.0 - u) * total).sqrt();
         (total, -gamma_quantile(z, mean, 2.0 - mean * (mean + t)).max(least))
     };
@@ -60,10 +57,10 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
             let rest = (total - part).max(0.0);
             2.0 * (rest - rest.sqrt() * ((1.0 - u) * total).sqrt())
         };
-        // The bracket closes by the sign of the step itself: at the root its rounding differs from that of `part`.
+        // The sign of the step updates the bracket: at the root its rounding differs from that of `part`.
         *(if change > 0.0 { &mut low } else { &mut high }) = w;
         let next = w + change / density;
-        // Outside the bracket, or NaN: bisect.
+        // Bisect if the step leaves the bracket or is NaN.
         let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
         let done = (next - w).abs() <= 1e-15 * w.abs();
         w = next;
@@ -86,8 +83,8 @@ fn visible_part(w: f64, positive: f64, negative: f64) -> (f64, f64) {
     (part, y * e)
 }
 
-/// Upper-tail quantile at the normal deviate `z` of a gamma distribution, by Wilson and Hilferty's cube. Shapes below
-/// 2, which occur here only through rounding, are treated as 2.
+/// Upper-tail quantile of a gamma distribution at the normal deviate `z`, by the Wilson–Hilferty cube. Shapes below 2 occur only through
+/// rounding and are treated as 2.
 fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
     let shape = (mean * mean / variance.max(1e-30)).max(2.0);
     let cube = (1.0 - 1.0 / (9.0 * shape) - z / (3.0 * shape.sqrt())).max(0.02);
@@ -96,13 +93,13 @@ fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
 
 /// A visible normal for `u` in `[0, 1)²`: `u.x` gives the slope along the viewer's azimuth, `u.y` the slope across it.
 ///
-/// Distributed as `max(0, wo·wn) D(wn) / A(wo)` for the [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same
-/// statistics. A viewer exactly behind the displacement direction sees nothing; the result is then some finite normal.
+/// The density is `max(0, wo·wn) D(wn) / A(wo)` for [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same statistics. A viewer
+/// exactly opposite the displacement direction sees no facets; the result is then an arbitrary finite normal.
 pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3 {
     let c = slope_cholesky(with_least_variance(s));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let nu = (meso_area(wo, m) / t.length().max(1e-18)).clamp(-1e15, 1e15);
-    // The visible slope of the standard surface, rotated from the azimuth of `t` back to the axes.
+    // Rotate the visible slope of the standard surface from the azimuth of `t` to the axes.
     let along = t.try_normalize().unwrap_or(DVec2::X);
     let standard = along.rotate(DVec2::new(visible_slope_quantile(u.x, nu), normal_quantile(u.y)));
     normal_of_slope(slope_at(standard, m, c))
@@ -156,7 +153,7 @@ mod tests {
 
     #[test]
     fn limits_of_the_quantile() {
-        // A smooth or distant surface: a plain normal variable. One turned far away: a gamma distribution of shape 2.
+        // A smooth or distant surface gives a plain normal variable, a far back-facing one a gamma distribution of shape 2.
         for u in [0.001, 0.3, 0.5, 0.999] {
             assert!((visible_slope_quantile(u, 1e12) - normal_quantile(u)).abs() < 1e-11);
             let y = 1e4 * (-1e4 - visible_slope_quantile(u, -1e4));

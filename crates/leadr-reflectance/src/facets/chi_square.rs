@@ -1,25 +1,25 @@
-//! χ² of sampled normals, for the tests of every distribution that is sampled.
+//! χ² test of sampled normals, for all sampled distributions.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::radial_table::{angle_at, place_of};
+use super::radial_table::{angle_at, u_of_angle};
 use super::slope_distribution::SlopeDistribution;
 use crate::quadrature::gauss_legendre;
 use crate::random::Random;
 
-/// Cells along the root of the angle, and along the azimuth.
+/// Cells along the square root of the angle, and along the azimuth.
 const CELLS: usize = 16;
 
-/// χ² of visible normals that `drawn` draws against their density in `of`, and the 99 % quantile of what it is if both are the same. Cells
-/// with few samples are joined.
+/// χ² of visible normals sampled from `drawn` against their density in `of`, and the 99 % quantile under equality. Cells with few samples
+/// are pooled.
 pub fn chi_square(drawn: &impl SlopeDistribution, of: &impl SlopeDistribution, wo: DVec3, samples: u32) -> (f64, f64) {
     let mut counts = vec![0.0; CELLS * CELLS];
     for i in 0..samples {
         let mut random = Random::stream(7, u64::from(i));
         let wn = drawn.sample_visible(wo, DVec2::new(random.unit(), random.unit()));
-        let along = (place_of(wn.truncate().length().atan2(wn.z)) * CELLS as f64) as usize;
+        let along = (u_of_angle(wn.truncate().length().atan2(wn.z)) * CELLS as f64) as usize;
         let turn = ((wn.y.atan2(wn.x) / TAU).rem_euclid(1.0) * CELLS as f64) as usize;
         counts[along.min(CELLS - 1) * CELLS + turn.min(CELLS - 1)] += 1.0;
     }
@@ -49,7 +49,7 @@ pub fn chi_square(drawn: &impl SlopeDistribution, of: &impl SlopeDistribution, w
         sum += (few[1] - few[0]).powi(2) / few[0];
         cells += 1.0;
     }
-    // Wilson and Hilferty.
+    // Wilson–Hilferty approximation.
     let freedom: f64 = cells - 1.0;
     let part = 2.0 / (9.0 * freedom);
     (sum, freedom * (1.0 - part + 2.326 * part.sqrt()).powi(3))

@@ -2,8 +2,7 @@
 
 use crate::limits::held;
 
-/// A cubic through every value that has no extremum between two of them (Fritsch and Carlson 1980), with slopes of fourth order where
-/// that allows.
+/// A monotone cubic without extrema between nodes (Fritsch and Carlson 1980), with fourth-order slopes where allowed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     values: Vec<f64>,
@@ -11,12 +10,12 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Through `values` at 0, 1, 2, …; at least two.
+    /// Interpolates `values` at 0, 1, 2, …; at least two.
     ///
     /// # Panics
-    /// With fewer than two values.
+    /// If there are fewer than two values.
     pub fn new(values: Vec<f64>) -> Self {
-        assert!(values.len() > 1, "a curve needs two values");
+        assert!(values.len() > 1, "a curve needs at least two values");
         let last = values.len() - 1;
         let step = |i: usize| values[i + 1] - values[i];
         let slopes = (0..=last).map(|i| {
@@ -24,7 +23,7 @@ impl Curve {
                 let (end, next) =
                     if i == 0 { (step(0), step(1.min(last - 1))) } else { (step(last - 1), step(last.max(2) - 2)) };
                 let slope = 1.5 * end - 0.5 * next;
-                // Not beyond the last value.
+                // Do not overshoot the last value.
                 return if slope * end <= 0.0 { 0.0 } else { slope.clamp(-3.0 * end.abs(), 3.0 * end.abs()) };
             }
             let (before, after) = (step(i - 1), step(i));
@@ -44,17 +43,17 @@ impl Curve {
         Self { values, slopes }
     }
 
-    /// The values that it goes through.
+    /// The interpolated values.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// Each value with the slope there.
+    /// Each value and its slope.
     pub fn knots(&self) -> impl Iterator<Item = [f64; 2]> {
         self.values.iter().zip(&self.slopes).map(|(value, slope)| [*value, *slope])
     }
 
-    /// At `x`, held within its ends.
+    /// Value at `x`, clamped to the ends.
     pub fn at(&self, x: f64) -> f64 {
         let last = self.values.len() - 1;
         let x = held(x, 0.0, last as f64);

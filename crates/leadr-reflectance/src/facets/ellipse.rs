@@ -1,17 +1,16 @@
-//! Parameterisations of anisotropic roughness and lossless conversions between them (thesis 2.3, eq. 2.25–2.34).
+//! Parametrisations of anisotropic roughness and lossless conversions between them (thesis 2.3, eq. 2.25–2.34).
 //!
-//! Distributions are evaluated from the roughness matrix `A = (a_xx, a_yy, a_xy)`: slopes are `m + C s` with `C Cᵀ = A`
-//! and `s` from the standard distribution. The matrix can be written as an [`Ellipse`] (radii and angle) or as a
-//! [`Bivariate`] (scales and correlation). A Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`). A GGX
-//! surface has no finite covariance; its matrix is the roughness itself.
+//! Distributions are evaluated from the roughness matrix `A = (a_xx, a_yy, a_xy)`: slopes are `m + C s` with `C Cᵀ = A` and `s` from the
+//! standard distribution. The matrix can be written as an [`Ellipse`] (radii and angle) or as a [`Bivariate`] (scales and correlation). A
+//! Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`). A GGX surface has no finite covariance; its matrix is the roughness
+//! itself.
 //!
-//! Sign convention: the printed eq. 2.31 contradicts eq. 2.25 and 2.34. Here the major axis lies at the angle `φ`
-//! counter-clockwise in the plane of slopes, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle is a positive
-//! correlation (2.31).
+//! Sign convention: the printed eq. 2.31 contradicts eq. 2.25 and 2.34. Here the major axis is at the angle `φ` counter-clockwise in the
+//! slope plane, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle is a positive correlation (2.31).
 
 use glam::{DVec2, DVec3};
 
-/// Roughness as an ellipse in the plane of slopes.
+/// Roughness as an ellipse in the slope plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     /// `(α₁, α₂)`, each at least 0; conversions to an ellipse give `α₁ ≥ α₂`.
@@ -27,25 +26,24 @@ pub struct Bivariate {
     pub alpha: DVec2,
     /// `ρ`, −1..1.
     pub rho: f64,
-    /// `√(1 − ρ²)`, 0..1. Stored beside `ρ`, because near 1 `ρ` has no digits left for the minor radius of a thin
-    /// ellipse.
+    /// `√(1 − ρ²)`, 0..1. Stored separately, because near 1 `ρ` lacks the digits for the minor radius of a thin ellipse.
     pub independence: f64,
 }
 
 impl Bivariate {
-    /// From scales and a correlation in −1..1.
+    /// Creates it from scales and a correlation in −1..1.
     pub fn new(alpha: DVec2, rho: f64) -> Self {
         Self { alpha, rho, independence: ((1.0 - rho) * (1.0 + rho)).max(0.0).sqrt() }
     }
 }
 
-/// Thesis eq. 2.29–2.31, without differences of squares: a minor radius of 1e-12 of the major one survives.
+/// Thesis eq. 2.29–2.31, without differences of squares, so a minor radius of 1e-12 of the major one is preserved.
 pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     let (sin, cos) = e.angle.sin_cos();
     let alpha = DVec2::new((e.radii.x * cos).hypot(e.radii.y * sin), (e.radii.x * sin).hypot(e.radii.y * cos));
     let product = alpha.x * alpha.y;
     if product < 1e-300 {
-        // One scale is zero: the slopes are trivially independent.
+        // One scale is zero, so the slopes are independent.
         return Bivariate { alpha, rho: 0.0, independence: 1.0 };
     }
     let difference = (e.radii.x - e.radii.y) * (e.radii.x + e.radii.y);
@@ -68,7 +66,7 @@ pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     }
 }
 
-/// `atan2`, but 0 at the origin and π where `y = −0`.
+/// `atan2`, but 0 at the origin and π for `y = −0`, `x < 0`.
 fn angle_of(y: f64, x: f64) -> f64 {
     if y == 0.0 { if x < 0.0 { std::f64::consts::PI } else { 0.0 } } else { y.atan2(x) }
 }
@@ -91,7 +89,7 @@ pub fn roughness_from_bivariate(b: &Bivariate) -> DVec3 {
 
 /// Scales and correlation of `A`; a matrix that rounding has made indefinite is treated as fully correlated.
 ///
-/// The determinant of a matrix is a difference: minor radii below 1e-8 of the major one are lost in rounding.
+/// The determinant cancels: minor radii below 1e-8 of the major one are lost in rounding.
 pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
     let alpha = DVec2::new(a.x.max(0.0).sqrt(), a.y.max(0.0).sqrt());
     let product = alpha.x * alpha.y;
@@ -154,13 +152,13 @@ mod tests {
             let back = ellipse_from_bivariate(&b);
             let relative = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
             worst[0] = worst[0].max(relative(back.radii.x, e.radii.x));
-            // A minor radius of exactly zero comes back as a rounding error unless the ellipse is aligned with the axes.
+            // A minor radius of exactly zero returns as a rounding error unless the ellipse is axis-aligned.
             let minor = if e.radii.y > 0.0 { relative(back.radii.y, e.radii.y) } else { back.radii.y / e.radii.x };
             worst[1] = worst[1].max(minor);
-            // The angle of a circle has no meaning.
+            // The angle of a circle is meaningless.
             let eccentric = 1.0 - e.radii.y / e.radii.x;
-            let turn = (back.angle - e.angle).rem_euclid(2.0 * FRAC_PI_2);
-            worst[2] = worst[2].max(turn.min(2.0 * FRAC_PI_2 - turn) * eccentric);
+            let rotation = (back.angle - e.angle).rem_euclid(2.0 * FRAC_PI_2);
+            worst[2] = worst[2].max(rotation.min(2.0 * FRAC_PI_2 - rotation) * eccentric);
         }
         println!("ellipse round trip: major {:.1e}, minor {:.1e}, angle {:.1e}", worst[0], worst[1], worst[2]);
         assert!(worst[0] < 1e-14 && worst[1] < 1e-14 && worst[2] < 1e-14, "{worst:?}");
@@ -173,7 +171,7 @@ mod tests {
                 for rho in [0.0, 0.5, -0.95, 1.0 - 1e-9, -1.0 + 1e-15, 1.0, -1.0] {
                     let b = Bivariate::new(DVec2::new(x, y), if x * y == 0.0 { 0.0 } else { rho });
                     let back = bivariate_from_ellipse(&ellipse_from_bivariate(&b));
-                    // A scale below 1e-16 of the other is lost in the angle: compare absolutely.
+                    // A scale below 1e-16 of the other is lost in the angle, so compare absolutely.
                     let floor = 1e-15 * x.max(y);
                     assert!((back.alpha - b.alpha).abs().max_element() <= 1e-14 * x.max(y) + floor, "{b:?} {back:?}");
                     let (a, a_back) = (roughness_from_bivariate(&b), roughness_from_bivariate(&back));
@@ -187,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Why `independence` is stored: rebuilding it from `ρ` alone loses thin ellipses.
+    /// `independence` is stored because recomputing it from `ρ` loses thin ellipses.
     #[test]
     fn the_correlation_alone_is_lossy() {
         let e = Ellipse { radii: DVec2::new(1.0, 1e-10), angle: 0.7 };
@@ -206,7 +204,7 @@ mod tests {
             assert!(close(back.radii.x, e.radii.x, 1e-14), "{e:?} {back:?}");
             assert!((back.radii.y - e.radii.y).abs() <= 2e-8 * e.radii.x, "{e:?} {back:?}");
         }
-        // Counter-clockwise: a positive angle gives a positive correlation of the slopes.
+        // A positive (counter-clockwise) angle gives a positive slope correlation.
         let tilted = Ellipse { radii: DVec2::new(1.0, 0.2), angle: 0.5 };
         assert!(bivariate_from_ellipse(&tilted).rho > 0.5);
         let tall = Ellipse { radii: DVec2::new(1.0, 0.2), angle: FRAC_PI_2 };

@@ -1,23 +1,24 @@
-//! Normals and roughness under a footprint: shortened normals are averaged, and what comes out is a normal and a roughness again (Chan 2018, Algorithms
-//! 1–3).
+//! Filtering of normals and roughness through mean normal length: averages shortened normals and reads back a normal and a roughness (Chan
+//! 2018, Algorithms 1–3).
 //!
-//! A texel with the unit normal `n` and the roughness `α` becomes four numbers that any linear filter may average: the sum of the normals of its facets
-//! and the area by which they count. Over a unit of texture, with the length `L(α)` of [`Shortening`],
+//! A texel of unit normal `n` and roughness `α` becomes four numbers that any linear filter may average: the sum of its facet normals, and
+//! the area that weights them. Per unit of texture, with the length `L(α)` of [`Shortening`],
 //!
 //! ```text
-//! macro:  (L n, 1)                      facets count by the area under them
-//! micro:  (n, 1/L) / cos θ              their own: 1/cos θ of plane, each of it with 1/L of facets
+//! macro:  (L n, 1)                      facets weighted by macrosurface area
+//! micro:  (n, 1/L) / cos θ              by their own area: 1/cos θ of plane, times 1/L of facets
 //! ```
 //!
-//! By microsurface area the sum has `z = 1`: its direction is the normal of the mean slope, LEADR's mesosurface. Algorithm 1 weights the plane `1/cos θ` alone, as if
-//! rough texels had no more facets than smooth ones. Macro sums are weighted by 1 and need three numbers, micro sums have `z = 1` and need three as well.
+//! By microsurface area the sum has `z = 1`: its direction is the normal of the mean slope, LEADR's mesosurface. Algorithm 1 uses the
+//! plane area `1/cos θ` only, and ignores the larger facet area of rough texels. Macro sums have weight 1 and micro sums have `z = 1`, so
+//! both need only three numbers.
 
 use super::shortened_normals::{NormalArea, Shortening};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
 use crate::quadrature::gauss_legendre;
 use glam::{DVec3, DVec4};
 
-/// A texel of a normal map and a roughness map.
+/// A texel of a normal map and its roughness map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalTexel {
     /// Unit normal.
@@ -27,7 +28,7 @@ pub struct NormalTexel {
 }
 
 impl NormalTexel {
-    /// The normal at length 1 and above the horizon; straight up if it is none.
+    /// The normalised normal, raised above the horizon; z if it has no direction.
     fn direction(&self) -> DVec3 {
         let n = self.normal;
         let length = n.length();
@@ -43,10 +44,10 @@ impl NormalTexel {
     }
 }
 
-/// The sum of normals and the area of a texel, per unit of texture.
+/// The normal sum and the area of a texel, per unit of texture.
 ///
-/// Averages of this are what a footprint holds; [`texel_of_sum`] reads them. Normals below the horizon are held at [`MIN_NORMAL_Z`], a normal without a direction is straight
-/// up, a roughness that is no number the largest.
+/// Averages of this represent a footprint; [`texel_of_sum`] decodes them. Normals below the horizon are clamped to [`MIN_NORMAL_Z`]. A
+/// normal without a direction becomes z, and a NaN roughness becomes the largest.
 pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
     let (normal, length) = (texel.direction(), shortening.length(texel.alpha()));
     match shortening.area {
@@ -55,7 +56,7 @@ pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
     }
 }
 
-/// Normal and roughness of a sum or mean of [`normal_sum`]s. Without area or direction it is straight up and as rough as can be.
+/// Normal and roughness of a sum or mean of [`normal_sum`]s. Without area or direction the result is z with the largest roughness.
 pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     let mean = sum.truncate() / sum.w;
     let length = mean.length();
@@ -66,22 +67,23 @@ pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     }
 }
 
-/// The texel that stands for several, each of equal size: a box filter (Chan's Algorithm 3).
+/// The mean texel of several texels of equal size: a box filter (Chan's Algorithm 3).
 pub fn mean_texel(texels: &[NormalTexel], shortening: Shortening) -> NormalTexel {
     texel_of_sum(texels.iter().map(|t| normal_sum(t, shortening)).sum(), shortening)
 }
 
-/// The sum of a texel whose map is a smooth surface rather than one facet per texel (Chan 2018, section 2.3): normals and roughness are interpolated
-/// between texel centres, and the footprint is one texel wide.
+/// The sum of a texel of a smooth surface, rather than one facet per texel (Chan 2018, section 2.3). Normals and roughness are
+/// interpolated between texel centres, and the footprint is one texel wide.
 ///
-/// `around`: the texel and its eight neighbours, rows along `t`, the texel in the middle. Bilinear normals at length 1 and bilinear roughness, by 4 × 4 Gauss–Legendre
-/// points in each quarter: where neighbours differ by 120°, `1 − L` is right to 3e-5. Under magnification a pixel sees less than a texel, and this is too wide.
+/// `around`: the texel at the centre and its eight neighbours, rows along `t`. Bilinear unit normals and bilinear roughness are integrated
+/// by 4 × 4 Gauss–Legendre points per quarter. The error of `1 − L` is 3e-5 if neighbours differ by 120°. Under magnification a pixel
+/// covers less than a texel, so this overestimates roughness.
 pub fn continuous_normal_sum(around: &[[NormalTexel; 3]; 3], shortening: Shortening) -> DVec4 {
     let normals = around.map(|row| row.map(|t| t.direction()));
     let alphas = around.map(|row| row.map(|t| t.alpha()));
     let rule = gauss_legendre(4);
     let mut sum = DVec4::ZERO;
-    // From the middle to (column, row) = (i, j), half of the way: x and y are fractions of it.
+    // From the centre to (column, row) = (i, j), half of the way: x and y are fractions of it.
     for (i, j) in [(0, 0), (2, 0), (0, 2), (2, 2)] {
         for &(x, wx) in &rule {
             for &(y, wy) in &rule {
@@ -124,7 +126,7 @@ mod tests {
         }
     }
 
-    /// Algorithms 1 and 2 over mirrors, written out.
+    /// Algorithms 1 and 2 over specular texels, written out.
     #[test]
     fn sums_are_the_paper_s_algorithms() {
         let texels = [texel(0.3, -0.2, 0.0), texel(-1.0, 0.4, 0.0), texel(0.1, 0.9, 0.0)];
@@ -141,14 +143,14 @@ mod tests {
         }
     }
 
-    /// Texels whose normals are distributed like the facets of a roughness give this roughness, by either area.
+    /// Texels with the normal distribution of a roughness give this roughness, by either area.
     #[test]
     fn facets_as_texels_give_their_roughness() {
         for alpha in [0.05, 0.3, 0.8] {
             for shortening in Shortening::ALL {
                 let texels: Vec<NormalTexel> = (0..4000 * 4)
                     .map(|i| {
-                        // Quantiles of slopes, closer together in the tail.
+                        // Quantiles of slopes, denser in the tail.
                         let v = (f64::from(i / 4) + 0.5) / 4000.0;
                         let slope = alpha
                             * match shortening.facets {
@@ -160,20 +162,20 @@ mod tests {
                     })
                     .collect();
                 let found = mean_texel(&texels, shortening).alpha;
-                // The last quantile leaves part of GGX' long tail out.
+                // The last quantile truncates part of GGX's long tail.
                 assert!((found / alpha - 1.0).abs() < 0.04, "{shortening:?} {alpha}: {found}");
             }
         }
     }
 
-    /// By microsurface area the mean normal is that of the mean slope, whatever the roughness of the texels.
+    /// By microsurface area the mean normal is that of the mean slope, for any texel roughness.
     #[test]
     fn microsurface_sums_keep_the_mean_slope() {
         let shortening = Shortening { area: NormalArea::Micro, ..Shortening::default() };
         let texels = [texel(0.3, -0.2, 0.7), texel(-1.0, 0.4, 0.01), texel(0.1, 0.9, 0.2)];
         let found = mean_texel(&texels, shortening);
         assert!((slope_of_normal(found.normal) - DVec2::new(-0.2, 1.1 / 3.0)).length() < 1e-12);
-        // By macrosurface area it leans towards the smoother one (Chan's Figure 7).
+        // By macrosurface area it is biased towards the smoother texel (Chan's Figure 7).
         let macro_area = mean_texel(&[texel(0.5, 0.0, 0.05), texel(-0.5, 0.0, 0.9)], Shortening::default());
         assert!(slope_of_normal(macro_area.normal).x > 0.05);
     }
@@ -181,7 +183,7 @@ mod tests {
     #[test]
     fn continuous_texels_spread_by_their_neighbours() {
         let shortening = Shortening { facets: NormalFacets::Beckmann, area: NormalArea::Macro };
-        // A paraboloid: slopes change by d from texel to texel, so that within one their variance is d²/12 per axis.
+        // A paraboloid: slopes change by d per texel, so the variance within one is d²/12 per axis.
         for d in [0.01, 0.05] {
             let around = [-1.0, 0.0, 1.0].map(|y| [-1.0, 0.0, 1.0].map(|x| texel(d * x, d * y, 0.05)));
             let found = texel_of_sum(continuous_normal_sum(&around, shortening), shortening);
@@ -189,17 +191,17 @@ mod tests {
             assert!((found.alpha.powi(2) / want - 1.0).abs() < 2e-3, "{d}: {} {want}", found.alpha.powi(2));
             assert!((found.normal - DVec3::Z).length() < 1e-12);
         }
-        // Flat neighbours change nothing, and orientation is kept: a slope along s alone spreads no differently from one along t.
+        // Flat neighbours change nothing, and both axes behave alike.
         let flat = [[texel(0.2, 0.1, 0.3); 3]; 3];
         let back = texel_of_sum(continuous_normal_sum(&flat, shortening), shortening);
         assert!((back.normal - flat[0][0].normal).length() < 1e-12 && (back.alpha - 0.3).abs() < 1e-9);
         let lean = [0, 1, 2].map(|_| [texel(0.0, 0.0, 0.1), texel(0.0, 0.0, 0.1), texel(0.8, 0.0, 0.1)]);
-        let turned = [texel(0.0, 0.0, 0.1), texel(0.0, 0.0, 0.1), texel(0.0, 0.8, 0.1)].map(|t| [t; 3]);
-        let (a, b) = (continuous_normal_sum(&lean, shortening), continuous_normal_sum(&turned, shortening));
+        let rotated = [texel(0.0, 0.0, 0.1), texel(0.0, 0.0, 0.1), texel(0.0, 0.8, 0.1)].map(|t| [t; 3]);
+        let (a, b) = (continuous_normal_sum(&lean, shortening), continuous_normal_sum(&rotated, shortening));
         assert!((a.x - b.y).abs() < 1e-14 && a.x < -0.05 && a.y.abs() < 1e-14 && (a.z - b.z).abs() < 1e-14);
     }
 
-    /// The quadrature of a texel against one of 64 times as many points.
+    /// The texel quadrature against one with 64 times as many points.
     #[test]
     fn the_quadrature_of_a_texel_has_converged() {
         let shortening = Shortening::default();
@@ -221,10 +223,10 @@ mod tests {
                 let alpha = around[1][1].alpha;
                 want += normal_sum(&NormalTexel { normal, alpha }, shortening) / (n * n) as f64;
             }
-            let (lack, exact) = (1.0 - got.truncate().length(), 1.0 - want.truncate().length());
-            worst = worst.max((lack / exact - 1.0).abs());
+            let (one_minus_length, exact) = (1.0 - got.truncate().length(), 1.0 - want.truncate().length());
+            worst = worst.max((one_minus_length / exact - 1.0).abs());
         }
-        println!("4 x 4 points per quarter of a texel: off by {worst:.1e} of 1 - L at most");
+        println!("4 x 4 points per quarter of a texel: largest relative error of 1 - L {worst:.1e}");
         assert!(worst < 3e-4);
     }
 

@@ -1,5 +1,5 @@
-//! Fresnel reflectance of the facets (thesis Table 2.I, extended by conductors), as a function of the cosine of the
-//! difference angle, `cos θ_d = wo·wh = wi·wh`.
+//! Fresnel reflectance of facets (thesis Table 2.I, plus conductors), as a function of the cosine of the difference angle, `cos θ_d =
+//! wo·wh = wi·wh`.
 
 use crate::limits::unit;
 use glam::DVec3;
@@ -15,28 +15,27 @@ pub fn schlick_weight(cosine: f64) -> f64 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
-/// Reflectance at grazing incidence: 1 for every real surface. No material has an `f0` below 2 %, so smaller values
-/// mean that only part of the surface reflects (Lagarde & de Rousiers 2014); 0 means that nothing does: bare diffuse
-/// facets.
+/// Reflectance at grazing incidence: 1 for every real surface. No real material has an `f0` below 2 %, so smaller values mean that only
+/// part of the surface reflects (Lagarde & de Rousiers 2014). 0 disables specular reflection: bare diffuse facets.
 pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
     DVec3::splat((50.0 * f0.max_element()).min(1.0))
 }
 
-/// Schlick's form less the dip of a conductor. Most metals' reflectance falls before it rises towards grazing incidence:
-/// `F = schlick − dip · cos (1 − cos)⁶` (Lazányi and Szirmay-Kalos 2005, with the exponent of Hoffman 2019). `dip`:
-/// [`Metal::dip`](super::metals::Metal::dip), 0 for Schlick's form itself.
-pub fn fresnel_dipped(f0: DVec3, dip: DVec3, cosine: f64) -> DVec3 {
-    fresnel_schlick(f0, cosine) - dip * dip_weight(cosine)
+/// Schlick's approximation with the F82 edge tint. Most metals' reflectance falls before it rises towards grazing incidence: `F = schlick
+/// − edge_tint · cos (1 − cos)⁶` (Lazányi and Szirmay-Kalos 2005, with the exponent of Hoffman 2019). `edge_tint`:
+/// [`Metal::edge_tint`](super::metals::Metal::edge_tint); 0 gives Schlick's approximation.
+pub fn fresnel_edge_tint(f0: DVec3, edge_tint: DVec3, cosine: f64) -> DVec3 {
+    fresnel_schlick(f0, cosine) - edge_tint * edge_tint_weight(cosine)
 }
 
-/// Weight of a conductor's dip, `cos (1 − cos)⁶`: at most 0.057, at a cosine of 1/7.
-pub fn dip_weight(cosine: f64) -> f64 {
+/// Weight of a conductor's edge tint, `cos (1 − cos)⁶`: at most 0.057, at a cosine of 1/7.
+pub fn edge_tint_weight(cosine: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     c * (1.0 - c).powi(6)
 }
 
-/// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: refractive index on the far side
-/// divided by that on the near side, > 0. Gives 1 at total reflection.
+/// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: transmitted over incident refractive index, > 0.
+/// Gives 1 at total internal reflection.
 pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     let c = cosine.abs().min(1.0);
     let g2 = eta * eta - 1.0 + c * c;
@@ -49,23 +48,22 @@ pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     (0.5 * s * s * (1.0 + p * p)).min(1.0)
 }
 
-/// Largest component of a refractive index; above it, [`fresnel_conductor`] does not differ from a perfect mirror.
+/// Largest component of a refractive index; above it, [`fresnel_conductor`] equals a perfect mirror.
 const MAX_INDEX: f64 = 1e4;
 
-/// Unpolarised reflectance of a smooth conductor in vacuum. `eta`, `k`: real part and extinction coefficient of the
-/// complex index `η + i k` per colour channel, both ≥ 0 and held below 1e4; `k = 0` is a dielectric.
+/// Unpolarised reflectance of a smooth conductor in vacuum. `eta`, `k`: real part and extinction coefficient of the complex index `η + i
+/// k` per colour channel, both ≥ 0 and clamped to 1e4; `k = 0` is a dielectric.
 ///
-/// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas become quotients of sums of squares,
-/// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)` for
-/// `c = cos θ`, `s = sin θ`. Nothing cancels, and `0/0` is replaced by its limit, 1.
+/// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas become quotients of sums of squares, `R_s = ((a − c)² + b²) / ((a +
+/// c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)` for `c = cos θ`, `s = sin θ`. Nothing cancels, and `0/0` is
+/// replaced by its limit, 1.
 pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let c = cosine.abs().min(1.0);
     let s2 = (1.0 - c) * (1.0 + c);
     let channel = |eta: f64, k: f64| {
         let (eta, k) = (eta.clamp(0.0, MAX_INDEX), k.clamp(0.0, MAX_INDEX));
         let (re, im) = ((eta - k) * (eta + k) - s2, eta * k);
-        // The larger component of the root first, the other from the product of both: this avoids a difference of equal
-        // numbers.
+        // Compute the larger component of the root first and the other from their product, to avoid cancellation.
         let larger = (0.5 * ((re * re + 4.0 * im * im).sqrt() + re.abs())).sqrt();
         let smaller = im / larger.max(1e-15);
         let (a, b) = if re >= 0.0 { (larger, smaller) } else { (smaller, larger) };
@@ -77,8 +75,8 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
-/// Reflectances at difference angles in equal steps from 0° to 90°, interpolated linearly (thesis 4.2 extracts such a
-/// table from a measured material).
+/// Fresnel table over difference angles in equal steps from 0° to 90°, interpolated linearly (thesis 4.2 extracts one from a measured
+/// material).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelTable(Vec<DVec3>);
 
@@ -86,10 +84,10 @@ impl FresnelTable {
     /// Creates the table from `values`, linear RGB, the first at 0° (normal incidence) and the last at 90°.
     ///
     /// # Errors
-    /// With fewer than two entries, or with one that is not finite or is outside 0..1: a sentence that says which.
+    /// If there are fewer than two entries, or an entry is not finite or is outside 0..1. The message names the entry.
     pub fn new(values: Vec<DVec3>) -> Result<Self, String> {
         if values.len() < 2 {
-            return Err(format!("the Fresnel table has {} entries; it needs at least 2, for 0° and 90°", values.len()));
+            return Err(format!("the Fresnel table has {} entries; give at least 2, for 0° and 90°", values.len()));
         }
         let bad = |v: &DVec3| !v.to_array().iter().all(|c| (0.0..=1.0).contains(c));
         match values.iter().position(bad) {
@@ -114,12 +112,12 @@ impl FresnelTable {
 /// The Fresnel term of a microfacet BRDF (thesis eq. 2.2 and Table 2.I).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Fresnel {
-    /// `F = 1`: ideal mirrors, as in the white furnace (thesis eq. 2.3).
+    /// `F = 1`: ideal reflectors, as in the white furnace (thesis eq. 2.3).
     #[default]
     Ideal,
     /// [`fresnel_schlick`] with this reflectance at normal incidence, linear RGB, 0..1.
     Schlick(DVec3),
-    /// [`fresnel_dielectric`] with this index of the inside divided by that of the outside, > 0.
+    /// [`fresnel_dielectric`] with this interior index divided by the exterior index, > 0.
     Dielectric(f64),
     /// [`fresnel_conductor`].
     Conductor {
@@ -150,7 +148,7 @@ mod tests {
     use super::*;
     use glam::Vec3Swizzles as _;
 
-    /// Complex numbers, with only the operations that the amplitude formulas need.
+    /// Complex arithmetic for the amplitude formulas.
     mod complex {
         pub type C = (f64, f64);
         pub fn mul(a: C, b: C) -> C {
@@ -234,7 +232,7 @@ mod tests {
         assert!(FresnelTable::new(vec![DVec3::ONE]).unwrap_err().contains("has 1 entries"));
         for bad in [f64::NAN, -0.1, 1.1, f64::INFINITY] {
             let values = vec![DVec3::ONE, DVec3::new(0.5, bad, 0.5)];
-            assert!(FresnelTable::new(values).unwrap_err().contains("entry 1 "), "{bad} taken for a reflectance");
+            assert!(FresnelTable::new(values).unwrap_err().contains("entry 1 "), "{bad} accepted as a reflectance");
         }
     }
 

@@ -1,20 +1,20 @@
-//! Several Gaussian lobes of slopes about one mean. A sum of Gaussians stays one when it is convolved with the slopes of a relief (LEADR 4.1,
-//! thesis 5.1): each lobe's covariance grows by that of the relief, and each has its own visible area.
+//! Mixture of Gaussian slope lobes about one mean. Convolved with the slopes of a relief it stays a mixture (LEADR 4.1, thesis 5.1): the
+//! relief's covariance adds to that of each lobe, and each lobe has its own visible area.
 
 use glam::{DVec2, DVec3};
 
 use super::beckmann::Beckmann;
 use super::slope_distribution::SlopeDistribution;
 
-/// Most lobes of a fit.
+/// Maximum number of lobes in a fit.
 pub const MOST_LOBES: usize = 4;
 
 /// One lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {
-    /// Its share of the facets, 0 to 1.
+    /// Share of the facets, 0 to 1.
     pub share: f64,
-    /// Covariance of its slopes, `(xx, yy, xy)`.
+    /// Slope covariance, `(xx, yy, xy)`.
     pub covariance: DVec3,
 }
 
@@ -27,7 +27,7 @@ pub struct GaussianMixture {
 }
 
 impl GaussianMixture {
-    /// Lobes about a mean slope; shares are scaled to sum to one.
+    /// Creates a mixture about a mean slope; shares are normalised to sum to one.
     pub fn new(mean: DVec2, lobes: &[Lobe]) -> Self {
         let all = lobes.iter().map(|lobe| lobe.share).sum::<f64>().max(f64::MIN_POSITIVE);
         let covariance = lobes.iter().map(|lobe| lobe.share / all * lobe.covariance).sum();
@@ -67,7 +67,7 @@ impl SlopeDistribution for GaussianMixture {
     }
 
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
-        // A lobe by what is seen of it, and what is left of the number for its facets.
+        // Select a lobe by visible area, and reuse the rest of the number for its facets.
         let mut left = u.x * self.visible_area(wo);
         let last = self.lobes.len() - 1;
         for (i, (share, lobe)) in self.lobes.iter().enumerate() {
@@ -103,7 +103,7 @@ mod tests {
             let area = 0.75 * a.visible_area(w) + 0.25 * b.visible_area(w);
             assert!((mixture.visible_area(w) - area).abs() < 1e-12);
             sampled += mixture.sample_visible(wo, DVec2::new(random.unit(), random.unit())) / count as f64;
-            // Samples of each lobe, weighted by what is seen of it.
+            // Samples of each lobe, weighted by visible area.
             for (share, lobe) in [(0.75, &a), (0.25, &b)] {
                 let part = share * lobe.visible_area(wo);
                 exact += part * lobe.sample_visible(wo, DVec2::new(random.unit(), random.unit()));

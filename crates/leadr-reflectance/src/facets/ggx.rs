@@ -1,11 +1,11 @@
 //! The noncentral GGX distribution with a full roughness matrix (thesis Table 2.II and eq. 3.2; IGSA supplement 1).
 //!
-//! Slopes are `m + C s` with `C Cᵀ = A = (a_xx, a_yy, a_xy)` and `s` of the standard density `1 / (π (1 + s²)²)`: the
-//! bivariate t distribution with two degrees of freedom. `A` holds `α²` terms; the variance is infinite.
+//! Slopes are `m + C s` with `C Cᵀ = A = (a_xx, a_yy, a_xy)`. `s` has the standard density `1 / (π (1 + s²)²)`, the bivariate t
+//! distribution with two degrees of freedom. `A` holds `α²` terms; the variance is infinite.
 //!
-//! The standard surface is a hemisphere (`D = 1/π`). Its visible area is that of a hemisphere seen under `cos θ'`,
-//! `(1 + cos θ') / 2`, both above and below the horizon. Let `a` be the mesosurface's projected area and
-//! `b² = w.xyᵀ A w.xy`; then `A(w) = (a + √(a² + b²)) / 2` for every sign of `a`.
+//! The standard surface is a hemisphere (`D = 1/π`). Its visible area is that of a hemisphere viewed at `cos θ'`, `(1 + cos θ') / 2`, both
+//! above and below the horizon. Let `a` be the mesosurface's projected area and `b² = w.xyᵀ A w.xy`; then `A(w) = (a + √(a² + b²)) / 2`
+//! for every sign of `a`.
 
 use super::ellipse::{Bivariate, Ellipse, roughness_from_bivariate, roughness_from_ellipse};
 use super::ggx_sampling::ggx_sample_visible;
@@ -16,8 +16,7 @@ use crate::slopes::statistics::{slope_scales, widened_covariance};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// `P22(slope)`: density of slopes (thesis eq. 3.2). Diagonal elements are held at
-/// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) or above.
+/// `P22(slope)`: slope density (thesis eq. 3.2). Diagonal elements are clamped to at least [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
 pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
     let (alpha, r, q) = slope_scales(a);
     let u = (slope - m) / alpha;
@@ -26,10 +25,10 @@ pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
     g * g / (PI * alpha.x * alpha.y * q)
 }
 
-/// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle; 0 for `wh.z ≤ 0`.
+/// `D(wh) = P22(slope of wh) / wh.z⁴`: normal density per unit of macrosurface and solid angle; 0 for `wh.z ≤ 0`.
 ///
-/// Written without the division by `wh.z`: `1 / (π √|A| (z² + d²)²)`, where `d` is the whitened `-wh.xy − wh.z m`. It
-/// does not vanish towards the horizon.
+/// Computed without division by `wh.z`: `1 / (π √|A| (z² + d²)²)`, where `d` is the whitened `-wh.xy − wh.z m`. It does not vanish towards
+/// the horizon.
 pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -41,8 +40,7 @@ pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     g * g / (PI * alpha.x * alpha.y * q)
 }
 
-/// `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`: the area that is visible only because of the roughness; `a Λ` for
-/// `a > 0`.
+/// `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`: the area that only roughness makes visible; `a Λ` for `a > 0`.
 pub fn ggx_rough_area(a: f64, b: f64) -> f64 {
     0.5 * b * (b / (a.abs() + a.hypot(b)).max(1e-18))
 }
@@ -64,8 +62,8 @@ pub fn ggx_masking(wo: DVec3, m: DVec2, a: DVec3) -> f64 {
     1.0 / ggx_visible_area(wo, m, a).max(MIN_AREA)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX: height-correlated masking and shadowing. 0 when the
-/// light is below the mesosurface. Without `shadowing`, the same as [`ggx_masking`].
+/// `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX: height-correlated masking and shadowing. 0 for a light below the
+/// mesosurface. Without `shadowing`, equals [`ggx_masking`].
 pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
         return ggx_masking(wo, m, a);
@@ -89,25 +87,24 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// From the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms, clamped to the usable
-    /// range: diagonal of [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE) to
-    /// [`MAX_SLOPE`](crate::limits::MAX_SLOPE)², correlations within
-    /// [`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
+    /// Creates it from the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms. The diagonal is clamped to
+    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², the correlation to
+    /// ±[`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
         Self { mean, roughness: widened_covariance(roughness) }
     }
 
-    /// Isotropic, with roughness `α`.
+    /// Creates an isotropic distribution of roughness `α`.
     pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
         Self::new(mean, DVec3::new(alpha * alpha, alpha * alpha, 0.0))
     }
 
-    /// From roughness radii and angle.
+    /// Creates it from roughness radii and angle.
     pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
         Self::new(mean, roughness_from_ellipse(ellipse))
     }
 
-    /// From roughness scales and correlation.
+    /// Creates it from roughness scales and correlation.
     pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
         Self::new(mean, roughness_from_bivariate(bivariate))
     }
@@ -154,8 +151,8 @@ mod tests {
         let c = crate::slopes::grid::slope_cholesky(a);
         let along = DVec2::new(c.x * w.x + c.y * w.y, c.z * w.y);
         let (meso, b) = (meso_area(w, m), along.length());
-        // The mean of max(0, meso − b x), where x has the marginal 1 / (2 (1 + x²)^1.5). With x = tan t it is
-        // ½ ∫ max(0, meso cos t − b sin t) dt.
+        // Mean of max(0, meso − b x), where x has the marginal 1 / (2 (1 + x²)^1.5). With x = tan t it is ½ ∫ max(0, meso cos t − b sin t)
+        // dt.
         let top = meso.atan2(b);
         composite_gauss(-0.5 * PI, top, 4, 16)
             .into_iter()

@@ -1,15 +1,14 @@
-//! Exact sampling of the visible normals of a noncentral anisotropic GGX surface, by spherical caps (Dupuy & Benyoub
-//! 2023), for viewers above and below the mesosurface.
+//! Exact sampling of visible normals of a noncentral anisotropic GGX surface, by spherical caps (Dupuy & Benyoub 2023), for viewers above
+//! and below the mesosurface.
 //!
-//! The affine map `slope = m + C s`, `C Cᵀ = A`, relates the surface to the standard one. A facet has the projected
-//! area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Up to a constant factor this is its area on the
-//! standard surface in the direction `o = (t, a) / √(b² + a²)`.
+//! The affine map `slope = m + C s`, `C Cᵀ = A`, relates the surface to the standard one. A facet has the projected area `a − t·s` towards
+//! the viewer, with `t = Cᵀ wo.xy`. Up to a constant factor this is its area on the standard surface in the direction `o = (t, a) / √(b² +
+//! a²)`.
 //!
-//! Why caps also work below the horizon: normals of the standard surface are uniform over the upper hemisphere
-//! (`D = 1/π`), so visible normals have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The
-//! reflection `i = 2 (o·h) h − o` has the Jacobian `4 (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`.
-//! Since `i + o = 2 (o·h) h`, the condition `h.z > 0` is the same as `i.z > −o.z`: a spherical cap, whatever the sign
-//! of `o.z`. Hence: draw `i` uniformly in that cap and normalise `h = i + o`.
+//! Caps also work below the horizon. Normals of the standard surface are uniform over the upper hemisphere (`D = 1/π`), so visible normals
+//! have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The reflection `i = 2 (o·h) h − o` has the Jacobian `4
+//! (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`. Since `i + o = 2 (o·h) h`, the condition `h.z > 0` equals `i.z >
+//! −o.z`: a spherical cap for either sign of `o.z`. The sampler draws `i` uniformly in that cap and normalises `h = i + o`.
 
 use super::projected_area::meso_area;
 use crate::slopes::grid::slope_cholesky;
@@ -17,13 +16,12 @@ use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// A visible normal for `u` in `[0, 1)²`, distributed as `max(0, wo·wn) D(wn) / A(wo)` for the
-/// [`ggx_ndf`](super::ggx::ggx_ndf) with the same mean slope and roughness matrix.
+/// A visible normal for `u` in `[0, 1)²`, of density `max(0, wo·wn) D(wn) / A(wo)` for the [`ggx_ndf`](super::ggx::ggx_ndf) with the same
+/// mean slope and roughness matrix.
 ///
-/// The azimuth of `i` is measured from the viewer's, `φ = 2π u.y`. The sum `i + o` would cancel opposite the viewer
-/// (`u.x → 1, u.y → ½`); it is formed without cancellation from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and
-/// `1 + cos φ = 2 cos²(φ/2)`. A viewer exactly behind the displacement direction sees nothing; the result is then some
-/// finite normal.
+/// The azimuth of `i` is relative to the viewer's, `φ = 2π u.y`. The sum `i + o` would cancel opposite the viewer (`u.x → 1, u.y → ½`). It
+/// is computed without cancellation from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and `1 + cos φ = 2 cos²(φ/2)`. A viewer exactly
+/// opposite the displacement direction sees no facets; the result is then an arbitrary finite normal.
 pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let u = DVec2::new(u.x.clamp(0.0, 1.0 - 1.0 / 16_777_216.0), u.y);
     let c = slope_cholesky(with_least_variance(a));
@@ -51,7 +49,7 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The plain sum `i + o`, valid where it does not cancel.
+    /// The direct sum `i + o`, valid where it does not cancel.
     #[test]
     fn the_half_vector_of_a_uniform_cap() {
         for (o, u) in [

@@ -1,14 +1,14 @@
-//! Gloss: numbers from 0 (rough) to 1 (smooth) that textures store, and the GGX roughness `α` they stand for.
+//! Gloss: texture values from 0 (rough) to 1 (smooth), and their GGX roughness `α`.
 //!
-//! Two families are in use. The exponential one spreads highlights evenly over the scale: with a curve `(c, r, o)`
+//! Two families are in use. The exponential one spaces highlights evenly over the scale. With a curve `(c, r, o)`
 //!
 //! ```text
 //! α² = 2 / (c + 2^(r g + o))
 //! ```
 //!
-//! is Chan's eq. 1 for `c = 2, r = 16, o = 0` (*Advanced Warfare*), his eq. 2 for `c = 1, r = 18, o = 0` (*WWII*), and the roughness of a
-//! Blinn-Phong exponent `n = 2^(r g + o)` for `c = 2`, since `α² = 2 / (n + 2)` has the same curvature at the peak (Walter et al. 2007).
-//! The perceptual one is `α = (1 − g)²` (Disney, Unreal, glTF).
+//! it is Chan's eq. 1 for `c = 2, r = 16, o = 0` (*Advanced Warfare*), and his eq. 2 for `c = 1, r = 18, o = 0` (*WWII*). For `c = 2` it
+//! is the roughness of a Blinn-Phong exponent `n = 2^(r g + o)`, since `α² = 2 / (n + 2)` has the same curvature at the peak (Walter et
+//! al. 2007). The perceptual one is `α = (1 − g)²` (Disney, Unreal, glTF).
 
 use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held, unit};
 use glam::DVec3;
@@ -22,18 +22,18 @@ pub const GLOSS_WWII: DVec3 = DVec3::new(1.0, 18.0, 0.0);
 /// Curve of the Blinn-Phong exponents `2^(10 g + 1)`, 2 to 2048: `α` from .707 to .031.
 pub const GLOSS_BLINN_PHONG: DVec3 = DVec3::new(2.0, 10.0, 1.0);
 
-/// The roughness within the usable range, 1e-4 to 100; the smallest for a NaN.
+/// The roughness clamped to the usable range, 1e-4 to 100; the smallest for NaN.
 pub(super) fn usable_alpha(alpha: f64) -> f64 {
     held(alpha, MIN_VARIANCE.sqrt(), MAX_SLOPE)
 }
 
-/// `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss outside 0..1 is held there; a NaN is 0.
+/// `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss is clamped to 0..1; NaN counts as 0.
 pub fn gloss_alpha(gloss: f64, curve: DVec3) -> f64 {
     let power = (curve.y * unit(gloss) + curve.z).clamp(-60.0, 60.0).exp2();
     usable_alpha((2.0 / (curve.x + power).max(1e-9)).sqrt())
 }
 
-/// The inverse of [`gloss_alpha`], 0 to 1: roughness that the curve does not reach has the gloss of the nearer end.
+/// The inverse of [`gloss_alpha`], 0 to 1; roughness outside the curve's range gives the nearer end.
 pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     if alpha.is_nan() {
         return 0.0;
@@ -43,17 +43,17 @@ pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     unit((power.log2() - curve.z) / curve.y)
 }
 
-/// `α = (1 − g)²`, at least 1e-4 (Burley 2012, as roughness). Gloss outside 0..1 is held there; a NaN is 0.
+/// `α = (1 − g)²`, at least 1e-4 (Burley 2012, as roughness). Gloss is clamped to 0..1; NaN counts as 0.
 pub fn perceptual_gloss_alpha(gloss: f64) -> f64 {
     usable_alpha((1.0 - unit(gloss)).powi(2))
 }
 
-/// The inverse of [`perceptual_gloss_alpha`], 0 to 1; 0 from `α = 1` on and for a NaN.
+/// The inverse of [`perceptual_gloss_alpha`], 0 to 1; 0 for `α ≥ 1` and NaN.
 pub fn perceptual_alpha_gloss(alpha: f64) -> f64 {
     if alpha.is_nan() { 0.0 } else { unit(1.0 - usable_alpha(alpha).sqrt()) }
 }
 
-/// What a gloss means.
+/// A gloss scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Gloss {
     /// [`GLOSS_ADVANCED_WARFARE`], Chan's eq. 1.
@@ -75,7 +75,7 @@ pub enum Gloss {
 }
 
 impl Gloss {
-    /// The curve of the exponential ones.
+    /// The curve of an exponential scale.
     fn curve(self) -> Option<DVec3> {
         match self {
             Self::AdvancedWarfare => Some(GLOSS_ADVANCED_WARFARE),
@@ -85,7 +85,7 @@ impl Gloss {
         }
     }
 
-    /// GGX roughness `α` of a gloss, 1e-4 to 100. Gloss outside 0..1 is held there; a NaN is 0.
+    /// GGX roughness `α` of a gloss, 1e-4 to 100. Gloss is clamped to 0..1; NaN counts as 0.
     pub fn alpha(self, gloss: f64) -> f64 {
         match self.curve() {
             Some(curve) => gloss_alpha(gloss, curve),
@@ -94,7 +94,7 @@ impl Gloss {
         }
     }
 
-    /// Gloss of a GGX roughness `α`, 0 to 1: the nearest where none is exact; 0 for a NaN.
+    /// Gloss of a GGX roughness `α`, 0 to 1: the nearest if none is exact; 0 for NaN.
     pub fn gloss(self, alpha: f64) -> f64 {
         match self.curve() {
             Some(curve) => alpha_gloss(alpha, curve),

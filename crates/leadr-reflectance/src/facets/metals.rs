@@ -1,21 +1,21 @@
-//! Metals by name: their complex index of refraction, and a short form that stands for it.
+//! Named metals: complex indices of refraction, and an edge-tint approximation of their reflectance.
 //!
-//! The indices are the tabulated spectra of the usual handbooks (Palik, *Handbook of Optical Constants of Solids*; for the noble metals
-//! Johnson and Christy 1972), reduced to the primaries of linear Rec.709. What a renderer takes of them is the reflectance at normal
-//! incidence and how far it dips below Schlick's form before it rises ([`fresnel_dipped`](super::fresnel::fresnel_dipped));
-//! `docs/measurements/materials.md` has the table of what is left of the error.
+//! The indices are tabulated spectra (Palik, *Handbook of Optical Constants of Solids*; Johnson and Christy 1972 for noble metals),
+//! reduced to linear Rec.709 primaries. Renderers use two values: the reflectance at normal incidence, and the edge tint, which lowers
+//! Schlick's curve before it rises ([`fresnel_edge_tint`](super::fresnel::fresnel_edge_tint)). `docs/measurements/materials.md` lists the
+//! remaining errors.
 
-use super::fresnel::{dip_weight, fresnel_conductor, fresnel_schlick};
+use super::fresnel::{edge_tint_weight, fresnel_conductor, fresnel_schlick};
 use glam::DVec3;
 
 /// A metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metal {
-    /// Its name on the command line.
+    /// Command-line name.
     pub name: &'static str,
-    /// Real part of the index of refraction for linear Rec.709 red, green and blue.
+    /// Real part of the refractive index for linear Rec.709 red, green and blue.
     pub eta: DVec3,
-    /// Imaginary part: extinction.
+    /// Imaginary part of the refractive index: extinction.
     pub k: DVec3,
 }
 
@@ -23,7 +23,7 @@ const fn metal(name: &'static str, eta: [f64; 3], k: [f64; 3]) -> Metal {
     Metal { name, eta: DVec3::from_array(eta), k: DVec3::from_array(k) }
 }
 
-/// The metals that have names.
+/// All named metals.
 pub const METALS: [Metal; 8] = [
     metal("aluminium", [1.3456, 0.96521, 0.61722], [7.4746, 6.3995, 5.3031]),
     metal("chromium", [3.1071, 3.1812, 2.3230], [3.3314, 3.3291, 3.1350]),
@@ -36,12 +36,12 @@ pub const METALS: [Metal; 8] = [
 ];
 
 impl Metal {
-    /// The metal of this name.
+    /// The metal of this name, if any.
     pub fn named(name: &str) -> Option<&'static Self> {
         METALS.iter().find(|metal| metal.name == name)
     }
 
-    /// Reflectance at this cosine of incidence, linear RGB (the conductor's Fresnel equations).
+    /// Reflectance at a cosine of incidence, linear RGB (Fresnel equations for conductors).
     pub fn reflectance(&self, cosine: f64) -> DVec3 {
         fresnel_conductor(cosine, self.eta, self.k)
     }
@@ -51,21 +51,21 @@ impl Metal {
         self.reflectance(1.0)
     }
 
-    /// How far the reflectance dips below Schlick's form: the factor of [`fresnel_dipped`](super::fresnel::fresnel_dipped) that is exact
-    /// at a cosine of 1/7, where it counts most; 0 to 4, and 0 where it would be below.
-    pub fn dip(&self) -> DVec3 {
+    /// Edge tint: the factor of [`fresnel_edge_tint`](super::fresnel::fresnel_edge_tint) that is exact at a cosine of 1/7, where its
+    /// weight peaks. Clamped to 0..4.
+    pub fn edge_tint(&self) -> DVec3 {
         let cosine = 1.0 / 7.0;
         let below = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
-        (below / dip_weight(cosine)).clamp(DVec3::ZERO, DVec3::splat(4.0))
+        (below / edge_tint_weight(cosine)).clamp(DVec3::ZERO, DVec3::splat(4.0))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facets::fresnel::fresnel_dipped;
+    use crate::facets::fresnel::fresnel_edge_tint;
 
-    /// Reflectances at normal incidence as artists' charts have them (Lagarde 2011 and later, from the same measurements, rounded).
+    /// Reflectances at normal incidence from artists' charts (Lagarde 2011 and later, from the same measurements, rounded).
     #[test]
     fn colours_are_those_of_the_charts() {
         for (name, chart) in [
@@ -83,8 +83,8 @@ mod tests {
         assert!(Metal::named("wood").is_none());
     }
 
-    /// What a form, given a cosine, errs by: the largest error in any channel at any angle, and that of the mean over the cosine-weighted
-    /// hemisphere.
+    /// Errors of an approximation, a function of the cosine: the largest one in any channel at any angle, and that of the mean over the
+    /// cosine-weighted hemisphere.
     fn error_of(metal: &Metal, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
         let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
         let steps = 4000;
@@ -98,14 +98,14 @@ mod tests {
     }
 
     #[test]
-    fn metals_dip_as_their_indices_say() {
+    fn edge_tints_follow_the_indices() {
         for metal in METALS {
-            let (f0, dip) = (metal.f0(), metal.dip());
-            let (most, mean) = error_of(&metal, |cosine| fresnel_dipped(f0, dip, cosine));
+            let (f0, edge_tint) = (metal.f0(), metal.edge_tint());
+            let (most, mean) = error_of(&metal, |cosine| fresnel_edge_tint(f0, edge_tint, cosine));
             let (schlick, schlick_mean) = error_of(&metal, |cosine| fresnel_schlick(f0, cosine));
             println!(
-                "{:10} F0 {:.3} {:.3} {:.3}, dip {:.2} {:.2} {:.2}: at most {most:.3}, mean {mean:.4}; Schlick {schlick:.3}, {schlick_mean:.4}",
-                metal.name, f0.x, f0.y, f0.z, dip.x, dip.y, dip.z
+                "{:10} F0 {:.3} {:.3} {:.3}, tint {:.2} {:.2} {:.2}: max {most:.3}, mean {mean:.4}; Schlick {schlick:.3}, {schlick_mean:.4}",
+                metal.name, f0.x, f0.y, f0.z, edge_tint.x, edge_tint.y, edge_tint.z
             );
             assert!(most < 0.025 && mean < 0.01, "{}: {most} {mean}", metal.name);
             assert!(most < 0.22 * schlick || schlick < 0.04, "{}: {most} {schlick}", metal.name);

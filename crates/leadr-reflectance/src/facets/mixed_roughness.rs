@@ -1,29 +1,28 @@
-//! Bases of two roughnesses that share a surface: polish beside dust, wet beside dry.
+//! Mixture of two base roughnesses under a pixel, such as polished and dusty, or wet and dry.
 //!
-//! LEADR (section 4.1) filters roughness as the variance `α²/2`. Under a pixel that sees both kinds the base is then one lobe as wide
-//! as the mean square says, and the sharp highlight of the smoother half is gone, with however many samples the variance was
-//! found. What lies there is a mixture: so each texel belongs to one of two classes, below or above a threshold, and what is
-//! filtered is linear again: the rougher class' share `p` of the surface, and the parts of the mean `α²` that lie in each class,
-//! `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has a lobe of its own mean square. For surfaces of two values that is exact under every
-//! footprint; for others the lobes keep the mean `α²`, and all of its variance but what is left inside the classes.
+//! LEADR (section 4.1) filters roughness as the variance `α²/2`. Under a pixel with both kinds the base is then one lobe of the mean
+//! square, without the sharp highlight of the smoother part, for any number of samples. Here each texel belongs to one of two classes,
+//! below or above a threshold. The filtered values are linear again: the rougher class' share `p` of the surface, and both classes' parts
+//! of the mean `α²`, `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has a lobe of its own mean square. For surfaces with two values this
+//! is exact under every footprint. For others the lobes keep the mean `α²`, and all of its variance except that within the classes.
 
 use glam::DVec3;
 
-/// Least share for which a class counts.
+/// Smallest share of a class; below it the class is ignored.
 pub const LEAST_SHARE: f64 = 1.0 / 512.0;
 
-/// Two roughnesses that share a surface.
+/// Two roughnesses under one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixedRoughness {
-    /// Share of the rougher, 0 to 1.
+    /// Share of the rougher class, 0 to 1.
     pub share: f64,
-    /// Beckmann roughness `α` of the smoother.
+    /// Beckmann roughness `α` of the smoother class.
     pub smooth_alpha: f64,
-    /// And of the rougher; where one of both has no share, they are equal.
+    /// Beckmann roughness `α` of the rougher class; equal to the smoother one if either has no share.
     pub rough_alpha: f64,
 }
 
-/// From the filtered share of the rougher class and the parts of the mean `α²` that lie in the rougher and in the smoother one.
+/// Decodes the filtered values: the rougher class' share, and the parts of the mean `α²` in the rougher and in the smoother class.
 pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
     let share = means.x.clamp(0.0, 1.0);
     let (rough, smooth) = (means.y.clamp(0.0, share), means.z.clamp(0.0, 1.0 - share));
@@ -39,16 +38,15 @@ pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
 }
 
 impl MixedRoughness {
-    /// `α` of one lobe that stands for both (LEADR section 4.1).
+    /// `α` of one lobe for both classes (LEADR section 4.1).
     pub fn joint_alpha(&self) -> f64 {
         let square = |alpha: f64| alpha * alpha;
         (square(self.smooth_alpha) + self.share * (square(self.rough_alpha) - square(self.smooth_alpha))).sqrt()
     }
 }
 
-/// The roughness `α` from which a surface counts as rough, if it is worth two classes: the threshold that leaves least variance of
-/// `ln α` inside both. `weights`: how much of the surface has each of the ascending positive `alphas`. `None` where the classes' `α²`
-/// differ by less than a factor of two.
+/// Threshold roughness `α` between two classes that minimises the variance of `ln α` within both. `weights`: share of the surface per
+/// entry of the ascending positive `alphas`. `None` if the classes' `α²` differ by less than a factor of two.
 pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
     // Weight, and its sums with ln α and α².
     let part = |i: usize| weights[i] * DVec3::new(1.0, alphas[i].ln(), alphas[i] * alphas[i]);
@@ -58,7 +56,7 @@ pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
     for i in 1..alphas.len() {
         smooth += part(i - 1);
         let rough = all - smooth;
-        // Sums that should vanish are rounded.
+        // Rounding leaves small nonzero sums.
         if smooth.x <= 0.0 || rough.x <= 1e-12 * all.x {
             continue;
         }
@@ -84,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn two_values_come_back_whatever_their_shares() {
+    fn two_values_are_recovered_for_any_shares() {
         for share in [0.01, 0.3, 0.5, 0.97] {
             let found = mixed_roughness(means(&[(share, 0.6), (1.0 - share, 0.1)], 0.3));
             assert!((found.share - share).abs() < 1e-12);
@@ -113,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_are_found_where_they_pay() {
+    fn roughness_classes_split_where_useful() {
         let alphas = [0.1, 0.2, 0.4, 0.6];
         let threshold = two_classes(&alphas, &[1.0, 0.0, 0.0, 1.0]).unwrap();
         assert!(threshold > 0.1 && threshold < 0.6);

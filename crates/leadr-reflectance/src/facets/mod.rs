@@ -1,5 +1,4 @@
-//! Facets: which slopes a rough surface has, how large it looks from a direction, what one facet reflects, and how to
-//! sample a visible facet.
+//! Microfacets: slope distributions, projected areas, Fresnel terms, and sampling of visible normals.
 
 pub mod base_roughness;
 pub mod beckmann;

@@ -1,4 +1,4 @@
-//! The standard normal distribution, to nearly full double precision. The device uses rational fits (4e-7 relative).
+//! The standard normal distribution, to nearly full double precision. Shaders use rational fits (4e-7 relative).
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -7,8 +7,8 @@ pub fn normal_pdf(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * PI).sqrt()
 }
 
-/// `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`: the contribution of the tail above `x ≥ 0` to a clamped
-/// mean. Negative arguments are treated as 0.
+/// `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`: the tail above `x ≥ 0` of a clamped mean. Negative arguments are treated as
+/// 0.
 pub fn normal_tail_mean(x: f64) -> f64 {
     let x = x.max(0.0);
     if x > 40.0 { 0.0 } else { normal_pdf(x) * tail_mean_ratio(x) }
@@ -19,7 +19,7 @@ pub fn tail_mean_ratio(x: f64) -> f64 {
     if x < SERIES_END {
         1.0 - x * mills_ratio(x)
     } else {
-        // With K the tail of the continued fraction, 1 − x/(x + K) = K/(x + K): nothing cancels.
+        // With K the tail of the continued fraction, 1 − x/(x + K) = K/(x + K) avoids cancellation.
         let k = mills_tail(x);
         k / (x + k)
     }
@@ -43,14 +43,13 @@ pub struct NormalRamp {
     pub ramp: f64,
 }
 
-/// [`normal_pdf`], [`normal_cdf`] and the ramp together, which takes one exponential on the device.
+/// [`normal_pdf`], [`normal_cdf`] and the ramp together; shaders share one exponential.
 pub fn normal_ramp(x: f64) -> NormalRamp {
     NormalRamp { pdf: normal_pdf(x), cdf: normal_cdf(x), ramp: x.max(0.0) + normal_tail_mean(x.abs()) }
 }
 
-/// `Φ(x) / (x Φ(x) + φ(x))`: the mean of `u ~ N(0, 1)` when each `u` is weighted by its visible area `max(0, x + u)`.
-/// Tends to `1/x` at the upper end and to `−x` at the lower end. Arguments below −13, where the whole visible area is
-/// 1e-40, are treated as −13.
+/// `Φ(x) / (x Φ(x) + φ(x))`: the mean of `u ~ N(0, 1)` weighted by the visible area `max(0, x + u)`. Tends to `1/x` at the upper end and
+/// to `−x` at the lower end. Arguments below −13, where the total visible area is 1e-40, are treated as −13.
 pub fn clamped_lean(x: f64) -> f64 {
     if x >= 0.0 {
         let cdf = normal_cdf(x);
@@ -59,17 +58,16 @@ pub fn clamped_lean(x: f64) -> f64 {
     mills_ratio(-x.max(-13.0)) / tail_mean_ratio(-x.max(-13.0))
 }
 
-/// `Φ⁻¹(u)`, the quantile of `u` in (0, 1); `u` is held within `[2⁻³², 1 − 2⁻³²]` (±6.2).
+/// `Φ⁻¹(u)`, the quantile of `u` in (0, 1); `u` is clamped to `[2⁻³², 1 − 2⁻³²]` (±6.2).
 ///
-/// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), then two Halley steps to reach
-/// full precision.
+/// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), refined to full precision by two Halley steps.
 pub fn normal_quantile(u: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let w = -(4.0 * u * (1.0 - u)).ln();
     let (w, coefficients) = if w < 5.0 { (w - 2.5, &CENTRE) } else { (w.sqrt() - 3.0, &TAIL) };
     let mut x = SQRT_2 * (2.0 * u - 1.0) * coefficients.iter().fold(0.0, |p, c| p * w + c);
     for _ in 0..2 {
-        // Work on the side of the smaller tail, where nothing cancels.
+        // Use the smaller tail to avoid cancellation.
         let excess = if u < 0.5 { normal_cdf(x) - u } else { (1.0 - u) - normal_cdf(-x) };
         let step = excess / normal_pdf(x);
         x -= step / (1.0 + 0.5 * x * step);
@@ -77,7 +75,7 @@ pub fn normal_quantile(u: f64) -> f64 {
     x
 }
 
-/// Smallest distance of a probability from 0 or 1: `2⁻³²`. (On the device 2⁻²⁵ and 1 − 2⁻²⁴.)
+/// Smallest distance of a probability from 0 or 1: `2⁻³²`. (In shaders 2⁻²⁵ and 1 − 2⁻²⁴.)
 pub const MIN_PROBABILITY: f64 = 1.0 / 4_294_967_296.0;
 
 /// Giles' coefficients for `w = −ln(1 − x²) < 5`, in `w − 2.5`, highest power first.
@@ -106,7 +104,7 @@ const TAIL: [f64; 9] = [
     2.832_976_82,
 ];
 
-/// Where Mills' ratio switches from its power series to its continued fraction.
+/// Start of the continued fraction of Mills' ratio; below it the power series is used.
 const SERIES_END: f64 = 2.0;
 
 /// Mills' ratio `(1 − Φ(x)) / φ(x)` for `x ≥ 0`.

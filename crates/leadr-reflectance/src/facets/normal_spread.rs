@@ -1,75 +1,75 @@
-//! Roughness that others read from the length of a mean normal: Toksvig's factor, and von Mises–Fisher lobes.
+//! Roughness from the length of a mean normal by other methods: Toksvig's factor and von Mises–Fisher lobes.
 //!
-//! A von Mises–Fisher lobe `κ/(4π sinh κ) exp(κ cos θ)` has a mean of length `L = coth κ − 1/κ` (Langevin's function); as it narrows it is a Gaussian
-//! of normals with the variance `1/κ` per axis, so `α² = 2/κ`. Engines add `c/κ` to the `α²` of the base, with
-//! `c` = 1/2, 3/4 or 2. Which is right depends on what the normals are (`docs/measurements/gloss.md`):
+//! A von Mises–Fisher lobe `κ/(4π sinh κ) exp(κ cos θ)` has a mean of length `L = coth κ − 1/κ` (Langevin function). A narrow lobe is a
+//! Gaussian of normals with the variance `1/κ` per axis, so `α² = 2/κ`. Engines add `c/κ` to the `α²` of the base, with `c` = 1/2, 3/4
+//! or 2. The best value depends on the normal distribution (`docs/measurements/gloss.md`):
 //!
-//! * For *relief of Gaussian slopes* `c = 2` is right in the limit (`α` is 3 % too small at `α` = .2, 13 % at .5), and 1/2 makes `α` half of what it is.
-//! * For *GGX facets* none is: the tails shorten the mean, so that `α² κ → 1/(ln(2/α) − 1)`, which passes 1/2 at `α` = .10, 3/4 at .22 and 2 at .70.
-//!   [`shortened_normals`](super::shortened_normals) has the exact relation.
+//! * For *relief of Gaussian slopes* `c = 2` is right in the limit (`α` is 3 % too small at `α` = .2, 13 % at .5), and 1/2 halves `α`.
+//! * For *GGX facets* no constant is right: the tails shorten the mean, so that `α² κ → 1/(ln(2/α) − 1)`, which passes 1/2 at `α` = .10,
+//!   3/4 at .22 and 2 at .70. [`shortened_normals`](super::shortened_normals) has the exact relation.
 
 use super::gloss::usable_alpha;
-use super::shortened_normals::{held_lack, odds_of_lack};
+use super::shortened_normals::{held_shortening, odds_of_shortening};
 use crate::limits::held;
 use crate::roots::increasing_root;
 
-/// Most concentrated lobe, 1e9: an `α` of 4.5e-5.
+/// Largest concentration, 1e9: an `α` of 4.5e-5.
 pub const MAX_KAPPA: f64 = 1e9;
 
 /// `(1 − L)/L` of a von Mises–Fisher lobe of concentration `κ > 0`.
 fn vmf_odds(kappa: f64) -> f64 {
     if kappa < 2.0 {
-        // L = κ/(3 + κ²/(5 + κ²/(7 + …))): nothing cancels.
+        // L = κ/(3 + κ²/(5 + κ²/(7 + …))) avoids cancellation.
         let square = kappa * kappa;
         let fraction = (1..20).rev().fold(0.0, |tail, k| square / (f64::from(2 * k + 3) + tail));
         return (3.0 + fraction) / kappa - 1.0;
     }
-    let lack = 1.0 / kappa - 2.0 / (2.0 * kappa).exp_m1();
-    lack / (1.0 - lack)
+    let shortening = 1.0 / kappa - 2.0 / (2.0 * kappa).exp_m1();
+    shortening / (1.0 - shortening)
 }
 
 fn held_kappa(kappa: f64) -> f64 {
     held(kappa, 1e-9, MAX_KAPPA)
 }
 
-/// `1 − L` of a von Mises–Fisher lobe, `L = coth κ − 1/κ`, without cancellation. `κ` is held within 1e-9..1e9; a NaN is 0.
-pub fn vmf_lack(kappa: f64) -> f64 {
+/// `1 − L` of a von Mises–Fisher lobe, `L = coth κ − 1/κ`, without cancellation. `κ` is clamped to 1e-9..1e9; NaN is treated as 0.
+pub fn vmf_shortening(kappa: f64) -> f64 {
     let odds = vmf_odds(held_kappa(kappa));
     odds / (1.0 + odds)
 }
 
-/// `κ` of the von Mises–Fisher lobe whose mean lacks this much of the length 1, 1e-9 to 1e9: the inverse of [`vmf_lack`]. Lacks outside 0..1 are held
-/// there; a NaN is 1.
-pub fn vmf_kappa(lack: f64) -> f64 {
-    let wanted = odds_of_lack(held_lack(lack)).ln();
+/// `κ` of the von Mises–Fisher lobe with this shortening of the mean, 1e-9 to 1e9: the inverse of [`vmf_shortening`]. The argument is
+/// clamped to 0..1; NaN is treated as 1.
+pub fn vmf_kappa(shortening: f64) -> f64 {
+    let wanted = odds_of_shortening(held_shortening(shortening)).ln();
     let end = MAX_KAPPA.ln();
     held_kappa((-increasing_root(-end, end, |width| vmf_odds((-width).exp()).ln() - wanted)).exp())
 }
 
-/// The usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` (Banerjee et al. 2005), for `L = 1 − lack`: up to 5 % too large, where `L = .8`,
-/// and right at both ends.
-pub fn vmf_kappa_estimate(lack: f64) -> f64 {
-    let lack = held_lack(lack);
-    let length = 1.0 - lack;
-    held_kappa(length * (3.0 - length * length) / (lack * (1.0 + length)).max(1e-300))
+/// The usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` (Banerjee et al. 2005), for `L = 1 − shortening`: up to 5 % too large, at `L
+/// = .8`, and exact at both ends.
+pub fn vmf_kappa_estimate(shortening: f64) -> f64 {
+    let shortening = held_shortening(shortening);
+    let length = 1.0 - shortening;
+    held_kappa(length * (3.0 - length * length) / (shortening * (1.0 + length)).max(1e-300))
 }
 
-/// `α² + c/κ` for a base `α` and normals whose mean lacks this much of the length 1, as `α`. `c` is 2 for relief of small Gaussian slopes.
-pub fn vmf_alpha(alpha: f64, lack: f64, c: f64) -> f64 {
-    usable_alpha((alpha * alpha + c / vmf_kappa(lack)).sqrt())
+/// `α² + c/κ` as `α`, for a base `α` and normals with this shortening of the mean. `c` is 2 for relief of small Gaussian slopes.
+pub fn vmf_alpha(alpha: f64, shortening: f64, c: f64) -> f64 {
+    usable_alpha((alpha * alpha + c / vmf_kappa(shortening)).sqrt())
 }
 
-/// Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − lack` (Toksvig 2005): 0 to 1.
-pub fn toksvig_factor(lack: f64, exponent: f64) -> f64 {
-    let lack = held_lack(lack);
-    let length = 1.0 - lack;
-    length / (length + held(exponent, 0.0, 1e18) * lack).max(1e-300)
+/// Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − shortening` (Toksvig 2005): 0 to 1.
+pub fn toksvig_factor(shortening: f64, exponent: f64) -> f64 {
+    let shortening = held_shortening(shortening);
+    let length = 1.0 - shortening;
+    length / (length + held(exponent, 0.0, 1e18) * shortening).max(1e-300)
 }
 
-/// Toksvig's variance of normals per axis, `(1 − L)/L` for `L = 1 − lack` (Toksvig 2005), at most 1e6.
-pub fn toksvig_normal_variance(lack: f64) -> f64 {
-    let lack = held_lack(lack);
-    lack / (1.0 - lack).max(1e-6)
+/// Toksvig's variance of normals per axis, `(1 − L)/L` for `L = 1 − shortening` (Toksvig 2005), at most 1e6.
+pub fn toksvig_normal_variance(shortening: f64) -> f64 {
+    let shortening = held_shortening(shortening);
+    shortening / (1.0 - shortening).max(1e-6)
 }
 
 #[cfg(test)]
@@ -82,15 +82,15 @@ mod tests {
     #[test]
     fn a_lobe_has_its_mean() {
         for kappa in [1e-3, 0.3, 1.0, 1.999, 2.001, 8.0, 100.0, 3e4] {
-            // Over d = 1 − cos θ, relative to the peak.
+            // Integrates over d = 1 − cos θ, relative to the peak.
             let end = (60.0f64 / kappa).min(2.0);
-            let (mut lack, mut norm) = (0.0, 0.0);
+            let (mut one_minus_length, mut norm) = (0.0, 0.0);
             for (d, w) in composite_gauss(0.0, end, 24, 12) {
                 let density = w * (-kappa * d).exp();
-                (lack, norm) = (lack + density * d, norm + density);
+                (one_minus_length, norm) = (one_minus_length + density * d, norm + density);
             }
-            assert!((vmf_lack(kappa) / (lack / norm) - 1.0).abs() < 1e-12, "{kappa}");
-            assert!((vmf_kappa(vmf_lack(kappa)) / kappa - 1.0).abs() < 3e-13 * (1.0 + 1.0 / kappa), "{kappa}");
+            assert!((vmf_shortening(kappa) / (one_minus_length / norm) - 1.0).abs() < 1e-12, "{kappa}");
+            assert!((vmf_kappa(vmf_shortening(kappa)) / kappa - 1.0).abs() < 3e-13 * (1.0 + 1.0 / kappa), "{kappa}");
         }
     }
 
@@ -98,23 +98,23 @@ mod tests {
     fn the_estimate_of_kappa() {
         let mut worst = (0.0f64, 0.0);
         for i in 1..1000 {
-            let lack = f64::from(i) / 1000.0;
-            let error = vmf_kappa_estimate(lack) / vmf_kappa(lack) - 1.0;
+            let one_minus_length = f64::from(i) / 1000.0;
+            let error = vmf_kappa_estimate(one_minus_length) / vmf_kappa(one_minus_length) - 1.0;
             if error.abs() > worst.0.abs() {
-                worst = (error, lack);
+                worst = (error, one_minus_length);
             }
         }
-        println!("L (3 - L^2)/(1 - L^2): off by {:.3} at most, where L = {:.3}", worst.0, 1.0 - worst.1);
+        println!("L (3 - L^2)/(1 - L^2): largest relative error {:.3}, at L = {:.3}", worst.0, 1.0 - worst.1);
         assert!(worst.0.abs() < 0.1 && worst.0.abs() > 0.03);
-        for lack in [1e-6, 1.0 - 1e-6] {
-            assert!((vmf_kappa_estimate(lack) / vmf_kappa(lack) - 1.0).abs() < 2e-6);
+        for one_minus_length in [1e-6, 1.0 - 1e-6] {
+            assert!((vmf_kappa_estimate(one_minus_length) / vmf_kappa(one_minus_length) - 1.0).abs() < 2e-6);
         }
     }
 
     #[test]
     fn any_number_has_a_lobe() {
         for x in [f64::NAN, f64::NEG_INFINITY, -1.0, 0.0, 1e-300, 1.0, 2.0, f64::INFINITY] {
-            for y in [vmf_lack(x), toksvig_factor(x, 10.0), toksvig_factor(0.5, x)] {
+            for y in [vmf_shortening(x), toksvig_factor(x, 10.0), toksvig_factor(0.5, x)] {
                 assert!((0.0..=1.0).contains(&y), "{x}: {y}");
             }
             for y in [vmf_kappa(x), vmf_kappa_estimate(x), toksvig_normal_variance(x), vmf_alpha(0.1, x, 2.0)] {
@@ -124,16 +124,16 @@ mod tests {
         assert!((vmf_kappa(0.0) / MAX_KAPPA - 1.0).abs() < 1e-12 && vmf_kappa_estimate(0.0) == MAX_KAPPA);
     }
 
-    /// What `c` gives the roughness of a known distribution back from the length of its mean: prints `α² κ`.
+    /// Finds the `c` that recovers the roughness of a known distribution from the length of its mean: prints `α² κ`.
     #[test]
-    fn which_variant_gives_a_roughness_back() {
+    fn roughness_recovery_per_variant() {
         println!("alpha   alpha^2 kappa of GGX   of Beckmann   alpha of GGX by c = 1/2, 3/4, 2   of Beckmann");
         let shortening = |facets| Shortening { facets, area: NormalArea::Macro };
-        let ideal = |facets, alpha: f64| alpha * alpha * vmf_kappa(shortening(facets).lack(alpha));
+        let ideal = |facets, alpha: f64| alpha * alpha * vmf_kappa(shortening(facets).one_minus_length(alpha));
         for alpha in [0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0] {
             let by = |facets| {
                 let factor = ideal(facets, alpha);
-                let given = [0.5, 0.75, 2.0].map(|c| vmf_alpha(0.0, shortening(facets).lack(alpha), c));
+                let given = [0.5, 0.75, 2.0].map(|c| vmf_alpha(0.0, shortening(facets).one_minus_length(alpha), c));
                 for (c, given) in [0.5, 0.75, 2.0].into_iter().zip(given) {
                     assert!((given / alpha - (c / factor).sqrt()).abs() < 1e-6);
                 }
@@ -144,7 +144,7 @@ mod tests {
         }
         // Gaussian slopes: 2 for narrow lobes.
         assert!((ideal(NormalFacets::Beckmann, 1e-3) - 2.0).abs() < 1e-5);
-        // GGX: no constant, since the lack is α² (ln(2/α) − 1).
+        // GGX has no constant, since the shortening is α² (ln(2/α) − 1).
         for alpha in [1e-3f64, 1e-2] {
             let limit = 1.0 / ((2.0 / alpha).ln() - 1.0);
             assert!((ideal(NormalFacets::Ggx, alpha) / limit - 1.0).abs() < 2e-3);
@@ -153,10 +153,10 @@ mod tests {
         println!("c = 1/2, 3/4, 2 are right for GGX of alpha = {:.3?}", [0.5, 0.75, 2.0].map(crossing));
     }
 
-    /// Relief of Gaussian slopes over a base: what the sum's roughness is called.
+    /// Relief of Gaussian slopes over a base: compares models of the total roughness.
     ///
-    /// The truth is a distribution of slopes. GGX is a mixture of Gaussians of covariance `τ A`, `1/τ` exponential, so the sum with relief has covariances `τ α²/2 + s²`.
-    /// The single lobe is the GGX nearest to it, by half the integral of the absolute difference.
+    /// The reference is a slope distribution. GGX is a mixture of Gaussians of covariance `τ A` with `1/τ` exponential, so with relief the
+    /// covariances are `τ α²/2 + s²`. The single lobe is the nearest GGX, by half the integral of the absolute difference.
     #[test]
     fn relief_over_a_base() {
         let shortening = Shortening::default();
@@ -168,10 +168,10 @@ mod tests {
             [(0.05, 0.05), (0.05, 0.2), (0.05, 0.5), (0.2, 0.05), (0.2, 0.2), (0.2, 0.5), (0.5, 0.2), (0.5, 0.5)]
         {
             let truth = Sum::new(base, s);
-            let lack = relief_shortening.lack(SQRT_2 * s);
+            let one_minus_length = relief_shortening.one_minus_length(SQRT_2 * s);
             let by_slopes = (base * base + 2.0 * s * s).sqrt();
-            let others = [0.5, 0.75, 2.0].map(|c| vmf_alpha(base, lack, c));
-            let product = 1.0 - (1.0 - shortening.lack(base)) * (1.0 - lack);
+            let others = [0.5, 0.75, 2.0].map(|c| vmf_alpha(base, one_minus_length, c));
+            let product = 1.0 - (1.0 - shortening.one_minus_length(base)) * (1.0 - one_minus_length);
             let of_all = truth.mean(|square| 1.0 - 1.0 / (1.0 + square).sqrt());
             let nearest = (0..=200)
                 .map(|i| base * 10f64.powf(f64::from(i) * 0.01))
@@ -182,14 +182,14 @@ mod tests {
                 others[0],
                 others[1],
                 others[2],
-                shortening.alpha_of_lack(product),
-                shortening.alpha_of_lack(of_all),
+                shortening.alpha_of_shortening(product),
+                shortening.alpha_of_shortening(of_all),
                 nearest,
             ];
             let differences = alphas.map(|alpha| truth.difference(alpha));
             println!("{base} {s} | {differences:.3?} | {alphas:.3?}");
             assert!(differences.iter().all(|d| *d >= differences[6] - 1e-3 && *d < 1.0));
-            // Adding variances is near the nearest lobe; c = 1/2 of smooth bases is not.
+            // Adding variances is close to the nearest lobe; c = 1/2 on smooth bases is not.
             assert!(differences[0] < differences[6] + 0.03, "{base} {s}");
             if s > 2.0 * base {
                 assert!(differences[1] > 1.5 * differences[0] && differences[4] > differences[0], "{base} {s}");
@@ -197,7 +197,7 @@ mod tests {
         }
     }
 
-    /// Slopes of a GGX base and Gaussian relief, over the squares of their length.
+    /// Slope distribution of a GGX base plus Gaussian relief, over squared slope length.
     struct Sum {
         /// `(square, dsquare, density dsquare)`, of total 1.
         nodes: Vec<(f64, f64, f64)>,
@@ -205,7 +205,7 @@ mod tests {
 
     impl Sum {
         fn new(base: f64, s: f64) -> Self {
-            // Variances per axis and their shares: 1/τ standard exponential.
+            // Variances per axis and their weights: 1/τ is standard exponential.
             let mixture: Vec<(f64, f64)> = composite_gauss(-12.0, 3.7, 24, 6)
                 .into_iter()
                 .map(|(log, w)| (base * base * 0.5 / log.exp() + s * s, w * (log - log.exp()).exp()))

@@ -1,7 +1,7 @@
-//! Any distribution of slopes, as a table over the angle to the macrosurface's normal and the azimuth (thesis 4.2 and 4.4).
+//! Any slope distribution, tabulated over the angle to the macrosurface normal and the azimuth (thesis 4.2 and 4.4).
 //!
-//! As in a [`RadialTable`](super::radial_table::RadialTable), `ln D` is held at `θ = u² π/2` for evenly spaced `u`, here for evenly spaced azimuths of the normal. The
-//! visible area is a convolution over the azimuth,
+//! As in a [`RadialTable`](super::radial_table::RadialTable), `ln D` is stored at `θ = u² π/2` for evenly spaced `u`, here for evenly
+//! spaced azimuths of the normal. The visible area is a convolution over the azimuth,
 //!
 //! ```text
 //! A(θ_o, φ_o) = Σ_k ∫ K_k(θ_o, θ) [a_k(θ) cos k φ_o + b_k(θ) sin k φ_o] sin θ dθ,   K_k = ∫ max(0, cos θ_o cos θ + sin θ_o sin θ cos φ) cos k φ dφ
@@ -15,48 +15,48 @@ use glam::{DVec2, DVec3};
 
 use super::curve::Curve;
 use super::projected_area::meso_area;
-use super::radial_table::{angle_at, angle_rule, logarithms, place_of};
+use super::radial_table::{angle_at, angle_rule, logarithms, u_of_angle};
 use super::slope_distribution::SlopeDistribution;
 use crate::random::Random;
 use crate::slopes::statistics::outer_square;
 
-/// Intervals of the visible area along the root of the cosine.
+/// Intervals of the visible area over the square root of the cosine.
 const AREA_NODES: usize = 96;
-/// Cells along `u` and the azimuth from which normals are proposed.
+/// Cells along `u` and the azimuth of the proposal distribution.
 const CELLS: usize = 128;
-/// How far a cell's bound is above the largest of its probes.
+/// Safety factor of a cell's bound over its largest probe.
 const MARGIN: f64 = 1.15;
-/// Proposals after which a sample is given up; less than a third of them is accepted with a probability below 1e-30.
+/// Limit on proposals per sample. Under a third may be accepted; all are rejected with a probability below 1e-30.
 const MOST_PROPOSALS: u32 = 256;
 
-/// A table of slopes. Normalised: `∫ D cos θ dω = 1`.
+/// A tabulated slope distribution. Normalised: `∫ D cos θ dω = 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolarTable {
     ln_d: Rows,
     area: Rows,
     mean: DVec2,
-    /// Second moments about the mean, as far as the table goes.
+    /// Second moments about the mean, truncated to the table.
     covariance: DVec3,
-    /// Sums of the cells' bounds: of slopes, and of slopes by their length.
+    /// Cumulative cell bounds: of slopes, and of slopes weighted by length.
     proposals: [Vec<f64>; 2],
 }
 
-/// A curve for each of evenly spaced azimuths.
+/// One curve per evenly spaced azimuth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows(Vec<Curve>);
 
 impl Rows {
-    /// `rows[k]`: values along the curve at the azimuth `k/n` of a turn; at least one.
+    /// `rows[k]`: values along the curve at the azimuth `2π k/n`; at least one row.
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
         Self(rows.into_iter().map(Curve::new).collect())
     }
 
-    /// Between the four curves around an azimuth, by a cubic.
+    /// Value at `x` and azimuth `phi`, by a cubic through the four nearest curves.
     pub fn at(&self, x: f64, phi: f64) -> f64 {
         let n = self.0.len();
-        let place = (phi / TAU).rem_euclid(1.0) * n as f64;
-        let k = (place as usize).min(n - 1);
-        let t = place - k as f64;
+        let position = (phi / TAU).rem_euclid(1.0) * n as f64;
+        let k = (position as usize).min(n - 1);
+        let t = position - k as f64;
         let row = |i: usize| self.0[(k + n + i - 1) % n].at(x);
         let [a, b, c, d] = [0, 1, 2, 3].map(row);
         b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
@@ -67,7 +67,7 @@ impl Rows {
     }
 }
 
-/// `∫ max(0, a + b cos φ) cos k φ dφ` over a turn for all `k` below `count`; `b` ≥ 0.
+/// `∫ max(0, a + b cos φ) cos k φ dφ` over 2π, for all `k` below `count`; `b` ≥ 0.
 pub fn ring_harmonics(a: f64, b: f64, count: usize) -> Vec<f64> {
     let end = if a >= b {
         PI
@@ -89,40 +89,40 @@ pub fn ring_harmonics(a: f64, b: f64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Fourier coefficients, cosines and sines, of values at even steps of a turn.
+/// Fourier coefficients, cosine and sine, of evenly spaced values over 2π.
 pub struct Harmonics {
     /// `cos` and `sin` of the steps.
-    turn: Vec<(f64, f64)>,
+    circle: Vec<(f64, f64)>,
 }
 
 impl Harmonics {
-    /// Of `steps` values.
+    /// Transform for `steps` values.
     pub fn new(steps: usize) -> Self {
-        let turn = (0..steps).map(|k| (TAU * k as f64 / steps as f64).sin_cos()).map(|(s, c)| (c, s)).collect();
-        Self { turn }
+        let circle = (0..steps).map(|k| (TAU * k as f64 / steps as f64).sin_cos()).map(|(s, c)| (c, s)).collect();
+        Self { circle }
     }
 
-    /// How many there are.
+    /// Number of coefficients.
     pub fn count(&self) -> usize {
-        self.turn.len() / 2 + 1
+        self.circle.len() / 2 + 1
     }
 
     /// Coefficient `k` of the values.
     pub fn of(&self, values: &[f64], k: usize) -> DVec2 {
-        let n = self.turn.len();
+        let n = self.circle.len();
         let sum = values.iter().enumerate().fold(DVec2::ZERO, |sum, (i, v)| {
-            let (c, s) = self.turn[i * k % n];
+            let (c, s) = self.circle[i * k % n];
             sum + DVec2::new(c, s) * *v
         });
         sum * if k == 0 || 2 * k == n { 1.0 } else { 2.0 } / n as f64
     }
 
-    /// The values of coefficients at the steps.
+    /// The values at the steps from their coefficients.
     pub fn values(&self, coefficients: &[DVec2]) -> Vec<f64> {
-        let n = self.turn.len();
+        let n = self.circle.len();
         let at = |i: usize| {
             coefficients.iter().enumerate().fold(0.0, |sum, (k, a)| {
-                let (c, s) = self.turn[i * k % n];
+                let (c, s) = self.circle[i * k % n];
                 sum + a.x * c + a.y * s
             })
         };
@@ -130,15 +130,15 @@ impl Harmonics {
     }
 }
 
-/// Visible areas at angles `of`, one row for each azimuth, from densities at the angles of a rule.
+/// Computes visible areas at the angles `of`, one row per azimuth, from densities at the angles of a rule.
 pub struct AreaKernel {
     harmonics: Harmonics,
-    /// `kernel[o][j * count + k]`: of angle `o`, of the rule's `j` and harmonic `k`, with the rule's weight.
+    /// `kernel[o][j * count + k]` for viewer angle `o`, rule angle `j` and harmonic `k`, including the rule's weight.
     kernel: Vec<Vec<f64>>,
 }
 
 impl AreaKernel {
-    /// For viewers at the angles `of`, densities at those of `rule`, and `azimuths` of both.
+    /// Kernel for viewers at the angles `of`, densities at those of `rule`, and `azimuths` of both.
     pub fn new(of: &[f64], rule: &[(f64, f64)], azimuths: usize) -> Self {
         let harmonics = Harmonics::new(azimuths);
         let count = harmonics.count();
@@ -168,7 +168,7 @@ impl AreaKernel {
     }
 }
 
-/// As [`logarithms`], rows for azimuths, which agree on what is upright.
+/// [`logarithms`] per azimuth, with a common value at the normal.
 pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let largest = rows.iter().flatten().copied().filter(|d| d.is_finite()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let upright = rows.iter().map(|row| row[0]).filter(|d| d.is_finite()).sum::<f64>() / rows.len() as f64;
@@ -177,8 +177,8 @@ pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 impl PolarTable {
-    /// From densities of normals, up to a common factor: `rows[k][i]` at the azimuth `2π k / rows` of the *normal* and `u = i / n`. Negative values and those
-    /// that are no numbers count as none.
+    /// Builds a table from normal densities, up to a common factor: `rows[k][i]` at the azimuth `2π k / rows` of the *normal* and `u = i /
+    /// n`. Negative values and NaN count as 0.
     ///
     /// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if no value is above 0.
     pub fn new(rows: &[Vec<f64>]) -> Option<Self> {
@@ -190,7 +190,7 @@ impl PolarTable {
         let mut ln = rows_of_logarithms(rows);
         let rule = angle_rule(n);
         let ring = |ln_d: &Rows, theta: f64| -> Vec<f64> {
-            ln_d.0.iter().map(|row| row.at(place_of(theta) * n as f64).exp()).collect()
+            ln_d.0.iter().map(|row| row.at(u_of_angle(theta) * n as f64).exp()).collect()
         };
         let step = TAU / rows.len() as f64;
         let shape = Rows::new(ln.clone());
@@ -242,7 +242,7 @@ impl PolarTable {
 
     /// `D` of a normal at this angle and azimuth.
     pub fn density(&self, theta: f64, phi: f64) -> f64 {
-        self.ln_d.at(place_of(theta) * self.ln_d.last(), phi).exp()
+        self.ln_d.at(u_of_angle(theta) * self.ln_d.last(), phi).exp()
     }
 
     /// `ln D` over `u`, in steps of one node, for each azimuth.
@@ -250,19 +250,19 @@ impl PolarTable {
         &self.ln_d.0
     }
 
-    /// Angles and azimuths that it was made from.
+    /// Number of angles and azimuths in the input.
     pub fn nodes(&self) -> (usize, usize) {
         (self.ln_d.0[0].values().len() - 1, self.ln_d.0.len())
     }
 
-    /// Covariance of the slopes that the table has. It is finite where that of the surface is not.
+    /// Covariance of the tabulated slopes. Finite even if that of the surface is not.
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
 
     /// `∫ f(slope) P22` over the table.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
-        // Finer than the table, for functions with a kink.
+        // Finer than the table, to handle functions with a kink.
         let (n, m) = self.nodes();
         let m = 4 * m;
         let step = TAU / m as f64;
@@ -305,11 +305,12 @@ impl SlopeDistribution for PolarTable {
         let up = if w.z < 0.0 { -w } else { w };
         let area =
             self.area.at(up.z.sqrt() * AREA_NODES as f64, up.y.atan2(up.x)).max(meso_area(up, self.mean)).max(0.0);
-        // What faces away from w faces −w.
+        // Back-facing facets are those that face −w.
         if w.z < 0.0 { (area + meso_area(w, self.mean)).max(0.0) } else { area }
     }
 
-    /// By rejection: proposed are slopes by `P22 (cos θ_o + sin θ_o |slope|)`, which bounds the visible area of each. `u` seeds the stream of numbers that this takes.
+    /// Rejection sampling. Proposals have the density `P22 (cos θ_o + sin θ_o |slope|)`, which bounds the visible area of each. `u` seeds
+    /// the random stream.
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
         let mut random = Random::stream(u.x.to_bits(), u.y.to_bits());
         let sine = wo.truncate().length();
@@ -403,13 +404,13 @@ mod tests {
         for wo in [DVec3::Z, DVec3::new(0.5, -0.3, 0.8).normalize(), DVec3::new(-0.8, 0.7, 0.12).normalize()] {
             let (found, most) = chi_square(&table, &table, wo, 100_000);
             let (wrong, _) = chi_square(&table, &other, wo, 100_000);
-            println!("χ² at {wo}: {found:.1}, of another {wrong:.1}; at most {most:.1}");
+            println!("χ² at {wo}: {found:.1}, wrong distribution {wrong:.1}, limit {most:.1}");
             assert!(found < most && wrong > most, "{wo}: {found} {wrong} {most}");
         }
     }
 
     #[test]
-    fn tables_of_nothing_are_refused() {
+    fn empty_tables_are_refused() {
         assert_eq!(PolarTable::new(&[]), None);
         assert_eq!(PolarTable::new(&vec![vec![1.0; 5]; 3]), None);
         assert_eq!(PolarTable::new(&[vec![1.0; 5], vec![1.0; 5], vec![1.0; 5], vec![1.0; 4]]), None);

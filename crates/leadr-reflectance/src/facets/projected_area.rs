@@ -1,31 +1,31 @@
 //! Projected areas of a Gaussian rough surface (LEADR 4.3), in a form without cotangents and poles.
 //!
-//! For a direction `w`, `a(w)` is the projected area of the mesosurface, `b(w)` the spread of the slope seen along `w`,
-//! and `A(w) = a Φ(a/b) + b φ(a/b)` the visible area. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`; unlike `Λ`,
-//! `A` stays finite and positive where the mesosurface faces away.
+//! For a direction `w`, `a(w)` is the projected area of the mesosurface, `b(w)` the spread of the slope along `w`, and `A(w) = a Φ(a/b) +
+//! b φ(a/b)` the visible area. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`. Unlike `Λ`, `A` stays finite and positive for a
+//! back-facing mesosurface.
 
 use super::normal_distribution::normal_tail_mean;
 use crate::limits::{at_least, within};
 use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
+/// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative if back-facing (LEADR eq. 14).
 pub fn meso_area(w: DVec3, m: DVec2) -> f64 {
     w.z - w.x * m.x - w.y * m.y
 }
 
-/// `b(w)`: standard deviation of the slope seen along `w`, times sin θ (LEADR eq. 15).
+/// `b(w)`: standard deviation of the slope along `w`, times sin θ (LEADR eq. 15).
 pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
     at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
 }
 
-/// `S w.xy`, along which slopes move that are seen from `w`, and [`slope_spread`] from it.
+/// `S w.xy`, the direction in which visible slopes shift, and [`slope_spread`] from it.
 pub(crate) fn spread_along(w: DVec3, s: DVec3) -> (DVec2, f64) {
     let across = covariance_times(s, w.xy());
     (across, at_least(across.dot(w.xy()), 0.0).sqrt())
 }
 
-/// `A − max(a, 0) = b h(|a|/b)`: the area that is visible only because of the roughness; `a Λ` for `a > 0`.
+/// `A − max(a, 0) = b h(|a|/b)`: the area that only roughness makes visible; `a Λ` for `a > 0`.
 pub fn rough_area(a: f64, b: f64) -> f64 {
     b * normal_tail_mean(a.abs() / b.max(1e-18))
 }
@@ -36,33 +36,32 @@ pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     a.max(0.0) + rough_area(a, slope_spread(w, s))
 }
 
-/// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` (standard
-/// deviations) to have a visible node: `a ≥ 1e-3 − λ b / 2`.
+/// The mean slope, tilted towards the viewer just enough for a slope grid of half extent `lambda` (standard deviations) to have a visible
+/// node: `a ≥ 1e-3 − λ b / 2`.
 ///
-/// Does not change a mesosurface that faces the viewer. Replaces the artificial micronormal of the supplement (3.7):
-/// the tilt is continuous and along `S wo`, the direction of the visible slopes. A viewer exactly behind the
-/// displacement direction (`wo = −z`) sees no facet of a height field; nothing is tilted then.
+/// A front-facing mesosurface is unchanged. This replaces the artificial micronormal of the supplement (3.7): the tilt is continuous and
+/// along `S wo`, the direction of the visible slopes. A viewer exactly opposite the displacement direction (`wo = −z`) sees no facet of a
+/// height field; there is no tilt then.
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
-    let lack = 1e-3 - 0.5 * lambda * b2.sqrt() - meso_area(wo, m);
-    if lack <= 0.0 {
+    let deficit = 1e-3 - 0.5 * lambda * b2.sqrt() - meso_area(wo, m);
+    if deficit <= 0.0 {
         return m;
     }
-    // A smooth surface (S → 0) tilts along wo.xy itself.
+    // A smooth surface (S → 0) tilts along wo.xy.
     let along = across + 1e-6 * wo.xy();
     let gain = b2 + 1e-6 * wo.xy().length_squared();
-    let tilted = m - along * (lack / at_least(gain, 1e-12));
+    let tilted = m - along * (deficit / at_least(gain, 1e-12));
     DVec2::new(within(tilted.x, 1e6), within(tilted.y, 1e6))
 }
 
-/// The change of slope along `wo.xy` that brings a mesosurface that is turned away back to edge-on; zero for one that
-/// faces the viewer.
+/// The change of slope along `wo.xy` that makes a back-facing mesosurface edge-on; zero for a front-facing one.
 ///
-/// A surface that is turned away cannot be seen, so a pixel that shows one really shows other facets nearby: the
-/// filtered mean is wrong by about as much as it is turned too far. The renderer moves the mean slope by this tilt `d`
-/// and adds `d dᵀ` to the covariance. With the mean slope alone, such pixels are black specks along silhouettes and on
-/// the far sides of bumps. Also finite for a viewer behind the displacement direction, where no tilt is enough.
+/// A back-facing surface is invisible, so its pixel actually shows other facets nearby: the filtered mean is wrong by about the excess
+/// angle. The renderer shifts the mean slope by this tilt `d` and adds `d dᵀ` to the covariance. With the unshifted mean slope, such
+/// pixels are black specks along silhouettes and on the far sides of bumps. Also finite for a viewer opposite the displacement direction,
+/// where no tilt is sufficient.
 pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
     wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
 }
@@ -73,7 +72,7 @@ mod tests {
 
     #[test]
     fn visible_area_is_the_mean_of_clamped_facets() {
-        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles, facing and back-facing.
+        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles; front- and back-facing.
         let s = DVec3::new(0.3, 0.1, -0.08);
         for (theta, m) in [(0.3, DVec2::new(0.2, -0.1)), (1.4, DVec2::new(0.9, 0.3)), (1.55, DVec2::new(-1.0, 0.0))] {
             let (sin, cos) = f64::sin_cos(theta);
@@ -99,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_turned_away_becomes_edge_on() {
+    fn backfacing_slopes_become_edge_on() {
         let wo = DVec3::new(0.6, 0.36, (1.0f64 - 0.36 - 0.36 * 0.36).sqrt());
         assert_eq!(tilt_to_edge(wo, DVec2::new(0.3, 0.2)), DVec2::ZERO);
         let away = DVec2::new(4.0, -1.0);

@@ -1,19 +1,19 @@
-//! Any isotropic distribution of slopes, as a table over the angle to the macrosurface's normal (thesis 4.2 and 4.4).
+//! Any isotropic slope distribution, tabulated over the angle to the macrosurface normal (thesis 4.2 and 4.4).
 //!
-//! The table holds `ln D` at the angles `θ = u² π/2` of evenly spaced `u`, which are dense where highlights are. `D` has a finite
-//! limit at 90° for every distribution of this library, so tails do not end with the last node.
+//! The table stores `ln D` at angles `θ = u² π/2` for evenly spaced `u`, denser near highlights. All distributions of this library have a
+//! finite `D` at 90°, so tails extend beyond the last node.
 //!
-//! Everything else follows from one integral. In spherical coordinates about the y axis, `wn = (−sin ψ cos χ, sin χ, cos ψ cos χ)`,
-//! the slope along x is `tan ψ`, `cos θ = cos ψ cos χ`, and for a viewer `(sin θ_o, 0, cos θ_o)` the area of a facet is
-//! `cos χ cos(ψ + θ_o)`. With
+//! All other quantities follow from one integral. In spherical coordinates about the y axis, `wn = (−sin ψ cos χ, sin χ, cos ψ cos χ)`.
+//! The slope along x is `tan ψ`, and `cos θ = cos ψ cos χ`. The projected facet area for a viewer `(sin θ_o, 0, cos θ_o)` is `cos χ
+//! cos(ψ + θ_o)`. With
 //!
 //! ```text
 //! W(ψ) = ∫ D(cos ψ cos χ) cos² χ dχ,   C(ψ) = ∫₀^ψ W cos,   S(ψ) = ∫₀^ψ W sin
 //! ```
 //!
-//! the visible area is a sum of C and S, the distribution of visible slopes along x is their quotient by it, and that of
-//! the slope across is the same for all viewers (the marginal and the conditional distribution of thesis 4.4; `D cos² χ` is its
-//! copula's derivative in these coordinates, without a quotient of small numbers).
+//! the visible area is a sum of C and S. The ratio of partial sum to visible area is the distribution of visible slopes along x. That of
+//! the slope across is the same for all viewers. (These are the marginal and conditional distributions of thesis 4.4; `D cos² χ` is its
+//! copula's derivative in these coordinates, without a quotient of small numbers.)
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -24,32 +24,32 @@ use super::slope_distribution::SlopeDistribution;
 use crate::quadrature::gauss_legendre;
 use crate::roots::bisect;
 
-/// Least density of normals in a table, as a share of its largest.
+/// Lower bound of a tabulated normal density, relative to the largest.
 pub const LEAST_SHARE: f64 = 1e-30;
-/// Points of the rule between two nodes.
+/// Quadrature points between two nodes.
 const ORDER: usize = 4;
-/// Intervals of the marginal distribution for each of the table.
+/// Intervals of the marginal distribution per table interval.
 const FINER: usize = 2;
-/// Azimuths over which functions of slopes are averaged.
+/// Number of azimuths in averages of slope functions.
 const AZIMUTHS: u32 = 256;
-/// Panels over χ.
+/// Number of panels over χ.
 const PANELS: usize = 96;
 
-/// An isotropic table of slopes. Normalised: `∫ D cos θ dω = 1`.
+/// A tabulated isotropic slope distribution. Normalised: `∫ D cos θ dω = 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadialTable {
     /// `ln D` over `u`.
     ln_d: Curve,
     /// At the nodes of the marginal distribution, from ψ = 0 to 90°.
     marginal: Vec<Marginal>,
-    /// Variance of the slopes per axis, as far as the table goes.
+    /// Slope variance per axis, truncated to the table.
     variance: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Marginal {
     psi: f64,
-    /// By ψ.
+    /// `W(ψ)`.
     w: f64,
     cosine: f64,
     sine: f64,
@@ -61,11 +61,11 @@ pub fn angle_at(u: f64) -> f64 {
 }
 
 /// `u` of an angle.
-pub fn place_of(theta: f64) -> f64 {
+pub fn u_of_angle(theta: f64) -> f64 {
     (theta.max(0.0) / FRAC_PI_2).sqrt()
 }
 
-/// `(θ, weight)` of a rule for `∫ f(θ) dθ` over a quarter turn, exact between nodes where `f` is smooth there.
+/// `(θ, weight)` of a quadrature rule for `∫ f(θ) dθ` from 0 to 90°, accurate if `f` is smooth between nodes.
 pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
     let rule = gauss_legendre(ORDER);
     let half = 0.5 / nodes as f64;
@@ -75,8 +75,8 @@ pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Logarithms of at least two densities as shares of `largest`, and where they go on to at 90°: not up, since the last angle that is measured
-/// is the noisiest. What is no number counts as none.
+/// Logarithms of at least two densities relative to `largest`, plus an extrapolated value at 90°. The extrapolation never rises, because
+/// the last measured angle is the noisiest. NaN counts as 0.
 pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
     let least = LEAST_SHARE.ln();
     let ln = |&d: &f64| if d.is_finite() { (d / largest).max(LEAST_SHARE).ln() } else { least };
@@ -87,8 +87,8 @@ pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
 }
 
 impl RadialTable {
-    /// From densities of normals, up to a common factor, at `u = i / n` for `n` values; the value at 90° continues them. Negative
-    /// values and those that are no numbers count as none.
+    /// Builds a table from normal densities, up to a common factor, at `u = i / n` for `n` values; the value at 90° is extrapolated.
+    /// Negative values and NaN count as 0.
     ///
     /// `None` if there are fewer than 3 values or none of them is above 0.
     pub fn new(densities: &[f64]) -> Option<Self> {
@@ -113,7 +113,7 @@ impl RadialTable {
         Some(Self { ln_d, marginal, variance })
     }
 
-    /// Number of values that it was made from.
+    /// Number of input values.
     pub fn nodes(&self) -> usize {
         self.ln_d.values().len() - 1
     }
@@ -123,17 +123,17 @@ impl RadialTable {
         &self.ln_d
     }
 
-    /// `D` where the normal is this far from the macrosurface's.
+    /// `D` at the angle `theta` to the macrosurface normal.
     pub fn density(&self, theta: f64) -> f64 {
         density(&self.ln_d, theta)
     }
 
-    /// Variance of the slopes per axis: `∫ x² P22`, over the slopes that the table has. It is finite where that of the surface is not.
+    /// Slope variance per axis: `∫ x² P22`, over the tabulated slopes. Finite even if that of the surface is not.
     pub fn variance(&self) -> f64 {
         self.variance
     }
 
-    /// `∫ f(slope) P22` over the slopes that the table has.
+    /// `∫ f(slope) P22` over the tabulated slopes.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         let step = TAU / f64::from(AZIMUTHS);
         let ring = |(theta, w): (f64, f64)| {
@@ -155,14 +155,14 @@ impl RadialTable {
 
     fn interval(&self, psi: f64) -> (usize, f64, f64) {
         let n = self.marginal.len() - 1;
-        let i = ((place_of(psi) * n as f64) as usize).min(n - 1);
+        let i = ((u_of_angle(psi) * n as f64) as usize).min(n - 1);
         let (a, b) = (self.marginal[i].psi, self.marginal[i + 1].psi);
         (i, ((psi - a) / (b - a)).clamp(0.0, 1.0), b - a)
     }
 }
 
 fn density(ln_d: &Curve, theta: f64) -> f64 {
-    ln_d.at(place_of(theta) * (ln_d.values().len() - 1) as f64).exp()
+    ln_d.at(u_of_angle(theta) * (ln_d.values().len() - 1) as f64).exp()
 }
 
 /// `∫₀^χ D(cos ψ cos χ) cos² χ dχ` at the ends of the panels, each with its derivative by the panel; by Simpson's rule.
@@ -171,7 +171,7 @@ fn across(ln_d: &Curve, psi: f64) -> Vec<(f64, f64)> {
     let at = |panel: f64| {
         let v = panel / PANELS as f64;
         let (sine, cosine) = angle_at(v).sin_cos();
-        // The angle from its sine, which does not lose the small ones.
+        // Small angles stay precise when computed from the sine.
         let theta = sine.hypot(cosine * sin_psi).atan2(cosine * cos_psi);
         density(ln_d, theta) * cosine * cosine * PI * v / PANELS as f64
     };
@@ -201,7 +201,7 @@ fn marginal(ln_d: &Curve) -> Vec<Marginal> {
         let psi = angle_at((i + 1) as f64 / n as f64);
         nodes.push(Marginal { psi, w: w(psi), cosine, sine });
     }
-    // The integral of D cos θ is one, whichever way it is taken.
+    // Normalise: the integral of D cos θ is one.
     let scale = 0.5 / nodes[n].cosine;
     nodes.iter_mut().for_each(|node| {
         node.w *= scale;
@@ -231,7 +231,7 @@ impl SlopeDistribution for RadialTable {
 
     fn visible_area(&self, w: DVec3) -> f64 {
         let (sine, cosine) = (w.truncate().length(), w.z);
-        // Facets with ψ from −90° to 90° − θ_o face w; ψ counts against w's side, so the sines change their sign.
+        // Facets with ψ from −90° to 90° − θ_o face w; ψ increases away from w, so the sines change sign.
         let (c, s) = self.sums(cosine.atan2(sine));
         let end = self.marginal[self.marginal.len() - 1];
         (cosine * (c + end.cosine) + sine * (end.sine - s)).max(cosine.max(0.0))
@@ -241,13 +241,13 @@ impl SlopeDistribution for RadialTable {
         let sine = wo.truncate().length();
         let area = self.visible_area(wo);
         let end = self.marginal[self.marginal.len() - 1];
-        // Slopes along wo's azimuth: the area in front of ψ.
+        // Slopes along wo's azimuth: the visible area up to ψ.
         let before = |psi: f64| {
             let (c, s) = self.sums(psi);
             wo.z * (c + end.cosine) + sine * (end.sine - s)
         };
         let psi = bisect(-FRAC_PI_2, wo.z.atan2(sine), 50, |psi| before(psi) < u.x * area);
-        // Across, to both sides.
+        // The slope across, with either sign.
         let v = 2.0 * u.y - 1.0;
         let sums = across(&self.ln_d, psi);
         let wanted = v.abs() * sums[PANELS].0;
@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn a_table_of_an_analytic_distribution_is_that_distribution() {
-        // Densities as a part of the largest, areas relative; the coarse table is noticed.
+        // Density errors relative to the largest, relative area errors; a coarse table must exceed them.
         for (alpha, most) in [(0.01, 3e-5), (0.03, 5e-6), (0.1, 1e-5), (0.3, 1e-4), (0.8, 6e-4)] {
             let variance = 0.5 * alpha * alpha;
             let gaussian = Beckmann::new(DVec2::ZERO, DVec3::new(variance, variance, 0.0));
@@ -325,13 +325,13 @@ mod tests {
             let wo = DVec3::new(theta.sin() * 0.6, -theta.sin() * 0.8, theta.cos());
             let (found, most) = chi_square(&table, &table, wo, 40_000);
             let (wrong, _) = chi_square(&table, &Ggx::isotropic(DVec2::ZERO, 0.43), wo, 40_000);
-            println!("χ² at {theta}: {found:.1}, of another {wrong:.1}; at most {most:.1}");
+            println!("χ² at {theta}: {found:.1}, wrong distribution {wrong:.1}, limit {most:.1}");
             assert!(found < most && wrong > most, "{theta}: {found} {wrong} {most}");
         }
     }
 
     #[test]
-    fn tables_of_nothing_are_refused() {
+    fn empty_tables_are_refused() {
         assert_eq!(RadialTable::new(&[1.0, 0.5]), None);
         assert_eq!(RadialTable::new(&[0.0, -1.0, f64::NAN]), None);
         let odd = RadialTable::new(&[f64::INFINITY, 1.0, f64::NAN, -3.0, 0.2]).unwrap();

@@ -1,21 +1,22 @@
-//! A distribution whose slopes are all steeper by one factor: a rougher or a smoother surface of the same kind, as a texture of
-//! roughness makes it from one measured material (thesis Figure 4.6).
+//! A distribution with all slopes scaled by one factor: a rougher or smoother surface of the same shape, for instance a measured material
+//! with a roughness texture (thesis Figure 4.6).
 
 use glam::{DVec2, DVec3};
 
 use super::slope_distribution::SlopeDistribution;
 
-/// Slopes times a factor above 0.
+/// Slopes scaled by a positive factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scaled<D> {
-    /// The distribution of the slopes before.
+    /// The unscaled distribution.
     pub inner: D,
-    /// The factor.
+    /// Scale factor, > 0.
     pub factor: f64,
 }
 
 impl<D> Scaled<D> {
-    /// The direction whose visible area is that of `w`, not unit: `max(0, w·(−s, 1))` of a slope `s = factor · s'` is `max(0, w'·(−s', 1))`.
+    /// The unscaled direction, not unit, with the same visible area as `w`: `max(0, w·(−s, 1))` of a slope `s = factor · s'` is `max(0,
+    /// w'·(−s', 1))`.
     fn seen_from(&self, w: DVec3) -> DVec3 {
         DVec3::new(self.factor * w.x, self.factor * w.y, w.z)
     }
@@ -58,7 +59,7 @@ mod tests {
     use crate::facets::beckmann::Beckmann;
     use crate::facets::ggx::Ggx;
 
-    /// Gaussians and GGX lobes are their own kind.
+    /// A scaled Gaussian or GGX lobe is again Gaussian or GGX.
     #[test]
     fn a_scaled_lobe_is_a_lobe() {
         fn check(of: impl SlopeDistribution, same: &impl SlopeDistribution) {

@@ -1,14 +1,13 @@
-//! Shortened normals: how long the mean of the facets' normals is, by their roughness, and the roughness that a length stands for (Chan
-//! 2018, section 2).
+//! Mean normal length of rough facets, and the roughness for a given length (Chan 2018, section 2).
 //!
-//! The mean normal of isotropic facets points along the surface's normal, and the rougher they are, the shorter it is. Two means are in use:
+//! The mean normal of isotropic facets points along the surface normal, and gets shorter with roughness. Two means are in use:
 //!
 //! ```text
 //! by macrosurface area   L = ∫ D cos² θ dω = E[cos θ]                eq. 18
 //! by microsurface area   L = 1 / ∫ D dω   = 1 / E[1 / cos θ]         eq. 12
 //! ```
 //!
-//! with `E` over the slopes' density. Let `A = α²` and `e = 1 − A`. For GGX everything follows from one function,
+//! with `E` over the slope density. Let `A = α²` and `e = 1 − A`. For GGX all results use one function,
 //!
 //! ```text
 //! T(e) = atanh(√e)/√e   (atan(√−e)/√−e for α > 1)   = Σ eᵏ/(2k + 1)
@@ -17,19 +16,20 @@
 //! micro:  L = 1/(1 + A T),    1/L − 1 = A T         eq. 24
 //! ```
 //!
-//! The series serve near `α = 1`, where the printed forms are 0/0. For Beckmann facets, with Mills' ratio `M` at `t = √2/α`,
+//! Near `α = 1` the closed forms are 0/0, so the series replace them. For Beckmann facets, with Mills' ratio `M` at `t = √2/α`,
 //!
 //! ```text
 //! macro:  L = t M(t) = (√π/α) e^(1/α²) erfc(1/α)
 //! micro:  L = 1/(1 + A L_macro/2)                   by parts
 //! ```
 //!
-//! **What is computed.** Smooth facets have lengths near 1, which hold few digits of `1 − L`, the *lack*: `α = .0028` has a lack of 4e-5.
-//! All functions here come from the *odds* `(1 − L)/L`, which lose nothing on either side, and inverses take the lack; Toksvig (2005) knew the odds as the
-//! variance of normals. Over `ln A` the logarithm of the odds is nearly straight, of slopes from 1 down to ½, so roots are found in a few steps.
+//! **Precision.** Smooth facets have lengths near 1, which hold few digits of the *shortening* `1 − L`: it is 4e-5 for `α = .0028`. All
+//! functions here use the *odds* `(1 − L)/L`, which are precise at both ends, and inverses take the shortening. Toksvig (2005) used the
+//! odds as the variance of normals. The log odds are nearly linear in `ln A`, with slopes from 1 down to ½, so root finding takes few
+//! steps.
 //!
-//! **Ranges.** GGX of `α ≤ 1` has lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter ones are rougher, up to `α = 100`. There is none for a
-//! length below 0 or a NaN: they count as roughest; lengths above 1 as smoothest.
+//! **Ranges.** GGX of `α ≤ 1` has lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter lengths are rougher, up to `α = 100`. Lengths
+//! below 0 and NaN are treated as roughest, lengths above 1 as smoothest.
 
 use super::gloss::{Gloss, usable_alpha};
 use super::normal_distribution::{mills_ratio, tail_mean_ratio};
@@ -37,21 +37,21 @@ use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held};
 use crate::roots::increasing_root;
 use std::f64::consts::SQRT_2;
 
-/// Below this `|1 − α²|` the series serve.
+/// Below this `|1 − α²|` the series replace the closed forms.
 const SERIES_END: f64 = 0.3;
 
-/// `Σ eᵏ c(k)` to rounding, for `|e| ≤ SERIES_END` and `|c| ≤ 1`.
+/// `Σ eᵏ c(k)` to rounding error, for `|e| ≤ SERIES_END` and `|c| ≤ 1`.
 fn series(e: f64, c: impl Fn(f64) -> f64) -> f64 {
     (0..34).rev().fold(0.0, |sum, k| sum * e + c(f64::from(k)))
 }
 
-/// `T = atanh(√e)/√e` for `e = 1 − square`, `square = α² > 0`; `atan(√−e)/√−e` beyond 1.
+/// `T = atanh(√e)/√e` for `e = 1 − square`, `square = α² > 0`; `atan(√−e)/√−e` if `square > 1`.
 fn atanh_ratio(square: f64) -> f64 {
     let e = 1.0 - square;
     if e.abs() < SERIES_END {
         series(e, |k| 1.0 / (2.0 * k + 1.0))
     } else if e > 0.0 {
-        // atanh a = ln((1 + a)/α): nothing cancels as a → 1.
+        // atanh a = ln((1 + a)/α) avoids cancellation as a → 1.
         let a = e.sqrt();
         ((1.0 + a) / square.sqrt()).ln() / a
     } else {
@@ -60,75 +60,75 @@ fn atanh_ratio(square: f64) -> f64 {
     }
 }
 
-/// `(1 − L)/L` of GGX facets by microsurface area, where `square` is `α²`: `α² T` (Chan eq. 24).
+/// `(1 − L)/L` of GGX facets by microsurface area: `α² T` (Chan eq. 24). `square`: `α²`.
 pub fn ggx_normal_odds_micro(square: f64) -> f64 {
     square * atanh_ratio(square)
 }
 
-/// `(1 − L)/L` of GGX facets by macrosurface area, where `square` is `α²` (Chan eq. 26).
+/// `(1 − L)/L` of GGX facets by macrosurface area (Chan eq. 26). `square`: `α²`.
 pub fn ggx_normal_odds_macro(square: f64) -> f64 {
     let e = 1.0 - square;
     if e.abs() < SERIES_END {
-        let lack = square * series(e, |k| 1.0 / (2.0 * k + 3.0));
-        return lack / series(e, |k| 2.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0)));
+        let shortening = square * series(e, |k| 1.0 / (2.0 * k + 3.0));
+        return shortening / series(e, |k| 2.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0)));
     }
     let ratio = atanh_ratio(square);
     square * (ratio - 1.0) / (1.0 - square * ratio)
 }
 
-/// `(1 − L)/L` of Beckmann facets by macrosurface area, where `square` is `α²`.
+/// `(1 − L)/L` of Beckmann facets by macrosurface area. `square`: `α²`.
 pub fn beckmann_normal_odds_macro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     tail_mean_ratio(t) / (t * mills_ratio(t))
 }
 
-/// `(1 − L)/L` of Beckmann facets by microsurface area, where `square` is `α²`: `α²/2` times the length by macrosurface area.
+/// `(1 − L)/L` of Beckmann facets by microsurface area: `α²/2` times the length by macrosurface area. `square`: `α²`.
 pub fn beckmann_normal_odds_micro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     0.5 * square * (t * mills_ratio(t))
 }
 
-/// A lack within 0..1; 1 for a NaN.
-pub(super) fn held_lack(lack: f64) -> f64 {
-    if lack.is_nan() { 1.0 } else { lack.clamp(0.0, 1.0) }
+/// A shortening clamped to 0..1; 1 for NaN.
+pub(super) fn held_shortening(shortening: f64) -> f64 {
+    if shortening.is_nan() { 1.0 } else { shortening.clamp(0.0, 1.0) }
 }
 
-/// `(1 − L)/L` of a lack within 0..1: 1e-300 stands for nothing lost, 1e300 for no length left.
-pub(super) fn odds_of_lack(lack: f64) -> f64 {
-    (lack / (1.0 - lack).max(1e-300)).max(1e-300)
+/// `(1 − L)/L` of a shortening in 0..1, bounded to 1e-300..1e300.
+pub(super) fn odds_of_shortening(shortening: f64) -> f64 {
+    (shortening / (1.0 - shortening).max(1e-300)).max(1e-300)
 }
 
-/// By which area normals are averaged.
+/// The area measure over which normals are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NormalArea {
-    /// That of the facets themselves (Chan's Algorithm 1, eq. 12).
+    /// Microsurface area: that of the facets (Chan's Algorithm 1, eq. 12).
     Micro,
-    /// That under the facets, as texture filters do (Chan's Algorithm 2, eq. 18).
+    /// Macrosurface area, as texture filters average (Chan's Algorithm 2, eq. 18).
     #[default]
     Macro,
 }
 
-/// Which slopes facets have.
+/// Slope distribution of the facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NormalFacets {
-    /// Gaussian.
+    /// Gaussian slopes.
     Beckmann,
-    /// Student's, with two degrees of freedom.
+    /// Student's t slopes with two degrees of freedom.
     #[default]
     Ggx,
 }
 
-/// How a roughness shortens a normal: of which facets, averaged by which area. Chan's is the default: GGX by macrosurface area.
+/// Model that relates roughness and mean normal length. The default is Chan's: GGX by macrosurface area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Shortening {
-    /// Which slopes the facets have.
+    /// Slope distribution.
     pub facets: NormalFacets,
-    /// By which area they count.
+    /// Area measure of the mean.
     pub area: NormalArea,
 }
 
 impl Shortening {
-    /// All four.
+    /// All four models.
     pub const ALL: [Self; 4] = [
         Self { facets: NormalFacets::Ggx, area: NormalArea::Macro },
         Self { facets: NormalFacets::Ggx, area: NormalArea::Micro },
@@ -136,7 +136,7 @@ impl Shortening {
         Self { facets: NormalFacets::Beckmann, area: NormalArea::Micro },
     ];
 
-    /// `(1 − L)/L` for `α`, which is held within 1e-4..100.
+    /// `(1 − L)/L` for `α`, which is clamped to 1e-4..100.
     pub fn odds(self, alpha: f64) -> f64 {
         self.odds_of_square(usable_alpha(alpha).powi(2))
     }
@@ -150,8 +150,8 @@ impl Shortening {
         }
     }
 
-    /// `1 − L`, how much a normal is shortened, without cancellation.
-    pub fn lack(self, alpha: f64) -> f64 {
+    /// `1 − L`, the shortening of the mean normal, without cancellation.
+    pub fn one_minus_length(self, alpha: f64) -> f64 {
         let odds = self.odds(alpha);
         odds / (1.0 + odds)
     }
@@ -161,42 +161,43 @@ impl Shortening {
         1.0 / (1.0 + self.odds(alpha))
     }
 
-    /// `α` of facets whose mean normal lacks this much of the length 1: the inverse of [`Self::lack`], 1e-4 to 100.
-    pub fn alpha_of_lack(self, lack: f64) -> f64 {
-        let wanted = odds_of_lack(held_lack(lack)).ln();
+    /// `α` for a shortening of the mean normal, 1e-4 to 100: the inverse of [`Self::one_minus_length`].
+    pub fn alpha_of_shortening(self, shortening: f64) -> f64 {
+        let wanted = odds_of_shortening(held_shortening(shortening)).ln();
         let (low, high) = (MIN_VARIANCE.ln(), 2.0 * MAX_SLOPE.ln());
         let square = increasing_root(low, high, |log| self.odds_of_square(log.exp()).ln() - wanted).exp();
         usable_alpha(square.sqrt())
     }
 
-    /// `α` of facets whose mean normal has this length: the inverse of [`Self::length`], 1e-4 to 100. For normals near 1 it is no better than the
-    /// digits of `1 − length`.
+    /// `α` for a mean normal length, 1e-4 to 100: the inverse of [`Self::length`]. Near 1 its precision is limited by the digits of `1 −
+    /// length`.
     pub fn alpha_of_length(self, length: f64) -> f64 {
-        self.alpha_of_lack(1.0 - length)
+        self.alpha_of_shortening(1.0 - length)
     }
 
-    /// `α` of facets that stand on facets of the other roughness: lengths multiply (Chan eq. 34).
+    /// `α` of facets on top of facets of the other roughness: lengths multiply (Chan eq. 34).
     ///
-    /// Exact where the finer normals turn with the coarser ones and either is isotropic: the mean over the finer ones lies along the coarser normal.
+    /// Exact if the finer normals rotate with the coarser ones and either distribution is isotropic: the mean of the finer normals then
+    /// lies along the coarser normal.
     pub fn combine(self, alpha: f64, other: f64) -> f64 {
-        let [a, b] = [alpha, other].map(|alpha| self.lack(if alpha.is_nan() { MAX_SLOPE } else { alpha }));
-        self.alpha_of_lack(a + b - a * b)
+        let [a, b] = [alpha, other].map(|alpha| self.one_minus_length(if alpha.is_nan() { MAX_SLOPE } else { alpha }));
+        self.alpha_of_shortening(a + b - a * b)
     }
 
-    /// The gloss of facets of gloss `detail` that stand on facets of gloss `base`, as [`Self::combine`].
+    /// Gloss of facets of gloss `detail` on top of facets of gloss `base`; see [`Self::combine`].
     pub fn combine_gloss(self, base: f64, detail: f64, gloss: Gloss) -> f64 {
         gloss.gloss(self.combine(gloss.alpha(base), gloss.alpha(detail)))
     }
 }
 
-/// `α` of GGX facets by macrosurface area from the lack of their mean normal, for shaders: off by 1e-4 of itself for `α` from .0027 to 1, gloss 1 to 0
-/// of [`Gloss::Wwii`]. Other lacks are held at 4.08e-5 or 1/3; a NaN is the former.
-pub fn ggx_alpha_of_lack_fit(lack: f64) -> f64 {
-    let lack = held(lack, 4.08e-5, 1.0 / 3.0);
-    let x = lack.sqrt().sqrt();
+/// `α` of GGX facets by macrosurface area from the shortening of their mean normal, for shaders. Relative error 1e-4 for `α` from .0027 to
+/// 1, gloss 1 to 0 of [`Gloss::Wwii`]. Other values are clamped to 4.08e-5..1/3; NaN gives the former.
+pub fn ggx_alpha_of_shortening_fit(shortening: f64) -> f64 {
+    let shortening = held(shortening, 4.08e-5, 1.0 / 3.0);
+    let x = shortening.sqrt().sqrt();
     let p = 0.099_672_9 + x * (1.653_836_5 + x * (-0.339_655_5 - x * 0.712_937_3));
     let q = 1.0 + x * (4.549_649_7 + x * (-12.735_986_7 + x * 7.245_809_4));
-    (lack * p / q).sqrt()
+    (shortening * p / q).sqrt()
 }
 
 #[cfg(test)]
@@ -209,8 +210,8 @@ mod tests {
     use glam::{DVec2, DVec3};
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    /// `(1 − L, L)` from the slopes' density. For GGX `x²` is the share of slopes further out, `tan² = A (1 − x²)/x²`; for Beckmann facets
-    /// `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends, where smooth or rough facets have theirs.
+    /// `(1 − L, L)` from the slope density. For GGX `x²` is the share of steeper slopes, `tan² = A (1 − x²)/x²`; Beckmann facets have
+    /// `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends, where smooth or rough facets need them.
     fn by_quadrature(shortening: Shortening, alpha: f64) -> (f64, f64) {
         let square = alpha * alpha;
         // (1 − cos, cos, 1/cos − 1) for tan² of the angle.
@@ -242,16 +243,19 @@ mod tests {
         for shortening in Shortening::ALL {
             for i in 0..=120 {
                 let alpha = 10f64.powf(-4.0 + 0.05 * f64::from(i));
-                let (lack, length) = by_quadrature(shortening, alpha);
-                let errors = [shortening.lack(alpha) / lack - 1.0, shortening.length(alpha) / length - 1.0];
+                let (one_minus_length, length) = by_quadrature(shortening, alpha);
+                let errors = [
+                    shortening.one_minus_length(alpha) / one_minus_length - 1.0,
+                    shortening.length(alpha) / length - 1.0,
+                ];
                 worst = errors.into_iter().fold(worst, |w, e| w.max(e.abs()));
             }
         }
-        println!("closed forms and quadrature differ by {worst:.1e}");
+        println!("relative difference of closed forms and quadrature: {worst:.1e}");
         assert!(worst < 1e-11);
     }
 
-    /// Eq. 12 and 18 as printed, over the hemisphere, with the densities of the other files.
+    /// Eq. 12 and 18 as printed, over the hemisphere, with the densities of the other modules.
     #[test]
     fn lengths_are_integrals_of_the_distribution() {
         for alpha in [0.2, 0.6, 1.0, 3.0] {
@@ -279,7 +283,7 @@ mod tests {
         }
     }
 
-    /// Where series and closed forms meet, no digit changes; at `α = 1` the limits are 2/3 and 1/2.
+    /// Series and closed forms agree to the last digit where they meet; at `α = 1` the limits are 2/3 and 1/2.
     #[test]
     fn series_and_closed_forms_meet() {
         for edge in [1.0 - SERIES_END, 1.0 + SERIES_END] {
@@ -298,13 +302,13 @@ mod tests {
         for shortening in Shortening::ALL {
             for i in 0..=600 {
                 let alpha = 10f64.powf(-4.0 + 0.01 * f64::from(i));
-                let found = shortening.alpha_of_lack(shortening.lack(alpha));
+                let found = shortening.alpha_of_shortening(shortening.one_minus_length(alpha));
                 assert!((found / alpha - 1.0).abs() < 1e-12, "{shortening:?} {alpha}: {found}");
             }
-            // From a length the digits of 1 − L are lost, 2e-16 of them.
+            // A length loses the digits of 1 − L, about 2e-16.
             for alpha in [0.003, 0.1, 0.9, 1.0, 7.0] {
                 let found = shortening.alpha_of_length(shortening.length(alpha));
-                assert!((found / alpha - 1.0).abs() < 1e-15 / shortening.lack(alpha) + 1e-12);
+                assert!((found / alpha - 1.0).abs() < 1e-15 / shortening.one_minus_length(alpha) + 1e-12);
             }
         }
     }
@@ -324,15 +328,15 @@ mod tests {
                 assert_eq!(shortening.alpha_of_length(length), alpha, "{shortening:?} {length}");
             }
             for alpha in [f64::NAN, -1.0, 0.0, 1e-300, 1e300, f64::INFINITY] {
-                let (lack, length) = (shortening.lack(alpha), shortening.length(alpha));
-                assert!(lack > 0.0 && length > 0.0 && (lack + length - 1.0).abs() < 1e-15);
+                let (one_minus_length, length) = (shortening.one_minus_length(alpha), shortening.length(alpha));
+                assert!(one_minus_length > 0.0 && length > 0.0 && (one_minus_length + length - 1.0).abs() < 1e-15);
                 assert!(shortening.combine(alpha, alpha).is_finite());
             }
             assert_eq!(shortening.combine(0.5, f64::NAN), 100.0);
         }
     }
 
-    /// Entries of Listing 8. Its 256 lengths differ from eq. 26 by up to 4e-6, the error of its samples.
+    /// Entries of Listing 8. Its 256 lengths differ from eq. 26 by up to 4e-6, its sampling error.
     #[test]
     fn the_table_of_the_paper() {
         let table = [
@@ -356,11 +360,11 @@ mod tests {
         }
     }
 
-    /// Normals of one distribution turned by those of another, with every facet at equal chances: lengths multiply.
+    /// Normals of one distribution rotated by those of another, all facets equally likely: lengths multiply.
     #[test]
     fn lengths_multiply() {
         let shortening = Shortening::default();
-        // Quantiles of the slope of GGX, and azimuths, on a grid that is exact for the mean of few harmonics.
+        // Quantiles of GGX slopes and azimuths, on a grid that is exact for the mean of few harmonics.
         let normals = |alpha: f64| -> Vec<DVec3> {
             (0..60 * 12)
                 .map(|i| {
@@ -373,18 +377,19 @@ mod tests {
         };
         let (a, b) = (normals(0.5), normals(0.3));
         let mean = |n: &[DVec3]| n.iter().sum::<DVec3>() / n.len() as f64;
-        let turned: DVec3 = a
+        let rotated: DVec3 = a
             .iter()
             .flat_map(|base| b.iter().map(|n| glam::DQuat::from_rotation_arc(DVec3::Z, *base) * *n))
             .sum::<DVec3>()
             / (a.len() * b.len()) as f64;
-        assert!((turned.length() - mean(&a).length() * mean(&b).length()).abs() < 1e-12);
+        assert!((rotated.length() - mean(&a).length() * mean(&b).length()).abs() < 1e-12);
         let combined = shortening.combine(0.5, 0.3);
         assert!((shortening.length(combined) - shortening.length(0.5) * shortening.length(0.3)).abs() < 1e-14);
         assert!(combined > 0.5 && (shortening.combine(0.5, 1e-4) / 0.5 - 1.0).abs() < 1e-6);
     }
 
-    /// Chan blends normals by BlendXY and combines gloss as if by rotation; "very similar". Both, and the sum of slopes, over quantiles of GGX.
+    /// Chan blends normals by BlendXY but combines gloss as if by rotation ("very similar"). Compares both and the sum of slopes over GGX
+    /// quantiles.
     #[test]
     fn gloss_by_other_blends() {
         use crate::slopes::normal_blending::{blend_partial_derivatives, blend_reoriented, blend_xy};
@@ -424,7 +429,7 @@ mod tests {
                 }
             }
         }
-        println!("gloss by BlendXY and by sums of slopes, against rotation: off by {worst:.3?} (base, detail) at most");
+        println!("gloss by BlendXY and by sums of slopes against rotation: largest error {worst:.3?} (base, detail)");
         assert!(worst[0].0 > 0.005 && worst[0].0 < 0.08 && worst[1].0 < 0.08, "{worst:?}");
     }
 
@@ -432,12 +437,13 @@ mod tests {
     fn the_fit_for_shaders_is_near() {
         let shortening = Shortening::default();
         let alphas = (0..=1000).map(|i| 0.0027f64.powf(f64::from(i) / 1000.0));
-        let errors = alphas.map(|alpha| (ggx_alpha_of_lack_fit(shortening.lack(alpha)) / alpha - 1.0).abs());
+        let errors =
+            alphas.map(|alpha| (ggx_alpha_of_shortening_fit(shortening.one_minus_length(alpha)) / alpha - 1.0).abs());
         let worst = errors.fold(0.0, f64::max);
-        println!("alpha from the fit: off by {worst:.1e} of itself at most");
+        println!("alpha from the fit: largest relative error {worst:.1e}");
         assert!(worst < 1e-4 && worst > 1e-6);
-        for lack in [f64::NAN, -1.0, 0.0, 1.0, f64::INFINITY] {
-            assert!((0.0026..1.001).contains(&ggx_alpha_of_lack_fit(lack)));
+        for one_minus_length in [f64::NAN, -1.0, 0.0, 1.0, f64::INFINITY] {
+            assert!((0.0026..1.001).contains(&ggx_alpha_of_shortening_fit(one_minus_length)));
         }
     }
 }

@@ -1,17 +1,16 @@
-//! What microfacet theory needs from a distribution of slopes (thesis 2.2–2.3 and 3.1).
+//! Interface of slope distributions in microfacet theory (thesis 2.2–2.3 and 3.1).
 
 use crate::limits::{MIN_NORMAL_Z, at_least};
 use glam::{DVec2, DVec3};
 
-/// A distribution of slopes, with everything that microfacet theory needs from it. Directions are in the tangent frame,
-/// z up.
+/// A slope distribution with all functions of microfacet theory. Directions are in the tangent frame, z up.
 ///
 /// Implemented by [`Beckmann`](super::beckmann::Beckmann) and [`Ggx`](super::ggx::Ggx), noncentral and anisotropic.
 pub trait SlopeDistribution {
-    /// Density of slopes, `P22(slope)`.
+    /// Slope density, `P22(slope)`.
     fn p22(&self, slope: DVec2) -> f64;
 
-    /// `D(wn) = P22 / wn.z⁴`, density of normals per unit of macrosurface and solid angle; 0 for `wn.z ≤ 0`.
+    /// `D(wn) = P22 / wn.z⁴`, normal density per unit of macrosurface and solid angle; 0 for `wn.z ≤ 0`.
     fn ndf(&self, wn: DVec3) -> f64 {
         if wn.z <= 0.0 {
             return 0.0;
@@ -23,7 +22,7 @@ pub trait SlopeDistribution {
     /// Mean slope.
     fn mean_slope(&self) -> DVec2;
 
-    /// Covariance of the slopes or any multiple of it, `(xx, yy, xy)`; the roughness matrix where no covariance exists.
+    /// Slope covariance or any multiple of it, `(xx, yy, xy)`; the roughness matrix if no covariance exists.
     fn shape(&self) -> DVec3;
 
     /// Visible projected area `A(w) ≥ max(a(w), 0)`: the integral of `max(0, w·(−x, −y, 1)) P22`.
@@ -43,9 +42,8 @@ pub trait SlopeDistribution {
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3;
 }
 
-/// `max(0, wo·wn) d / area`, finite: at most 1e37, with `area` held at 1e-26 or above. (The BRDF's bound
-/// [`MIN_AREA`](crate::limits::MIN_AREA) would break the normalisation where only the far tail is
-/// visible.)
+/// `max(0, wo·wn) d / area`, at most 1e37, with `area` clamped to at least 1e-26. (The BRDF's bound [`MIN_AREA`](crate::limits::MIN_AREA)
+/// would break the normalisation where only the far tail is visible.)
 pub fn visible_density(wo: DVec3, wn: DVec3, d: f64, area: f64) -> f64 {
     let ratio = wo.dot(wn).max(0.0) / at_least(area, 1e-26);
     ratio * d.min(1e37 / ratio.max(1.0))

@@ -1,4 +1,4 @@
-//! A table of slopes, isotropic or not.
+//! A tabulated slope distribution, isotropic or anisotropic.
 
 use glam::{DVec2, DVec3};
 
@@ -7,17 +7,17 @@ use super::polar_table::PolarTable;
 use super::radial_table::RadialTable;
 use super::slope_distribution::SlopeDistribution;
 
-/// Slopes as a table.
+/// Tabulated slopes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tabulated {
-    /// The same at all azimuths.
+    /// Isotropic.
     Radial(RadialTable),
-    /// Of the angle and the azimuth.
+    /// Over angle and azimuth.
     Polar(PolarTable),
 }
 
 impl Tabulated {
-    /// From densities of normals, a row for each azimuth, as [`RadialTable::new`] takes one row and [`PolarTable::new`] several.
+    /// Builds a table from normal densities, one row per azimuth: [`RadialTable::new`] for one row, [`PolarTable::new`] for several.
     pub fn from_rows(rows: &[Vec<f64>]) -> Option<Self> {
         match rows {
             [row] => RadialTable::new(row).map(Self::Radial),
@@ -25,7 +25,7 @@ impl Tabulated {
         }
     }
 
-    /// Angles and azimuths that it was made from; one azimuth where all are the same.
+    /// Number of input angles and azimuths; one azimuth if isotropic.
     pub fn nodes(&self) -> (usize, usize) {
         match self {
             Self::Radial(table) => (table.nodes(), 1),
@@ -41,13 +41,13 @@ impl Tabulated {
         }
     }
 
-    /// `D` at its nodes, for each azimuth: what [`Self::from_rows`] makes it from.
+    /// `D` at its nodes, per azimuth; the input of [`Self::from_rows`].
     pub fn densities(&self) -> Vec<Vec<f64>> {
         let (angles, _) = self.nodes();
         self.ln_d().iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()
     }
 
-    /// `∫ f(slope) P22` over the slopes that the table has.
+    /// `∫ f(slope) P22` over the tabulated slopes.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         match self {
             Self::Radial(table) => table.mean_of(f),

@@ -1,11 +1,10 @@
-//! Directional albedo of mirror facets by quadrature: how much of a white environment, or of a cone of it, a surface
-//! reflects towards a viewer. Reference for [`materials::energy`](crate::materials::energy).
+//! Directional albedo of specular facets by quadrature: the share of a white environment, or of a cone of it, that a surface reflects
+//! towards a viewer. Reference for [`materials::energy`](crate::materials::energy).
 //!
-//! Facets of slope `x` contribute `F P22(x) f G / a_o`, with `f` their projected area. In polar coordinates of slopes,
-//! `tan θ = ρ tan ψ`, the integrand is smooth in `ψ` for every roughness. Where the light leaves the horizon, or a cone,
-//! it has an edge; but along one azimuth `wi` turns in a circle as `2θ` grows, so each edge is an arc cosine, and the
-//! rule integrates exactly up to it. Azimuths are graded towards those at right angles to the viewer, where a grazing
-//! one sees facets appear.
+//! Facets of slope `x` contribute `F P22(x) f G / a_o`, with `f` their projected area. In polar slope coordinates, `tan θ = ρ tan ψ`, the
+//! integrand is smooth in `ψ` for every roughness. It has an edge where the light crosses the horizon or a cone's border. Along one
+//! azimuth `wi` moves on a circle as `2θ` grows, so each edge is an arc cosine, and the rule integrates up to it exactly. Azimuths are
+//! denser near right angles to the viewer, where facets become visible at grazing incidence.
 
 use crate::facets::fresnel::schlick_weight;
 use crate::facets::slope_distribution::SlopeDistribution;
@@ -18,24 +17,24 @@ use crate::roots::bisect;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// How finely to integrate.
+/// Resolution of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AlbedoRule {
-    /// Panels of azimuths beside each right angle to the viewer; each is a quarter as wide as the one before.
+    /// Azimuth panels on each side of a right angle to the viewer; each is a quarter as wide as the one before.
     pub azimuths: usize,
-    /// Panels of slopes.
+    /// Slope panels.
     pub slopes: usize,
     /// Gauss–Legendre nodes per panel and dimension.
     pub order: usize,
 }
 
 impl AlbedoRule {
-    /// Errors below 1e-6 for roughnesses of .03 to 1 and viewers of cosine 1e-3 and more, and below 1e-5 with a cone.
+    /// Errors below 1e-6 for roughnesses of .03 to 1 and view cosines ≥ 1e-3, and below 1e-5 with a cone.
     pub const FINE: Self = Self { azimuths: 6, slopes: 6, order: 12 };
 }
 
-/// Turning angles `2θ` within `[0, π]` at which `wi·axis > bound`, for half vectors of azimuth `e`: at most two pieces.
-fn free_turns(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2] {
+/// Rotation angles `2θ` in `[0, π]` with `wi·axis > bound`, for half vectors of azimuth `e`: at most two intervals.
+fn free_rotations(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2] {
     // wo·h = p·(sin θ, cos θ), axis·h = q·(sin θ, cos θ).
     let (p, q) = (DVec2::new(wo.xy().dot(e), wo.z), DVec2::new(axis.xy().dot(e), axis.z));
     let still = p.dot(q) - wo.dot(axis);
@@ -49,8 +48,8 @@ fn free_turns(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2] {
     })
 }
 
-/// Albedo of mirrors towards `wo`, of a white environment; with a `cone`, of one that is white inside it and black
-/// outside. `distribution`: central (mean slope 0), isotropic or not. 0 for a viewer below the horizon.
+/// Albedo of specular facets towards `wo`, of a white environment; with a `cone`, of one that is white inside it and black outside.
+/// `distribution`: central (mean slope 0), isotropic or anisotropic. 0 for a viewer below the horizon.
 pub fn directional_albedo(
     distribution: &impl SlopeDistribution,
     masking: Masking,
@@ -66,7 +65,7 @@ pub fn directional_albedo(
     let det = (shape.x * shape.y - shape.z * shape.z).max(0.0);
     let nodes = gauss_legendre(rule.order);
     let viewer = if wo.x == 0.0 && wo.y == 0.0 { 0.0 } else { wo.y.atan2(wo.x) };
-    // A half circle where the other half is its mirror image.
+    // A half circle is enough if the other half is symmetric.
     let mirrored = shape.x == shape.y
         && shape.z == 0.0
         && cone.is_none_or(|c| (c.axis.x * wo.y - c.axis.y * wo.x).abs() < 1e-15 * wo.xy().length().max(1e-3));
@@ -75,7 +74,7 @@ pub fn directional_albedo(
     for pair in edges.windows(2) {
         let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
         for &(x, w) in &nodes {
-            // Roots at the ends of a cone become lines.
+            // The substitution makes square roots at the ends of a cone linear.
             let phi = viewer + middle + half * 0.5 * x * (3.0 - x * x);
             let w = w * half * 1.5 * (1.0 - x * x) * (TAU / turn);
             let ray = along_azimuth(distribution, masking, wo, cone, phi, (shape, det), rule.slopes, &nodes);
@@ -86,8 +85,8 @@ pub fn directional_albedo(
     sum
 }
 
-/// Azimuths from the viewer's, within `0..turn`, between which the integrand is smooth: denser at right angles to the
-/// viewer, and split where a cone begins and ends.
+/// Azimuths relative to the viewer's, in `0..turn`, between which the integrand is smooth: denser at right angles to the viewer, and split
+/// at the borders of a cone.
 fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize) -> Vec<f64> {
     let mut edges = vec![0.0, turn];
     for right in [FRAC_PI_2, 3.0 * FRAC_PI_2] {
@@ -98,7 +97,7 @@ fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize
     if let Some(cone) = cone {
         let lit = |phi: f64| {
             let (sin, cos) = (viewer + phi).sin_cos();
-            free_turns(wo, DVec2::new(cos, sin), cone.axis, cone.cosine).iter().any(|[low, high]| high > low)
+            free_rotations(wo, DVec2::new(cos, sin), cone.axis, cone.cosine).iter().any(|[low, high]| high > low)
         };
         let half = half_vector(wo, cone.axis);
         let towards = (half.y.atan2(half.x) - viewer).rem_euclid(TAU);
@@ -118,7 +117,7 @@ fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize
     edges
 }
 
-/// Azimuths at which the ends of a cone are looked for.
+/// Number of azimuths in the search for a cone's borders.
 const SEARCHED: usize = 64;
 
 fn along_azimuth(
@@ -136,8 +135,8 @@ fn along_azimuth(
     let e = DVec2::new(cos, sin);
     // Deviation along this azimuth, up to the factor between roughness and covariance.
     let spread = (det / (shape.y * cos * cos - 2.0 * shape.z * cos * sin + shape.x * sin * sin).max(1e-300)).sqrt();
-    let above = free_turns(wo, e, DVec3::Z, 0.0);
-    let free = cone.map_or([[0.0, PI], [0.0, 0.0]], |cone| free_turns(wo, e, cone.axis, cone.cosine));
+    let above = free_rotations(wo, e, DVec3::Z, 0.0);
+    let free = cone.map_or([[0.0, PI], [0.0, 0.0]], |cone| free_rotations(wo, e, cone.axis, cone.cosine));
     for a in above {
         for b in free {
             let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
@@ -146,7 +145,7 @@ fn along_azimuth(
             }
             let angle = |turn: f64| (0.5 * turn).sin().atan2(spread * (0.5 * turn).cos());
             let (low, high) = (angle(low), angle(high));
-            // Denser towards the steepest slopes, whose light grazes the surface.
+            // Denser towards the steepest slopes, which reflect grazing light.
             let mut rest = high - low;
             for panel in 0..panels {
                 let width = if panel + 1 == panels { rest } else { 0.75 * rest };
@@ -189,7 +188,7 @@ mod tests {
         DVec3::new(((1.0 - c) * (1.0 + c)).sqrt(), 0.0, c)
     }
 
-    /// From above, facets of α = 1 reflect `1 − ln 2`.
+    /// At normal incidence, facets of α = 1 reflect `1 − ln 2`.
     #[test]
     fn a_closed_form() {
         let ggx = Ggx::isotropic(DVec2::ZERO, 1.0);
@@ -225,7 +224,7 @@ mod tests {
         assert!(worst[0] < 1e-6 && worst[1] < 1e-5, "{worst:?}");
     }
 
-    /// Brushed facets, against samples of the BRDF itself.
+    /// Anisotropic facets against samples of the BRDF.
     #[test]
     fn agrees_with_samples() {
         let distribution = Ggx::new(DVec2::ZERO, DVec3::new(0.25, 0.06, 0.05));

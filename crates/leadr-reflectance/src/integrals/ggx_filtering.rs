@@ -1,23 +1,20 @@
-//! Filtering of a displaced GGX surface: a proposal for a problem that the thesis (5.3) leaves open.
+//! Filtering of a displaced GGX surface: a proposed solution to an open problem of the thesis (5.3).
 //!
-//! Slopes of independent displacements add (thesis 5.1). So the slopes of the filtered surface have the GGX density of
-//! the base, with roughness matrix `A`, convolved with the Gaussian of the LEADR map, with mean `m` and covariance `S`.
-//! The result is neither GGX nor Gaussian and has no finite variance to match. But GGX is a mixture of Gaussians: if
-//! `e` is exponentially distributed, slopes of covariance `A / 2e` are exactly GGX (the bivariate t distribution with
-//! two degrees of freedom). So the convolution is a mixture of Gaussians as well,
+//! Slopes of independent displacements add (thesis 5.1). The filtered slope density is therefore a convolution: the base's GGX density of
+//! roughness matrix `A` with the LEADR map's Gaussian of mean `m` and covariance `S`. The result is neither GGX nor Gaussian and has no
+//! finite variance to match. But GGX is a mixture of Gaussians: if `e` is exponentially distributed, slopes of covariance `A / 2e` are
+//! exactly GGX (the bivariate t distribution with two degrees of freedom). So the convolution is a mixture of Gaussians as well,
 //!
 //! `P(x) = ∫₀^∞ exp(−e) N(x; m, S + A / 2e) de`,
 //!
-//! and every quantity that is linear in `P` follows from its Gaussian form by the same integral. [`convolved_p22`] and
-//! [`convolved_visible_area`] compute it; they are the reference of this file. For shading there are two
-//! approximations:
+//! and every quantity linear in `P` is the same integral of its Gaussian form. [`convolved_p22`] and [`convolved_visible_area`] compute
+//! these reference values. Shading uses one of two approximations:
 //!
-//! * [`filter_ggx`] is one GGX lobe of matrix `A + 2S`. It is as good as any single GGX lobe where the base contributes
-//!   much of the roughness. Where displacement dominates, it lacks the round shoulders of the true lobe and its tail is
-//!   too strong.
-//! * [`displaced_ggx`] is a GGX lobe and a Beckmann lobe of the same shape. The weight of GGX is about the base's share
-//!   `t` of the roughness. (With a weight of exactly `t` the far tail would be exact, since displacement does not
-//!   change it.) Exact at `t = 0` and `t = 1`. Its Smith terms are those of the mixture, so the white furnace holds.
+//! * [`filter_ggx`] is one GGX lobe of matrix `A + 2S`. It is as accurate as any single GGX lobe if the base dominates the roughness. If
+//!   displacement dominates, it lacks the round shoulders of the true lobe, and its tail is too strong.
+//! * [`displaced_ggx`] is a GGX lobe plus a Beckmann lobe of the same shape. The GGX weight is approximately the base's share `t` of the
+//!   roughness. (With a weight of exactly `t` the far tail would be exact, since displacement does not change it.) Exact at `t = 0` and `t
+//!   = 1`. Its Smith terms are those of the mixture, so the white furnace holds.
 //!
 //! `docs/measurements/ggx-filtering.md` compares both with a single Beckmann lobe.
 
@@ -27,7 +24,7 @@ use crate::facets::projected_area::{meso_area, rough_area, slope_spread, visible
 use crate::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
 
-/// `(e, weight)` of `∫₀^∞ exp(−e) f(e) de`: the trapezoidal rule in `ln e`, which cuts off 1e-6 of the mass towards 0.
+/// `(e, weight)` of `∫₀^∞ exp(−e) f(e) de`: the trapezoidal rule in `ln e`, which truncates 1e-6 of the mass near 0.
 fn exponential_rule() -> impl Iterator<Item = (f64, f64)> {
     const STEP: f64 = 0.15;
     (0..=120).map(|i| {
@@ -36,39 +33,37 @@ fn exponential_rule() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Covariance of the component `e` of the mixture.
+/// Covariance of the mixture component `e`.
 fn component(e: f64, a: DVec3, s: DVec3) -> DVec3 {
     s + a / (2.0 * e)
 }
 
-/// Density of the slopes of a GGX base of matrix `a` under Gaussian displacement of mean `m` and covariance `s`.
+/// Slope density of a GGX base of matrix `a` under Gaussian displacement of mean `m` and covariance `s`.
 pub fn convolved_p22(slope: DVec2, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, w)| w * beckmann_p22(slope, m, component(e, a, s))).sum()
 }
 
-/// Visible projected area of the same surface. Within 1e-3 at grazing angles, where the cut-off tail matters most.
+/// Visible projected area of the same surface. Within 1e-3 at grazing angles, where the truncated tail matters most.
 pub fn convolved_visible_area(w: DVec3, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, weight)| weight * visible_area(w, m, component(e, a, s))).sum()
 }
 
-/// Roughness matrix of the single GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`: `A + 2S`.
-/// The mean slope stays that of the map.
+/// Roughness matrix of the single GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`: `A + 2S`. The map's mean
+/// slope is unchanged.
 pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
     a + 2.0 * s
 }
 
-/// Share of the base in the roughness, `√(|A| / |A + 2S|)`: 0 for a displaced mirror, 1 for a flat base.
+/// The base's share of the roughness, `√(|A| / |A + 2S|)`: 0 for a displaced ideal mirror, 1 for a flat base.
 ///
-/// Computed as `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because the difference of two determinants would lose
-/// small displacements.
+/// Computed as `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because a difference of two determinants cancels small displacements.
 pub fn base_share(a: DVec3, s: DVec3) -> f64 {
     let det = |v: DVec3| (v.x * v.y - v.z * v.z).max(0.0);
     let mixed = (a.y * s.x + a.x * s.y - 2.0 * a.z * s.z).max(0.0);
     1.0 / (1.0 + (2.0 * mixed + 4.0 * det(s)) / det(a).max(1e-30)).sqrt()
 }
 
-/// A mixture: the fraction `weight` is a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance
-/// `roughness / 2`.
+/// A mixture: a fraction `weight` of a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance `roughness / 2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacedGgx {
     /// Weight of the GGX lobe, 0 to 1.
@@ -77,13 +72,13 @@ pub struct DisplacedGgx {
     pub roughness: DVec3,
 }
 
-/// Fitted to minimise the largest `∫ |P − P̂|` over all shares; the test `the_constants_are_the_best` checks the fit.
+/// Minimises the largest `∫ |P − P̂|` over all shares; the test `the_constants_are_the_best` checks the fit.
 const WIDEN: f64 = 0.5;
 /// Fitted in the same way.
 const FAVOUR: f64 = 0.15;
 
-/// The two lobes for a GGX base of matrix `a` under displacement of covariance `s`. Both are a little wider than
-/// `A + 2S`, because the convolution moves some of the density out of the peak.
+/// The two lobes for a GGX base of matrix `a` under displacement of covariance `s`. Both are slightly wider than `A + 2S`, because the
+/// convolution moves density out of the peak.
 pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
     let t = base_share(a, s);
     let hump = t.sqrt() * (1.0 - t);
@@ -93,7 +88,7 @@ pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
     }
 }
 
-/// Density of slopes.
+/// Slope density.
 pub fn displaced_ggx_p22(slope: DVec2, m: DVec2, d: &DisplacedGgx) -> f64 {
     let gaussian = beckmann_p22(slope, m, 0.5 * d.roughness);
     gaussian + d.weight * (ggx_p22(slope, m, d.roughness) - gaussian)
@@ -112,15 +107,14 @@ fn displaced_rough_area(w: DVec3, meso: f64, d: &DisplacedGgx) -> f64 {
     gaussian + d.weight * (ggx_rough_area(meso, spread) - gaussian)
 }
 
-/// Visible projected area of the mixture. It is linear in the distribution, so it is the weighted mean of both lobes'
-/// areas.
+/// Visible projected area of the mixture: the weighted mean of both lobes' areas, as it is linear in the distribution.
 pub fn displaced_ggx_visible_area(w: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + displaced_rough_area(w, meso, d)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`, height-correlated masking and shadowing (LEADR eq. 13) of the mixture; 0 when the light
-/// is below the mesosurface. Without `shadowing`, one divided by the visible area.
+/// `1 / (a_o (1 + Λo + Λi))`, height-correlated masking and shadowing (LEADR eq. 13) of the mixture; 0 for a light below the mesosurface.
+/// Without `shadowing`, one divided by the visible area.
 pub fn displaced_ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, d: &DisplacedGgx, shadowing: bool) -> f64 {
     let visible = displaced_ggx_visible_area(wo, m, d).max(MIN_AREA);
     if !shadowing {
@@ -158,7 +152,7 @@ mod tests {
         exact.iter().map(|&(r, w, p)| w * (p - p22(DVec2::new(r, 0.0))).abs()).sum()
     }
 
-    /// Sampled sums of a base slope and a displacement slope have this density and this visible area.
+    /// Sampled sums of base and displacement slopes have this density and this visible area.
     #[test]
     fn the_convolution_is_that_of_samples() {
         let (m, a, s) = (DVec2::new(0.2, -0.1), DVec3::new(0.04, 0.09, 0.02), DVec3::new(0.05, 0.02, -0.01));
@@ -168,7 +162,7 @@ mod tests {
         let w = DVec3::new(0.8, 0.1, 0.35).normalize();
         let (mut hits, mut area, mut square) = ([0.0; 4], 0.0, 0.0);
         for i in 1..=n {
-            // The additive sequence of the root of x⁵ = x + 1: low discrepancy in four dimensions.
+            // Additive sequence of the root of x⁵ = x + 1: low discrepancy in four dimensions.
             let u = |k: i32| (0.5 + f64::from(i) * 1.167_303_978_261_418_7f64.powi(-k)).fract();
             let ggx = DVec2::from_angle(2.0 * PI * u(1)) * (u(2) / (1.0 - u(2))).sqrt();
             let gauss = DVec2::from_angle(2.0 * PI * u(3)) * (-2.0 * (1.0 - u(4)).ln()).sqrt();
@@ -188,7 +182,7 @@ mod tests {
                     expected += wx * wy * convolved_p22(bin + DVec2::new(x, y), m, a, s);
                 }
             }
-            println!("slopes about {bin}: {hit:.5} sampled, {expected:.5} by quadrature");
+            println!("slopes near {bin}: {hit:.5} sampled, {expected:.5} by quadrature");
             assert!((hit - expected).abs() < 5.0 * (expected / f64::from(n)).sqrt());
         }
         let expected = convolved_visible_area(w, m, a, s);
@@ -196,7 +190,7 @@ mod tests {
         assert!((area - expected).abs() < 5.0 * ((square - area * area) / f64::from(n)).sqrt() + 1e-3 * expected);
     }
 
-    /// How accurate the best single lobe is, and that no other pair of constants is better by more than a tenth.
+    /// Measures the best single lobe, and checks that no other pair of constants is better by more than a tenth.
     #[test]
     fn the_constants_are_the_best() {
         let profiles: Vec<_> = (1..32).map(|i| f64::from(i) / 32.0).map(|t| (t, profile(t))).collect();
@@ -239,9 +233,8 @@ mod tests {
         assert!(worst(WIDEN, FAVOUR) < 1.1 * best.0 && best.0 < 0.35 * worst(0.0, 0.0));
     }
 
-    /// `∫ |L̂ − L| dwi` of the lobe that `wo` sees (masking only, F = 1; the exact lobe integrates to one), computed
-    /// over slopes: with `dwi = 4 (wo·wh) dwh` it is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`. For Beckmann, GGX and the
-    /// two lobes.
+    /// `∫ |L̂ − L| dwi` of the lobe visible from `wo` (masking only, F = 1; the exact lobe integrates to one), over slopes: with `dwi = 4
+    /// (wo·wh) dwh` it is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`. For Beckmann, GGX and the two lobes.
     fn lobe_errors(wo: DVec3, m: DVec2, a: DVec3, s: DVec3) -> [f64; 3] {
         let (total, two) = (filter_ggx(a, s), displaced_ggx(a, s));
         let c = slope_cholesky(total);

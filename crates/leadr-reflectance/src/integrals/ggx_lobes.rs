@@ -1,10 +1,9 @@
 //! A displaced GGX surface ([`DisplacedGgx`]) under lights and environments.
 //!
-//! Lights are exact for the two lobes. For environments the GGX lobe is treated as a mixture of Gaussian surfaces,
-//! which it is exactly: if `e` is exponentially distributed, slopes of covariance `A / 2e` are GGX. The grid and the
-//! few-probe rules are made for Gaussian surfaces. Each surface contributes in proportion to its visible area, so a
-//! constant environment is still returned unchanged. Three values of `e` and their shares are fitted to minimise
-//! `∫ |P − P̂|` of the slope density; the remaining error is 0.044 out of at most 2.
+//! Lights are exact for the two lobes. For environments the GGX lobe is an exact mixture of Gaussian surfaces: if `e` is exponentially
+//! distributed, slopes of covariance `A / 2e` are GGX. The grid and the few-probe rules then apply to each Gaussian. Each contributes in
+//! proportion to its visible area, so a constant environment is still returned unchanged. Three values of `e` and their shares minimise `∫
+//! |P − P̂|` of the slope density; the remaining error is 0.044 out of at most 2.
 
 use super::ggx_filtering::{DisplacedGgx, displaced_ggx_ndf, displaced_ggx_visible_area};
 use crate::facets::fresnel::fresnel_schlick;
@@ -17,13 +16,13 @@ use glam::{DVec2, DVec3};
 /// One Gaussian surface of the mixture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianLobe {
-    /// Its share of the slopes; the shares sum to one.
+    /// Share of the slopes; the shares sum to one.
     pub weight: f64,
-    /// Covariance of its slopes.
+    /// Slope covariance.
     pub s: DVec3,
 }
 
-/// Number of Gaussian surfaces that [`ggx_lobe`] gives.
+/// Number of Gaussian surfaces of [`ggx_lobe`].
 pub const GGX_LOBES: usize = 4;
 
 /// `(share, e)` of the Gaussian surfaces that approximate GGX.
@@ -41,7 +40,7 @@ pub fn ggx_lobe(d: &DisplacedGgx, k: usize) -> GaussianLobe {
     GaussianLobe { weight: d.weight * share, s: d.roughness * (0.5 / e) }
 }
 
-/// How the surface looks along `w`. `cholesky`: factor of `roughness / 2`.
+/// Projected areas of the surface along `w`. `cholesky`: factor of `roughness / 2`.
 pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3) -> DirectionArea {
     let whitened = whitened_direction(w, cholesky);
     let visible = displaced_ggx_visible_area(w, m, d);
@@ -84,7 +83,7 @@ mod tests {
             let lobes: Vec<GaussianLobe> = (0..GGX_LOBES).map(|k| ggx_lobe(&d, k)).collect();
             let total: f64 = lobes.iter().map(|l| l.weight).sum();
             assert!((total - 1.0).abs() < 1e-12);
-            // With v = u / (1 + u), u = r² over the roughness.
+            // Integrates over v = u / (1 + u), u = r² over the roughness.
             let error: f64 = composite_gauss(0.0, 1.0 - 1e-9, 50, 8)
                 .into_iter()
                 .map(|(v, w)| {

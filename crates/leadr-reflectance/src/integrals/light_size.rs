@@ -1,26 +1,26 @@
-//! Highlights of a small light that is not a point.
+//! Highlights of a small area light.
 //!
-//! A facet mirrors the direction `wi` to `wo` if its slope is `s = −h.xy/h.z`, `h = wo + wi`. A light whose directions deviate from
-//! `wi` by `δ` across it, of variance `v` along each axis, is therefore mirrored by slopes that deviate by
+//! A facet reflects `wi` to `wo` if its slope is `s = −h.xy/h.z`, `h = wo + wi`. Directions of the light deviate from `wi` by `δ` across
+//! it, with variance `v` along each axis. The reflecting slopes then deviate by
 //!
 //! ```text
 //! ds = −(δ.xy + s δ.z) / h.z                   E[δ δᵀ] = v (1 − wi wiᵀ)
 //! E[ds dsᵀ] = v / h.z² (1 + s sᵀ − q qᵀ)       q = wi.xy + s wi.z
 //! ```
 //!
-//! This is the first order of slopes that grow without bound towards the horizon. Where `h.z` is less than 16 deviations of the light it
-//! is taken to be that much, or half vectors just above the horizon would be as frequent as any.
+//! This is first order, while slopes grow without bound towards the horizon. `h.z` is therefore at least 16 standard deviations of the
+//! light; otherwise half vectors just above the horizon would be too frequent.
 //!
-//! Averaged over the light, a Gaussian density of slopes at `s` is one whose covariance is larger by that much. Everything else that
-//! depends on `wi` (Fresnel, shadowing) is taken at its middle.
+//! Averaged over the light, a Gaussian slope density at `s` has its covariance increased by this amount. All other factors that depend on
+//! `wi` (Fresnel, shadowing) are evaluated at its centre.
 
 use glam::{DVec2, DVec3};
 
-/// Least z of `wo + wi` in deviations of the light.
+/// Lower bound of z of `wo + wi`, in standard deviations of the light.
 const LEAST_HALF_Z: f64 = 16.0;
 
-/// Covariance `(s_xx, s_yy, s_xy)` of the slopes at which facets mirror a light to `wo`; add it to that of the surface's slopes.
-/// `variance`: of the light's directions, radians² along each of two axes across `wi`.
+/// Covariance `(s_xx, s_yy, s_xy)` of the slopes that reflect a light to `wo`; add it to that of the surface's slopes. `variance`: of the
+/// light's directions, radians² along each of two axes across `wi`.
 pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
     let h = wo + wi;
     let per = 1.0 / h.z.max(LEAST_HALF_Z * variance.sqrt()).max(1e-3);
@@ -30,8 +30,8 @@ pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
     DVec3::new(square.x, square.y, s.x * s.y - q.x * q.y) * (variance * per * per)
 }
 
-/// Variance of half vectors per axis, the mean of both: along the plane of incidence they turn half as far as the light, and across
-/// it by `1/(2 cosine)`. `cosine`: between `wo` and the half vector.
+/// Variance of half vectors per axis, the mean of both: in the plane of incidence they rotate half as far as the light, and across it by
+/// `1/(2 cosine)`. `cosine`: between `wo` and the half vector.
 pub fn light_normal_variance(cosine: f64, variance: f64) -> f64 {
     0.125 * variance * (1.0 + 1.0 / (cosine * cosine).max(1e-3))
 }
@@ -56,7 +56,7 @@ mod tests {
             let (wo, wi) = (wo.normalize(), wi.normalize());
             let (x, y) = wi.any_orthonormal_pair();
             let deviation = 1e-4;
-            // Four points at √2 deviations along the axes have that variance along each of them.
+            // Four points at √2 standard deviations on the axes have that variance along each axis.
             let (mut sum, n) = (DVec3::ZERO, 64);
             for k in 0..n {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn half_vectors_turn_by_half_at_normal_incidence() {
+    fn half_vectors_rotate_by_half_at_normal_incidence() {
         assert!((light_normal_variance(1.0, 0.01) - 0.0025).abs() < 1e-15);
         assert!((light_slope_covariance(DVec3::Z, DVec3::Z, 0.01) - DVec3::new(0.0025, 0.0025, 0.0)).length() < 1e-15);
     }

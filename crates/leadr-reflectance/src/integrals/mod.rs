@@ -3,7 +3,7 @@
 
 pub mod diffuse;
 pub mod directional_albedo;
-pub mod facet_mirrors;
+pub mod facet_specular;
 pub mod ggx_filtering;
 pub mod ggx_lobes;
 pub mod light_size;

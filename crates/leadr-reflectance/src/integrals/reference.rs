@@ -1,8 +1,8 @@
-//! Converged integrals over visible slopes, the reference for measuring the rules with few samples.
+//! Converged integrals over visible slopes, the reference for rules with few samples.
 //!
-//! The domain is whitened, `slope = m + C u` with `C Cᵀ = S`, and rotated so that the view azimuth is the first axis.
-//! The facet's area `a − b u₁` then depends on `u₁` alone. The domain is cut where this area is 0, which replaces the
-//! clamp and keeps the integrand smooth.
+//! The domain is whitened, `slope = m + C u` with `C Cᵀ = S`, and rotated so that the view azimuth is the first axis. The projected facet
+//! area `a − b u₁` then depends on `u₁` only. The domain is cut where this area is 0, which replaces the clamp and keeps the integrand
+//! smooth.
 
 use crate::facets::normal_distribution::normal_pdf;
 use crate::facets::projected_area::{meso_area, slope_spread, visible_area};
@@ -13,10 +13,9 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Extent along the view azimuth, in standard deviations; wide, because a back-facing mesosurface shows only the far
-/// tail.
+/// Extent along the view azimuth, in standard deviations; wide, because only the far tail of a back-facing mesosurface is visible.
 const EXTENT: f64 = 8.6;
-/// Extent across the view azimuth; the part outside holds 1e-11.
+/// Extent across the view azimuth; the truncated part is 1e-11.
 const EXTENT_ACROSS: f64 = 6.8;
 /// Points per panel of the composite rules.
 const ORDER: usize = 8;
@@ -61,7 +60,7 @@ pub fn visible_extents(wo: DVec3, s: DVec3) -> [f64; 2] {
     [factor.x_axis.length(), factor.y_axis.length()]
 }
 
-/// LEADR eq. 19 with `F = 1`: radiance under an environment, `radiance` a function of direction in the tangent frame.
+/// LEADR eq. 19 with `F = 1`: specular radiance under an environment. `radiance`: a function of direction in the tangent frame.
 pub fn specular_environment(
     wo: DVec3,
     m: DVec2,
@@ -77,14 +76,14 @@ pub fn specular_environment(
     })
 }
 
-/// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1, with its exact clamped cosine: the
-/// domain is also cut to the half-plane of slopes that face the light. `panels` per axis between cuts.
+/// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1, with its exact clamped cosine: the domain is also cut to
+/// the half-plane of slopes that face the light. `panels` per axis between cuts.
 pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let (a, b, ai) = (meso_area(wo, m), slope_spread(wo, s), meso_area(wi, m));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
     let factor = view_factor(wo, s);
     let towards = factor.transpose() * wi.xy(); // wi·(−slope, 1) = ai − towards·u
-    // Where the border of the lit half-plane enters and leaves the inner range, the outer integrand has kinks.
+    // The outer integrand has kinks where the border of the lit half-plane crosses the inner range.
     let mut cuts = vec![-EXTENT, top];
     if towards.x.abs() > 1e-300 {
         cuts.extend(
@@ -120,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_one_is_one() {
-        // Facing, grazing and back-facing mesosurfaces; strong anisotropy.
+        // Front-facing, grazing and back-facing mesosurfaces; strong anisotropy.
         let s = DVec3::new(0.6, 0.02, 0.08);
         for (wo, m) in [
             (DVec3::Z, DVec2::ZERO),

@@ -1,4 +1,4 @@
-//! Real spherical harmonics up to order 2 and the irradiance they give (Ramamoorthi & Hanrahan 2001).
+//! Real spherical harmonics up to order 2 and their irradiance (Ramamoorthi & Hanrahan 2001).
 //!
 //! Coefficients in the order `L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22`, RGB each, in the world frame.
 
@@ -25,11 +25,10 @@ pub fn sh_basis(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// Radiance from the direction `d`. Shorter vectors, the mean of several directions, have smaller terms of order 1 and
-/// 2.
+/// Radiance from the direction `d`. Shorter vectors, such as the mean of several directions, have smaller terms of order 1 and 2.
 pub fn sh_radiance(c: &Sh9, d: DVec3) -> DVec3 {
     let mut basis = sh_basis(d);
-    // The same polynomial where |d| = 1, and none of order 2 where d = 0.
+    // The same polynomial for |d| = 1, but without order 2 at d = 0.
     basis[6] = (0.3125 / std::f64::consts::PI).sqrt() * (2.0 * d.z * d.z - d.x * d.x - d.y * d.y);
     c.iter().zip(basis).map(|(&c, b)| c * b).sum()
 }
@@ -62,18 +61,18 @@ pub fn sh_irradiance(c: &Sh9, n: DVec3) -> DVec3 {
     sh_irradiance_moments(c, n, n * n, DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y))
 }
 
-/// Irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
+/// Order-2 irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
 pub fn sh_irradiance_light(cosine: f64) -> f64 {
     0.09375 + cosine * (0.5 + 0.46875 * cosine)
 }
 
-/// What order 2 leaves out of it: the clamped cosine less [`sh_irradiance_light`]. Its harmonics begin at band 4.
+/// Irradiance of that light beyond order 2: the clamped cosine minus [`sh_irradiance_light`]. Its harmonics begin at band 4.
 pub fn sh_irradiance_rest(cosine: f64) -> f64 {
     cosine.max(0.0) - sh_irradiance_light(cosine)
 }
 
-/// What is left of irradiance beyond order 2 over normals of mean `n` (not longer than 1). A spread of variance `v` per axis shortens
-/// the mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`: `|n|¹⁰` for band 4, the lowest and strongest that order 2 lacks.
+/// Attenuation of irradiance beyond order 2 over normals of mean `n` (not longer than 1). A spread of variance `v` per axis shortens the
+/// mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`: `|n|¹⁰` for band 4, the lowest and strongest one beyond order 2.
 pub fn sh_rest_damping(n: DVec3) -> f64 {
     n.length_squared().min(1.0).powi(5)
 }
@@ -83,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn constants_are_the_papers() {
+    fn constants_match_the_paper() {
         let mut c = [DVec3::ZERO; 9];
         c[8] = DVec3::ONE;
         assert!((sh_irradiance(&c, DVec3::X).x - 0.429_043).abs() < 1e-6);
@@ -93,7 +92,7 @@ mod tests {
         assert!((sh_irradiance(&c, DVec3::Z).x - (0.743_125 - 0.247_708)).abs() < 2e-6);
     }
 
-    /// Legendre's polynomials up to order 3 are orthogonal to the rest; the fourth gives the cosine's band 4, −1/24 of π.
+    /// The rest is orthogonal to Legendre polynomials up to order 3; the fourth gives the cosine's band 4, −1/24 of π.
     #[test]
     fn the_rest_begins_at_band_four() {
         let n = 200_000;

@@ -5,8 +5,8 @@ use crate::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Coefficients of `radiance`, a function of unit direction. Uses Gauss–Legendre quadrature in z (`rings` nodes) times
-/// `2 rings` equal steps of azimuth, exact for band-limited functions below degree `2 rings`.
+/// Coefficients of `radiance`, a function of unit direction. Uses Gauss–Legendre quadrature in z (`rings` nodes) times `2 rings` equal
+/// steps of azimuth, exact for functions of degree below `2 rings`.
 pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 {
     let steps = 2 * rings;
     let mut c = [DVec3::ZERO; 9];
@@ -21,8 +21,8 @@ pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 
     c
 }
 
-/// Direction (not normalised; on the cube of half extent 1) of the face coordinates `sc`, `tc` in `[−1, 1]`, `tc`
-/// downwards, by Vulkan's table of cube map face selection: faces `+X, −X, +Y, −Y, +Z, −Z`.
+/// Direction of the cube face coordinates `sc`, `tc` in `[−1, 1]`, `tc` downwards, by Vulkan's cube map face selection: faces `+X, −X, +Y,
+/// −Y, +Z, −Z`. Not normalised: it lies on the cube of half extent 1.
 ///
 /// # Panics
 /// If `face` is not below 6.
@@ -34,7 +34,7 @@ pub fn cube_direction(face: usize, sc: f64, tc: f64) -> DVec3 {
         3 => DVec3::new(sc, -1.0, -tc),
         4 => DVec3::new(sc, -tc, 1.0),
         5 => DVec3::new(-sc, -tc, -1.0),
-        _ => panic!("a cube has faces 0 to 5, not {face}"),
+        _ => panic!("cube face {face} is outside 0..=5"),
     }
 }
 
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_are_vulkans() {
+    fn cube_faces_follow_vulkan() {
         // The texel in the upper left corner of each face, from the specification's table.
         let corners = [(1, 1, 1), (-1, 1, -1), (-1, 1, -1), (-1, -1, 1), (-1, 1, 1), (1, 1, -1)];
         for (face, (x, y, z)) in corners.into_iter().enumerate() {

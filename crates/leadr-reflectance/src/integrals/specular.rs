@@ -13,10 +13,10 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
 /// `f0`: linear RGB reflectance at normal incidence.
 pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, shadowing: bool) -> DVec3 {
-    mirrored_light(wo, wi, m, s, f0, masking_shadowing(wo, wi, m, s, shadowing))
+    specular_light(wo, wi, m, s, f0, masking_shadowing(wo, wi, m, s, shadowing))
 }
 
-/// The same with any [`Shadowing`] model, from the surface's areas in the two directions
+/// [`leadr_specular_directional`] with any [`Shadowing`] model, from the surface's areas in the two directions
 /// ([`crate::masking::correlated::direction_area`]); all lights share `o`, computed once per pixel.
 pub fn leadr_specular_light(
     shadowing: Shadowing,
@@ -28,11 +28,11 @@ pub fn leadr_specular_light(
     s: DVec3,
     f0: DVec3,
 ) -> DVec3 {
-    mirrored_light(wo, wi, m, s, f0, masking_shadowing_factor(shadowing, o, i))
+    specular_light(wo, wi, m, s, f0, masking_shadowing_factor(shadowing, o, i))
 }
 
-/// `F D/4` times a factor of masking and shadowing.
-fn mirrored_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, factor: f64) -> DVec3 {
+/// `F D/4` times a masking-shadowing factor.
+fn specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, factor: f64) -> DVec3 {
     let wh = half_vector(wo, wi);
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, s) * factor)
 }
@@ -59,21 +59,19 @@ pub fn environment_sample(wo: DVec3, p: DVec2, m: DVec2, s: DVec3) -> Environmen
     environment_sample_at(wo, slope_sample(p, m, s))
 }
 
-/// Constant of [`env_lod`] that equates the solid angle of the sample with the mean solid angle of a cube map texel,
-/// `½ log2(6 / 4π)`.
+/// [`env_lod`] constant that matches the sample's solid angle to the mean solid angle of a cube map texel, `½ log2(6 / 4π)`.
 pub const LOD_MATCHED: f64 = -0.5332;
-/// Constant of [`env_lod`] as derived in the supplement (3.5).
+/// [`env_lod`] constant derived in the supplement (3.5).
 pub const LOD_SUPPLEMENT: f64 = -1.48;
-/// Constant of [`env_lod`] that the supplement recommends against banding with 5×5 nodes.
+/// [`env_lod`] constant that the supplement recommends against banding with 5×5 nodes.
 pub const LOD_SUPPLEMENT_5: f64 = 0.5;
-/// Constant of [`env_lod`] that the supplement recommends with 32×32 nodes.
+/// [`env_lod`] constant that the supplement recommends with 32×32 nodes.
 pub const LOD_SUPPLEMENT_32: f64 = -0.5;
-/// Constant of [`env_lod`] implied by `√(α/4π) textureSize` in the supplement's simplified Algorithm 1.
+/// [`env_lod`] constant implied by `√(α/4π) textureSize` in the supplement's simplified Algorithm 1.
 pub const LOD_ALGORITHM_1: f64 = -1.8257;
 
-/// The part of [`env_lod`] that is the same for all samples of a pixel. `size`: texels per edge of the cube map;
-/// `spacing`: distance between samples in standard deviations. As in the paper, the larger deviation is used for both
-/// axes.
+/// The part of [`env_lod`] shared by all samples of a pixel. `size`: texels per edge of the cube map; `spacing`: distance between samples
+/// in standard deviations. As in the paper, the larger deviation is used for both axes.
 pub fn env_lod_base(s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     0.5 * (s.x.max(s.y) * spacing * spacing).max(1e-12).log2() + size.log2() + constant
 }
@@ -89,22 +87,22 @@ pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant
     env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
 
-/// Sums over the mirrors that a viewer sees.
+/// Sums over the visible specular facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mirrors {
-    /// Radiance they reflect, including Fresnel term and shadowing.
+pub struct SpecularTerm {
+    /// Reflected radiance, including Fresnel term and shadowing.
     pub reflected: DVec3,
-    /// Their Fresnel reflectance.
+    /// Fresnel reflectance.
     pub fresnel: DVec3,
-    /// Their weight.
+    /// Weight.
     pub weight: f64,
 }
 
-/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets: LEADR eq. 22 /
-/// Algorithm 1 on an `n`×`n` grid of half extent `lambda`.
+/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets: LEADR eq. 22 / Algorithm 1 on an
+/// `n`×`n` grid of half extent `lambda`.
 ///
-/// Divided by the sum of visible areas, which is the masking term (supplement, eq. 10): with `f0 = 1` and without
-/// shadowing, a constant environment is returned exactly. `radiance` receives each sample in the tangent frame.
+/// The sum is divided by the visible areas, which is the masking term (supplement, eq. 10). With `f0 = 1` and without shadowing, a
+/// constant environment is returned exactly. `radiance` receives each sample direction in the tangent frame.
 pub fn leadr_specular_environment(
     shadowing: Shadowing,
     wo: DVec3,
@@ -114,11 +112,11 @@ pub fn leadr_specular_environment(
     n: u32,
     lambda: f64,
     radiance: impl Fn(&EnvironmentSample) -> DVec3,
-) -> Mirrors {
+) -> SpecularTerm {
     let m = face_viewer(wo, m, s, lambda);
     let cholesky = slope_cholesky(s);
     let o = direction_area(wo, m, cholesky);
-    let mut sum = Mirrors::default();
+    let mut sum = SpecularTerm::default();
     for node in grid_nodes(n, lambda) {
         let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
         let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
@@ -129,7 +127,7 @@ pub fn leadr_specular_environment(
         sum.weight += weight;
     }
     let scale = 1.0 / sum.weight.max(1e-12);
-    Mirrors { reflected: sum.reflected * scale, fresnel: sum.fresnel * scale, weight: 1.0 }
+    SpecularTerm { reflected: sum.reflected * scale, fresnel: sum.fresnel * scale, weight: 1.0 }
 }
 
 #[cfg(test)]
@@ -137,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lod_constants_are_what_their_names_say() {
+    fn lod_constants_match_their_names() {
         use std::f64::consts::PI;
         assert!((LOD_MATCHED - 0.5 * (6.0 / (4.0 * PI)).log2()).abs() < 1e-4);
         assert!((LOD_SUPPLEMENT - (2.0 * PI.powf(-1.5)).log2()).abs() < 1e-2);

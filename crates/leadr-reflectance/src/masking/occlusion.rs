@@ -1,41 +1,40 @@
-//! What the surroundings of a place hide, as one number or as a cone (Chan 2018, 4.4–4.7): ambient visibility that knows
-//! the albedo, the cone of a visibility, and what a cone leaves of a light.
+//! Ambient occlusion of a point as a visibility or as a cone (Chan 2018, 4.4–4.7): albedo-aware ambient visibility, cones of a given
+//! visibility, and cone-occluded lights.
 //!
-//! A *visibility* is the share of the cosine-weighted hemisphere that is free (eq. 43), 1 in the open. A [`Cone`] of
-//! directions about an axis has the same meaning: everything inside is free, everything outside is hidden.
+//! A *visibility* is the unoccluded share of the cosine-weighted hemisphere (eq. 43), 1 without occluders. A [`Cone`] of directions about
+//! an axis represents the same: directions inside are unoccluded, all others are occluded.
 
 use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// What is assumed of the directions that are hidden (Chan 2018, 4.4). In a white environment of radiance 1, each gives
-/// what arrives from them.
+/// Assumption about the occluders (Chan 2018, 4.4), in a white environment of radiance 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Hidden {
-    /// They are black (eq. 45): ambient occlusion as it is usually meant.
+    /// Occluders are black (eq. 45): the usual ambient occlusion.
     Black = 0,
-    /// They are white and as hidden as this place (eq. 46).
+    /// Occluders are white and as occluded as this point (eq. 46).
     WhiteOccluded = 1,
-    /// They have this place's albedo and see everything (eq. 47).
+    /// Occluders have this point's albedo and are unoccluded (eq. 47).
     SameUnoccluded = 2,
-    /// They have this place's albedo and are as hidden as it is (eq. 48).
+    /// Occluders have this point's albedo and are as occluded as it is (eq. 48).
     SameOccluded = 3,
-    /// They are as bright as this place (eq. 49; Stewart and Langer 1996): all bounces.
+    /// Occluders have this point's radiance (eq. 49; Stewart and Langer 1996): all bounces.
     #[default]
     SameRadiance = 4,
 }
 
 impl Hidden {
-    /// All assumptions, in the order of their numbers.
+    /// All assumptions in numeric order.
     pub const ALL: [Self; 5] =
         [Self::Black, Self::WhiteOccluded, Self::SameUnoccluded, Self::SameOccluded, Self::SameRadiance];
 }
 
-/// Share of a white environment that arrives at a place of this `visibility` and `albedo`, per colour channel, where
-/// what is hidden looks as `hidden` says (Chan 2018, eq. 45–49). Arguments are held within 0..1, and so is the result.
+/// Share of a white environment's light that reaches a point of this `visibility` and `albedo`, per colour channel (Chan 2018, eq. 45–49).
+/// `hidden`: appearance of occluders. Arguments and result are clamped to 0..1.
 ///
-/// Radiance is `albedo / π` times the irradiance of the open sky times this.
+/// Radiance is `albedo / π` times the irradiance of the unoccluded sky times this.
 pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DVec3 {
     let (a, rho) = (unit(visibility), DVec3::from_array(albedo.to_array().map(unit)));
     match hidden {
@@ -47,29 +46,29 @@ pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DV
     }
 }
 
-/// `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). At `ρ = 1` it is 1 wherever anything is visible; where
-/// nothing is, it is 0 for every albedo, the limit for all below 1. The printed form is 0/0 there.
+/// `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). For `ρ = 1` it is 1 if anything is visible. For `A = 0` it is 0 for every
+/// albedo, the limit for all `ρ < 1`; the printed form is 0/0 at `ρ = 1`.
 pub fn interreflected_visibility(visibility: f64, albedo: DVec3) -> DVec3 {
     let a = unit(visibility);
-    // Held above zero: a part in 1e12 of light is none. Where A is 0, so is the quotient.
+    // A denominator below 1e-12 is negligible. The quotient is 0 where A is 0.
     DVec3::from_array(albedo.to_array().map(|rho| a / at_least((1.0 - unit(rho)) + unit(rho) * a, 1e-12)))
 }
 
-/// Directions that are free: those within an angle of an axis.
+/// A cone of unoccluded directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     /// Unit axis, tangent frame.
     pub axis: DVec3,
-    /// Cosine of the half angle: 1 is nothing, 0 a hemisphere about the axis.
+    /// Cosine of the half angle: 1 is empty, 0 is a hemisphere about the axis.
     pub cosine: f64,
 }
 
 impl Cone {
-    /// The cone of a *visibility vector* `b = 1/π ∫ V(ω) ω dω`, the sum of the directions that are free. A facet of normal `m` that faces all of
-    /// them sees the share `m · b` of an even sky. Being linear, `b` may be averaged by any filter. For a cone of half angle θ about `u`
-    /// it is `u sin²θ`: its direction is the axis and its length the visibility about that axis, eq. 54 about another axis than the normal.
+    /// The cone of a *visibility vector* `b = 1/π ∫ V(ω) ω dω`, the sum of the unoccluded directions. A facet of normal `m` that faces all
+    /// of them sees the share `m · b` of a uniform sky. As `b` is linear, any filter may average it. For a cone of half angle θ about `u`
+    /// it is `u sin²θ`. Its direction is the axis and its length is the visibility about that axis, as in eq. 54.
     ///
-    /// Without a direction, one about z that nothing passes.
+    /// A zero vector gives an empty cone about z.
     pub fn of_vector(b: DVec3) -> Self {
         let length = b.length();
         if (1e-12..1e30).contains(&length) {
@@ -85,7 +84,7 @@ impl Cone {
     }
 }
 
-/// Cosine of the half angle of the cone about the normal that has this visibility: `√(1 − V)` (Chan 2018, eq. 56).
+/// Cosine of the half angle of a cone about the normal with this visibility: `√(1 − V)` (Chan 2018, eq. 56).
 pub fn cone_cosine(visibility: f64) -> f64 {
     (1.0 - unit(visibility)).sqrt()
 }
@@ -96,10 +95,10 @@ pub fn cone_visibility(cosine: f64) -> f64 {
     (1.0 - c) * (1.0 + c)
 }
 
-/// Visibility of a cone about any axis, without what of it lies below the horizon: exact for half angles up to 90°.
+/// Visibility of a cone about any axis, clipped at the horizon: exact for half angles up to 90°.
 ///
-/// Above the horizon it is `sin² cos θ_a`, `cos θ_a = axis.z`: a disc's projection. Otherwise it is the form factor of a
-/// sphere that the horizon cuts (Snyder 1996).
+/// Above the horizon it is `sin² cos θ_a` with `cos θ_a = axis.z`, the projection of a disc. Otherwise it is the form factor of a sphere
+/// clipped by the horizon (Snyder 1996).
 pub fn bent_cone_visibility(cone: &Cone) -> f64 {
     let (cosine, z) = (unit(cone.cosine), cone.axis.z.clamp(-1.0, 1.0));
     let (sine, tilt) = (root(cosine), root(z));
@@ -109,16 +108,16 @@ pub fn bent_cone_visibility(cone: &Cone) -> f64 {
     if -z >= sine || sine < 1e-6 {
         return 0.0;
     }
-    // cot(half) cot(tilt) is the cosine of the angle at which the horizon cuts the cone's edge.
+    // cot(half) cot(tilt) is the cosine of the angle where the horizon intersects the cone's edge.
     let cut = (-cosine * z / at_least(sine * tilt, 1e-12)).clamp(-1.0, 1.0);
     let across = root(cut);
     let disc = sine * (sine * z * cut.acos() - cosine * tilt * across);
     ((disc + (sine * tilt * across).atan2(cosine)) * FRAC_1_PI).clamp(0.0, 1.0)
 }
 
-/// Cosine of the half angle of the cone about `axis` that has this visibility, the inverse of [`bent_cone_visibility`]:
-/// `√(1 − V / cos θ_a)` above the horizon, and beyond it a cubic, within 1.3° for axes up to 75° from the normal. A hemisphere about the axis where no cone
-/// is wide enough; nothing about an axis on or below the horizon.
+/// Cosine of the half angle of a cone about `axis` with this visibility, the inverse of [`bent_cone_visibility`]: `√(1 − V / cos θ_a)`
+/// above the horizon. For clipped cones it is a cubic, within 1.3° for axes up to 75° from the normal. A hemisphere if no cone is wide
+/// enough; an empty cone for an axis on or below the horizon.
 pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     let (v, z) = (unit(visibility), axis.z.clamp(-1.0, 1.0));
     if z <= 1e-6 {
@@ -129,7 +128,7 @@ pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     if v <= touching {
         return cone_cosine(v / z);
     }
-    // Hermite, with the slopes of the visibility where the cone touches the horizon and where it is a hemisphere.
+    // Hermite interpolation between two cones: touching the horizon, and a hemisphere.
     let width = widest - touching;
     let t = ((v - touching) / at_least(width, 1e-9)).min(1.0);
     let s = 1.0 - t;
@@ -143,30 +142,29 @@ fn root(x: f64) -> f64 {
     ((1.0 - x) * (1.0 + x)).max(0.0).sqrt()
 }
 
-/// The cone of a visibility about a bent normal.
+/// The cone of this visibility about a bent normal.
 pub fn bent_cone(visibility: f64, axis: DVec3) -> Cone {
     Cone { axis, cosine: bent_cone_cosine(visibility, axis) }
 }
 
-/// Whether the cone leaves a light from `wi` free, as 0 or 1 (Chan 2018, eq. 57, about any axis). Edges are hard.
+/// Visibility of a light from `wi` within the cone, 0 or 1 (Chan 2018, eq. 57, about any axis). The edge is hard.
 pub fn cone_light(cone: &Cone, wi: DVec3) -> f64 {
     f64::from(u8::from(cone.axis.dot(wi) > cone.cosine))
 }
 
-/// What the cone leaves of a light from `wi`, falling off outside it: `clamp(axis·wi / cos, 0, 1)²` (Chan 2018, eq. 58
-/// and listing 4, about any axis). 1 in a cone of a hemisphere, whose edge is the horizon itself.
+/// Visibility of a light from `wi` with a smooth falloff outside the cone: `clamp(axis·wi / cos, 0, 1)²` (Chan 2018, eq. 58 and listing 4,
+/// about any axis). A hemisphere gives 1, since its edge is the horizon itself.
 pub fn cone_light_smooth(cone: &Cone, wi: DVec3) -> f64 {
     let along = cone.axis.dot(wi);
     let ratio = if along >= cone.cosine { 1.0 } else { unit(along / at_least(cone.cosine, 1e-12)) };
     ratio * ratio
 }
 
-/// The cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (Chan 2018, listing 3; for
-/// eq. 59 alone, which is `biased = false`, without eq. 60). `gloss`: 0..1; `n_v`: cosine of the viewer.
+/// Cosine of a cone about the normal, widened for smooth surfaces and grazing viewers (Chan 2018, listing 3). `biased = false` omits eq.
+/// 60 and uses eq. 59 alone. `gloss`: 0..1; `n_v`: cosine of the viewer; `exponent`: 6 or 8.
 ///
-/// The paper's eq. 59 has `(1 − (n·v)⁴)` where the listing has `(1 − n·v)⁴`, and the listing's `gloss8` is
-/// `gloss4 · gloss2`. The listing is what was shipped: the exponent of gloss is 6 in it and 8 in the text.
-/// `exponent`: 6 or 8.
+/// The paper's eq. 59 has `(1 − (n·v)⁴)` where the listing has `(1 − n·v)⁴`, and the listing's `gloss8` is `gloss4 · gloss2`. The listing
+/// shipped: its gloss exponent is 6; the text has 8.
 pub fn adjusted_cone_cosine(cosine: f64, gloss: f64, n_v: f64, biased: bool, exponent: u32) -> f64 {
     let gloss = unit(if biased { 1.5 * gloss } else { gloss });
     let grazing = (1.0 - unit(n_v)).powi(4);
@@ -180,7 +178,7 @@ mod tests {
     use crate::quadrature::composite_gauss;
 
     #[test]
-    fn a_cone_comes_back_from_the_sum_of_its_directions() {
+    fn cone_is_recovered_from_its_direction_sum() {
         for (axis, visibility) in [
             (DVec3::Z, 0.3),
             (DVec3::new(0.3, -0.2, 0.9), 0.7),
@@ -219,7 +217,7 @@ mod tests {
                 let want = radiance * (1.0 - a) + a;
                 assert!((adjusted_visibility(hidden, a, rho) - want).length() < 1e-15, "{hidden:?}");
             }
-            // What is hidden sends what this place sends: every bounce.
+            // Occluders have this point's radiance: all bounces.
             let all = adjusted_visibility(Hidden::SameRadiance, a, rho);
             let bounced: DVec3 = (0..400).map(|k| a * (rho * (1.0 - a)).powf(f64::from(k))).sum();
             assert!((all - bounced).length() < 1e-12, "{all} {bounced}");
@@ -278,11 +276,11 @@ mod tests {
             let cone = tilted(tilt, half);
             let again = bent_cone(bent_cone_visibility(&cone), cone.axis);
             let off = (again.cosine.acos() - half).to_degrees().abs();
-            // All in view: exact.
+            // Unclipped cones are exact.
             assert!(tilt + half > 1.5705 || off < 1e-4, "{tilt} {half}: {off}");
             worst = worst.max(off);
         }
-        println!("cones cut by the horizon: worst half angle off by {worst:.2}°");
+        println!("cones clipped by the horizon: largest error of the half angle {worst:.2}°");
         assert!(worst < 1.3, "{worst}");
     }
 
@@ -295,7 +293,7 @@ mod tests {
             assert_eq!(cone_light(&cone, at(z)), hard);
             assert!((cone_light_smooth(&cone, at(z)) - soft).abs() < 1e-15, "{z}");
         }
-        // A hemisphere hides nothing, not even on its edge.
+        // A hemisphere hides nothing, not even at its edge.
         assert_eq!(cone_light_smooth(&Cone { axis: DVec3::Z, cosine: 0.0 }, DVec3::X), 1.0);
         for x in [DVec3::ZERO, DVec3::X, DVec3::splat(1e30)] {
             assert!(cone_light_smooth(&Cone { axis: x, cosine: 2.0 }, x).is_finite());

@@ -1,18 +1,18 @@
-//! The shadowing models.
+//! Shadowing models.
 
-/// Which of the facets visible to the viewer are lit. The numbers are those of the `LEADR_SHADOWING_` constants in
-/// `leadr/masking/correlated.glsl`, which the tests of the shaders compare.
+/// Lit part of the visible facets. The numbers equal the `LEADR_SHADOWING_` constants in `leadr/masking/correlated.glsl`; shader tests
+/// compare them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadowing {
-    /// All of them: masking alone (Algorithms 1 and 2 of the LEADR paper).
+    /// All visible facets are lit: masking alone (Algorithms 1 and 2 of the LEADR paper).
     None = 0,
-    /// Those left by Smith's height-correlated form (LEADR eq. 13).
+    /// Smith's height-correlated form (LEADR eq. 13).
     Smith = 1,
-    /// Those left by the direction-correlated form ([`correlated`](super::correlated)).
+    /// The direction-correlated form ([`correlated`](super::correlated)).
     Correlated = 2,
-    /// Those left by its simple form, which is cheaper and less accurate.
+    /// The simple direction-correlated form, cheaper and less accurate.
     CorrelatedSimple = 3,
-    /// All that face it, and all count alike for the viewer: a normal map on smooth geometry hides nothing, not even from the viewer
+    /// A normal map on smooth geometry: no masking or shadowing, so all front-facing facets are lit and weighted equally
     /// ([`mapped`](crate::visible::mapped); thesis Table 2.IV).
     NormalMap = 4,
 }
@@ -21,10 +21,10 @@ impl Shadowing {
     /// Every model, in the order of [`code`](Self::code).
     pub const ALL: [Self; 5] = [Self::None, Self::Smith, Self::Correlated, Self::CorrelatedSimple, Self::NormalMap];
 
-    /// The models that are compared and timed in the renderer: those of displaced surfaces but the simple form.
+    /// The models that the renderer compares and times: those of displaced surfaces except the simple form.
     pub const MAIN: [Self; 3] = [Self::None, Self::Smith, Self::Correlated];
 
-    /// Its `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
+    /// The model's `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
     pub const fn code(self) -> i32 {
         self as i32
     }
@@ -40,15 +40,15 @@ impl Shadowing {
         }
     }
 
-    /// What the model does, in one line.
+    /// One-line help text.
     pub const fn help(self) -> &'static str {
         match self {
-            Self::None => "None: every facet that the viewer sees is lit, as in the LEADR paper",
-            Self::Smith => "Shadowing that is correlated with masking by height (Smith)",
-            Self::Correlated => "Shadowing that is correlated with masking by height and direction",
-            Self::CorrelatedSimple => "The same, by a simpler formula",
+            Self::None => "No shadowing: all visible facets are lit, as in the LEADR paper",
+            Self::Smith => "Smith shadowing, height-correlated with masking",
+            Self::Correlated => "Smith shadowing, correlated with masking by height and direction",
+            Self::CorrelatedSimple => "The direction-correlated model with a simpler formula",
             Self::NormalMap => {
-                "Normal mapping: relief hides nothing, not even from the viewer; the default of a normal map alone"
+                "Normal mapping: no masking or shadowing; the default for a normal map without displacement"
             }
         }
     }

@@ -4,13 +4,12 @@
 //!
 //! `f_r cos θ_i = F D (G / a_o) / 4`
 //!
-//! using projected areas per unit of macrosurface: `a` of the mesosurface and `A` of everything visible
-//! ([`crate::facets::projected_area`]). For a central distribution `a = cos θ`, and this is thesis eq.
-//! 2.1. Where the mesosurface turns edge-on to the viewer (`a_o → 0`), `G` and `a_o` vanish but their quotient has a
-//! limit. That limit is used there and beyond. `G₁` is never clamped: on a sheared surface `cos θ / A`, the visible
-//! facets per unit of macrosurface, does exceed 1.
+//! with projected areas per unit of macrosurface: `a` of the mesosurface and `A` of the visible microsurface
+//! ([`crate::facets::projected_area`]). For a central distribution `a = cos θ`, which gives thesis eq. 2.1. Where the mesosurface is
+//! edge-on to the viewer (`a_o → 0`), both `G` and `a_o` vanish but their quotient has a limit. This limit is used there and beyond. `G₁`
+//! is never clamped: on a sheared surface the visible facets per unit of macrosurface, `cos θ / A`, can exceed 1.
 //!
-//! | form | `G / a_o` | shadows | reciprocal in |
+//! | form | `G / a_o` | shadowing | reciprocal in |
 //! |---|---|---|---|
 //! | [`Masking::SmithCorrelated`] | `a_i / (a_i A_o + a_o (A_i − a_i))` | yes | the mesosurface |
 //! | [`Masking::SmithSeparable`] | `a_i / (A_o A_i)` | yes | the mesosurface |
@@ -24,8 +23,8 @@
 //!
 //! In the table, `h_o = a_i (A_o − a_o)`, and `h_i` is the same with the directions exchanged.
 //!
-//! "Reciprocal in the mesosurface" means that `a_o f_r cos θ_i` is symmetric in `wo` and `wi`. For a central
-//! distribution this is Helmholtz reciprocity.
+//! "Reciprocal in the mesosurface" means that `a_o f_r cos θ_i` is symmetric in `wo` and `wi`. For a central distribution this is
+//! Helmholtz reciprocity.
 
 use super::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
 use super::shadowing::Shadowing;
@@ -34,43 +33,41 @@ use crate::limits::MIN_AREA;
 use crate::slopes::grid::slope_cholesky;
 use glam::{DVec2, DVec3};
 
-/// How facets hide each other: the masking and shadowing of a microfacet BRDF. The GLSL library uses the same numbers.
+/// Masking-shadowing model of a microfacet BRDF. The GLSL library uses the same numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Masking {
     /// Smith, height-correlated: `G = 1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13; thesis eq. 2.13 for a central distribution).
     #[default]
     SmithCorrelated = 0,
-    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never above the
-    /// height-correlated form.
+    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never exceeds the height-correlated
+    /// form.
     SmithSeparable = 1,
-    /// Smith masking alone, `G = G₁(o)`: everything visible is lit (LEADR eq. 16 without shadowing). Its white furnace
-    /// is 1.
+    /// Smith masking without shadowing, `G = G₁(o)` (LEADR eq. 16 without shadowing). Its white furnace result is 1.
     SmithUnshadowed = 2,
     /// The thesis' noncentral form: eq. 2.13 with the `G₁ = cos θ / A` of eq. 3.3, using the macrosurface's cosines.
     ///
-    /// The same as [`Masking::SmithCorrelated`] for a central distribution. For a sheared one it is not
-    /// shear-invariant, differs from LEADR's form by up to 19 times (ray casting agrees with LEADR's), and has a pole
-    /// where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the pole the printed form is negative; here it is 0. For comparison only.
+    /// Equals [`Masking::SmithCorrelated`] for a central distribution. For a sheared one the form is not shear-invariant and differs from
+    /// LEADR's form by up to 19 times; ray casting agrees with LEADR. It has a pole where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the pole the
+    /// printed form is negative; here it is 0. For comparison only.
     SmithThesis = 3,
-    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table
-    /// 2.IV), sheared by the mean slope: the opposite side of a facet's groove has the slope `2 m − slope`.
+    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table 2.IV), sheared by the
+    /// mean slope: the opposite side of a groove has the slope `2 m − slope`.
     VGroove = 4,
-    /// V-grooves with masking but without shadowing. The white furnace is 1.
+    /// V-grooves with masking but without shadowing. The white furnace result is 1.
     VGrooveUnshadowed = 5,
-    /// A normal map: facets are weighted by their area on the macrosurface and hide nothing, `G = z_o z_h / wo·wh`
-    /// (thesis Table 2.IV). Not reciprocal by itself, because `a_o` drops out. Has a true pole at `wo·wh → 0`, held at
-    /// [`MIN_AREA`].
+    /// A normal map without masking: facets are weighted by their macrosurface area, `G = z_o z_h / wo·wh` (thesis Table 2.IV). Not
+    /// reciprocal by itself, because `a_o` cancels. The pole at `wo·wh → 0` is bounded by [`MIN_AREA`].
     NormalMap = 6,
-    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal
-    /// azimuths to 1. Between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
+    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal azimuths to 1. Lies
+    /// between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
     SmithDirectionCorrelated = 7,
-    /// The same with the simple `f`.
+    /// [`Masking::SmithDirectionCorrelated`] with the simple `f`.
     SmithDirectionCorrelatedSimple = 8,
 }
 
 impl Masking {
-    /// All forms, in the order of their numbers.
+    /// All forms in numeric order.
     pub const ALL: [Self; 9] = [
         Self::SmithCorrelated,
         Self::SmithSeparable,
@@ -83,7 +80,7 @@ impl Masking {
         Self::SmithDirectionCorrelatedSimple,
     ];
 
-    /// The same form without shadowing: everything visible, lit or not. Visible normals are sampled with it.
+    /// The same form without shadowing. Sampling of visible normals uses it.
     #[must_use]
     pub fn unshadowed(self) -> Self {
         match self {
@@ -99,18 +96,16 @@ impl Masking {
     }
 }
 
-/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that mirrors `wo` into
-/// `wi`.
+/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that reflects `wo` to `wi`.
 ///
 /// `wo·wh` is computed as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
 pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     0.5 * (wo + wi).length() / wh.z.max(1e-12)
 }
 
-/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean
-/// slope; `area_o`, `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`];
-/// `s`: covariance of the slopes or a multiple of it (a roughness matrix), from which the direction-correlated forms
-/// take the correlation of `wo` and `wi`.
+/// `G / a_o`, in 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`, `area_i`:
+/// visible projected areas `A(wo)`, `A(wi)` of the distribution, at least [`MIN_AREA`]; `s`: slope covariance or a multiple of it (a
+/// roughness matrix). The direction-correlated forms take the correlation of `wo` and `wi` from `s`.
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
 pub fn masking_factor(
@@ -136,7 +131,7 @@ pub fn masking_factor(
             let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
             if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
         }
-        // min(f, 2 a_o, 2 a_i) / (f a_o), without dividing by a_o: the limit at a_o = 0 is 2/f.
+        // min(f, 2 a_o, 2 a_i) / (f a_o) without division by a_o: the limit at a_o = 0 is 2/f.
         Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
@@ -171,8 +166,8 @@ pub fn geometric_attenuation(
     wo.z.max(0.0) * attenuation(masking, distribution, wo, wi, wh)
 }
 
-/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Not
-/// clamped: exceeds 1 where a shear hides most of the macrosurface's projection.
+/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Not clamped: exceeds 1 where a
+/// shear hides most of the macrosurface's projection.
 pub fn smith_g1(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     if w.z <= 0.0 || distribution.meso_area(w) <= 0.0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! What a renderer needs from a material (thesis 1.2): evaluation, sampling, and the density of the samples.
+//! The renderer's interface to a material (thesis 1.2): evaluation, sampling, and the sampling density.
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_4};
@@ -16,11 +16,11 @@ pub struct BrdfSample {
 
 /// A bidirectional reflectance distribution function. Directions are unit vectors in the tangent frame, z up.
 pub trait Brdf {
-    /// `f_r(wi, wo) cos θ_i`, linear RGB per steradian: the radiance towards `wo` under a light from `wi`, per unit of
-    /// irradiance on a plane that faces the light. 0 where nothing is reflected; finite for every pair of directions.
+    /// `f_r(wi, wo) cos θ_i`, linear RGB per steradian: the radiance towards `wo` under a light from `wi`, per unit of irradiance on a
+    /// plane that faces the light. 0 if nothing is reflected; finite for every pair of directions.
     ///
-    /// A rough surface may be seen and lit from below its own horizon, because its facets stand up. Then this is
-    /// positive while [`Brdf::eval`] is 0.
+    /// Tilted facets of a rough surface can be visible and lit from below the macrosurface's horizon. This is then positive while
+    /// [`Brdf::eval`] is 0.
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3;
 
     /// `f_r(wi, wo)`, per steradian: [`Brdf::eval_cos`] divided by `wi.z`, and 0 for a light on or below the horizon.
@@ -28,15 +28,15 @@ pub trait Brdf {
         if wi.z <= 0.0 { DVec3::ZERO } else { self.eval_cos(wo, wi) / wi.z.max(1e-30) }
     }
 
-    /// Density with which [`Brdf::sample`] draws `wi` for `wo`, per steradian. By default the cosine over π.
+    /// Density of [`Brdf::sample`] at `wi` for `wo`, per steradian. The default is the cosine over π.
     ///
     /// Integrates to at most one; the rest is the probability that there is no sample.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         if wo.z <= 0.0 { 0.0 } else { wi.z.max(0.0) * FRAC_1_PI }
     }
 
-    /// A light direction for `u` in `[0, 1)²`, importance sampled by [`Brdf::eval_cos`]; `None` where nothing of the
-    /// surface is visible to `wo`, which counts as a sample of weight 0.
+    /// A light direction for `u` in `[0, 1)²`, importance sampled by [`Brdf::eval_cos`]; `None` if no facet is visible to `wo`, which
+    /// counts as a sample of weight 0.
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {
         let wi = cosine_sample(u);
         let pdf = self.pdf(wo, wi);
@@ -44,8 +44,7 @@ pub trait Brdf {
     }
 }
 
-/// A direction with the density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the
-/// hemisphere).
+/// A direction of density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the hemisphere).
 pub fn cosine_sample(u: DVec2) -> DVec3 {
     let p = 2.0 * u - DVec2::ONE;
     let (r, phi) = if p.x.abs() > p.y.abs() {

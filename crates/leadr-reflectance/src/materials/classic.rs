@@ -1,26 +1,24 @@
-//! Methods older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from the length of the
-//! normals, and a single environment lookup per lobe.
+//! Methods older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from mean normal length, and a single
+//! environment lookup per lobe.
 //!
 //! # Blinn-Phong
 //!
-//! `D(wh) = (e + 2) / 2π cosᵉ` around the normal: normals per solid angle, whose projected areas sum to one. Near its
-//! peak it is a Gaussian of slopes with variance `1 / (e + 2)` per axis. A Beckmann lobe has the variance `α²/2`, so
-//! `e = 2/α² − 2` (Walter et al. 2007).
+//! `D(wh) = (e + 2) / 2π cosᵉ` around the normal: a normal density per solid angle whose projected areas sum to one. Near its peak it is a
+//! Gaussian of slopes with variance `1 / (e + 2)` per axis. A Beckmann lobe has the variance `α²/2`, so `e = 2/α² − 2` (Walter et al.
+//! 2007).
 //!
 //! # Toksvig
 //!
-//! The more the normals under a pixel differ, the shorter the filtered normal `n̄` is. Toksvig (2005) takes
-//! `(1 − |n̄|) / |n̄|` as their variance `v` and widens the lobe to `e / (1 + e v)`. The maps here hold moments of
-//! slopes rather than normals, since bumps are rescaled and surfaces deform, so the length is derived from the moments.
-//! Around the normal of the mean slope the normals vary by [`normal_variance`], to first order. For Gaussian slopes
-//! with variance `v` per axis around the frame's axis,
+//! The filtered normal `n̄` gets shorter as the normals under a pixel vary more. Toksvig (2005) uses `(1 − |n̄|) / |n̄|` as their variance
+//! `v` and widens the lobe to `e / (1 + e v)`. The maps here store slope moments rather than normals, because bumps are rescaled and
+//! surfaces deform, so the length is computed from the moments. [`normal_variance`] is the variance of normals around the normal of the
+//! mean slope, to first order. For Gaussian slopes with variance `v` per axis around the frame's axis,
 //!
 //! ```text
 //! |n̄| = E[1/√(1 + |x|²)] = ∫₀^∞ e^(−u) / √(1 + 2vu) du = t M(t),   t = 1/√v,  M: Mills' ratio
 //! ```
 //!
-//! exactly. [`toksvig_variance`] computes `1 − t M` without the cancellation that the eight bits of a normal map suffer
-//! from.
+//! exactly. [`toksvig_variance`] computes `1 − t M` without the cancellation of an 8-bit normal map.
 
 use crate::facets::normal_distribution::tail_mean_ratio;
 use crate::limits::MIN_AREA;
@@ -32,19 +30,18 @@ pub fn blinn_phong_exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha).max(MIN_AREA) - 2.0).clamp(0.0, 1e6)
 }
 
-/// Variance of slopes per axis at the peak of a lobe.
+/// Slope variance per axis at the peak of a lobe.
 pub fn blinn_phong_variance(exponent: f64) -> f64 {
     1.0 / (exponent + 2.0)
 }
 
-/// Density of normals per solid angle where the cosine to the lobe's axis is `cosine`.
+/// Normal density per solid angle at the cosine `cosine` to the lobe's axis.
 pub fn blinn_phong_ndf(cosine: f64, exponent: f64) -> f64 {
     if cosine <= 0.0 { 0.0 } else { (exponent + 2.0) / (2.0 * PI) * cosine.powf(exponent) }
 }
 
-/// Variance of unit normals around the normal of the mean slope `m`, per axis of its tangent plane, to first order in
-/// the covariance `s` of slopes: half the trace of `S G`, where `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` is the metric
-/// of normals over slopes.
+/// Variance of unit normals around the normal of the mean slope `m`, per axis of its tangent plane, to first order in the slope covariance
+/// `s`: half the trace of `S G`, where `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` is the metric of normals over slopes.
 pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
     let per = 1.0 / (1.0 + m.length_squared());
     let along = s.x * m.x * m.x + s.y * m.y * m.y + 2.0 * s.z * m.x * m.y;
@@ -53,8 +50,8 @@ pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
 
 /// `(1 − |n̄|) / |n̄|` for normals of this variance.
 pub fn toksvig_variance(variance: f64) -> f64 {
-    let lack = tail_mean_ratio(1.0 / variance.max(1e-12).sqrt());
-    lack / (1.0 - lack).max(1e-6)
+    let shortening = tail_mean_ratio(1.0 / variance.max(1e-12).sqrt());
+    shortening / (1.0 - shortening).max(1e-6)
 }
 
 /// Exponent of the filtered lobe.
@@ -62,9 +59,9 @@ pub fn toksvig_exponent(exponent: f64, variance: f64) -> f64 {
     exponent / (1.0 + exponent * variance)
 }
 
-/// Level of detail of a lobe's single environment lookup, for this variance of normals per axis and a cube map of
-/// `size` texels per edge. Reflected directions rotate twice as far as normals, and a bilinear lookup in a box-filtered
-/// level with texels of width `h` has the variance `h²/4`.
+/// Level of detail of a lobe's single environment lookup, for a normal variance per axis and a cube map of `size` texels per edge.
+/// Reflected directions rotate twice as far as normals. A bilinear lookup in a box-filtered level with texels of width `h` has the
+/// variance `h²/4`.
 pub fn lobe_lod(variance: f64, size: f64) -> f64 {
     0.5 * (4.0 * variance).max(1e-12).log2() + size.log2() + 0.467
 }
@@ -118,8 +115,7 @@ mod tests {
         }
     }
 
-    /// Off the frame's axis the variance is an approximation; the test bounds its error relative to the variance
-    /// itself.
+    /// Off the frame's axis the variance is approximate; the test bounds its relative error.
     #[test]
     fn tilted_and_anisotropic_normals_are_near() {
         let mut worst = 0.0f64;
@@ -130,7 +126,7 @@ mod tests {
                 worst = worst.max((toksvig_variance(normal_variance(m, s)) / exact - 1.0).abs());
             }
         }
-        println!("Toksvig's variance off by {:.1} % at most", 100.0 * worst);
+        println!("Toksvig's variance: largest error {:.1} %", 100.0 * worst);
         assert!(worst < 0.06 && worst > 0.01, "{worst}");
     }
 }

@@ -1,25 +1,24 @@
-//! How much light mirror facets reflect in all, and what one bounce between them loses: directional albedo from a table,
-//! and two ways to give the loss back (Kulla and Conty 2017; Turquin 2019).
+//! Directional albedo of specular microfacets, the energy lost to a single bounce, and two compensations (Kulla and Conty 2017; Turquin
+//! 2019).
 //!
-//! A microfacet BRDF counts one bounce. Of ideal mirrors it reflects `E(c, α) < 1` towards a viewer of cosine `c`; the
-//! rest hits other facets and leaves later. The [`compensation_lobe`] adds it as `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`:
-//! reciprocal, and its albedo is exactly `1 − E_o`. Colours fade by the mean Fresnel reflectance of each further bounce.
+//! A microfacet BRDF models one bounce. Ideal specular facets reflect `E(c, α) < 1` towards a viewer of cosine `c`; the remaining light
+//! hits other facets and leaves later. The [`compensation_lobe`] adds it as `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`. This is reciprocal,
+//! and its albedo is exactly `1 − E_o`. Each further bounce tints it by the mean Fresnel reflectance.
 //!
-//! The table is of [`directional_albedo`](crate::integrals::directional_albedo), never below it between
-//! its nodes, so that nothing exceeds 1. Its average row is the exact mean of what it interpolates.
+//! The table stores [`directional_albedo`](crate::integrals::directional_albedo). It is never lower between nodes, so no result exceeds 1.
+//! Its average row is the exact mean of the interpolated table.
 
 use crate::facets::fresnel::grazing_reflectance;
 use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Directional albedo under Schlick's Fresnel term, which is linear in the reflectance at normal incidence (the split of
-/// Karis 2013).
+/// Directional albedo under Schlick's Fresnel term, split by F0 (Karis 2013); the term is linear in F0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SplitAlbedo {
-    /// For `F = 1`.
+    /// Albedo for `F = 1`.
     pub ideal: f64,
-    /// For `F = (1 − cos θ_d)⁵`.
+    /// Albedo for `F = (1 − cos θ_d)⁵`.
     pub grazing: f64,
 }
 
@@ -29,7 +28,7 @@ impl SplitAlbedo {
         self.ideal - self.grazing
     }
 
-    /// What is added to it, per reflectance at grazing incidence.
+    /// Additive bias, per reflectance at grazing incidence.
     pub fn bias(&self) -> f64 {
         self.grazing
     }
@@ -44,29 +43,29 @@ impl SplitAlbedo {
 pub const ENERGY_COSINES: usize = 32;
 /// Nodes of an [`EnergyTable`] over the fourth root of `α`, 0 to 1.
 pub const ENERGY_ALPHAS: usize = 48;
-/// Texels in a row: those of the cosines, then the average.
+/// Texels in a row: one per cosine, then the average.
 pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
 
-/// Nodes of the tables of GGX and then Beckmann facets, in 65535ths as 16-bit little endian: `1 − ideal` and `grazing` in turn, by
-/// cosine and then by roughness. Example 20 writes the file.
+/// Table nodes for GGX, then Beckmann facets, as 16-bit little-endian unorms: `1 − ideal` and `grazing` interleaved, by cosine and then by
+/// roughness. Example 20 writes the file.
 static NODES: &[u8; 2 * 4 * ENERGY_COSINES * ENERGY_ALPHAS] = include_bytes!("energy.bin");
 
-/// Albedo of mirrors by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`,
-/// `α = (y/47)⁴`, and at `x = 32` the average over the hemisphere. Between them it is linear in `√cos` ([`energy_weight`])
-/// and in the fourth root of `α`: what smooth facets lose depends on `cos / α`, so rows are a ratio apart, not a step.
+/// Specular albedo by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`, `α = (y/47)⁴`; `x = 32` holds the
+/// average over the hemisphere. Interpolation is linear in `√cos` ([`energy_weight`]) and in the fourth root of `α`. The loss of smooth
+/// facets depends on `cos / α`, so rows have a constant ratio, not a constant step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyTable(Vec<[f32; 2]>);
 
 impl EnergyTable {
-    /// Texels of a table.
+    /// Texels in a table.
     pub const TEXELS: usize = ENERGY_ROW * ENERGY_ALPHAS;
 
-    /// Of GGX facets under height-correlated masking.
+    /// The table of GGX facets with height-correlated masking.
     pub fn ggx() -> Self {
         Self::stored(0)
     }
 
-    /// Of Beckmann facets under height-correlated masking.
+    /// The table of Beckmann facets with height-correlated masking.
     pub fn beckmann() -> Self {
         Self::stored(1)
     }
@@ -84,12 +83,12 @@ impl EnergyTable {
         Self(rows.collect())
     }
 
-    /// The texels, row by row, as shaders want them (`leadr/materials/energy.glsl`).
+    /// The texels, row by row, in the layout of `leadr/materials/energy.glsl`.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.0
     }
 
-    /// Albedo towards a viewer. Arguments are held within 0..1.
+    /// Albedo towards a viewer. Arguments are clamped to 0..1.
     pub fn albedo(&self, alpha: f64, cosine: f64) -> SplitAlbedo {
         let x = unit(cosine).sqrt() * (ENERGY_COSINES - 1) as f64;
         let at = (x as usize).min(ENERGY_COSINES - 2);
@@ -115,7 +114,7 @@ impl EnergyTable {
     }
 }
 
-/// Weight of the next node, `t` of the way from node `column` in `√cos`: near grazing incidence albedos are linear in the
+/// Interpolation weight of the next node at fraction `t` after node `column` in `√cos`. Near grazing incidence albedos are linear in the
 /// cosine itself.
 pub fn energy_weight(column: usize, t: f64) -> f64 {
     if column == 0 { t * t } else { t }
@@ -141,35 +140,35 @@ pub fn average_fresnel(f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) / 21.0
 }
 
-/// Share of the lost light that comes out after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is
-/// [`average_fresnel`] and `E` the average albedo of ideal mirrors. 1 for `F0 = 1`.
+/// Share of the lost energy that leaves after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is [`average_fresnel`] and `E` the
+/// average albedo of ideal specular facets. 1 for `F0 = 1`.
 pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
     let f = average_fresnel(f0);
     f * f * average_ideal / (DVec3::ONE - f * (1.0 - average_ideal)).max(DVec3::splat(1e-6))
 }
 
-/// `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`: BRDF of the light that ideal mirrors reflect more than once, per steradian. Times
+/// `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`: multiple-scattering BRDF of ideal specular facets, per steradian. Multiply by
 /// [`compensation_color`]. Reciprocal; its albedo towards the viewer is `1 − E_o`.
 pub fn compensation_lobe(ideal_o: f64, ideal_i: f64, average_ideal: f64) -> f64 {
     (1.0 - ideal_o) * (1.0 - ideal_i) / (PI * at_least(1.0 - average_ideal, 1e-6))
 }
 
-/// `1 + F0 (1/E_o − 1)`: factor of the single-scattering lobe that gives the same albedo as all bounces for `F0 = 1`
-/// (Turquin 2019). No second lobe, but not reciprocal, and all of the light stays in the lobe.
+/// `1 + F0 (1/E_o − 1)`: factor of the single-scattering lobe that gives the multiple-scattering albedo for `F0 = 1` (Turquin 2019). No
+/// second lobe is needed, but the result is not reciprocal, and all light stays in the lobe.
 pub fn compensation_scale(f0: DVec3, ideal_o: f64) -> DVec3 {
     let e = at_least(ideal_o, 1e-3);
     DVec3::ONE + f0 * ((1.0 - e) / e)
 }
 
-/// All that mirrors reflect towards the viewer: [`SplitAlbedo::of`] and the compensation.
-pub fn mirrored(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
+/// Total specular albedo towards the viewer: [`SplitAlbedo::of`] plus the compensation.
+pub fn specular_albedo(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     albedo.of(f0) + (1.0 - albedo.ideal) * compensation_color(f0, average_ideal)
 }
 
-/// What is left for the body below the mirrors, `1 − ` [`mirrored`]; not below 0. It is linear in the table, so the mean over
-/// the hemisphere is that of [`EnergyTable::average`].
+/// Energy left for the substrate, `1 − ` [`specular_albedo`], ≥ 0. It is linear in the table, so [`EnergyTable::average`] gives the mean
+/// over the hemisphere.
 pub fn entered(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
-    (DVec3::ONE - mirrored(f0, albedo, average_ideal)).max(DVec3::ZERO)
+    (DVec3::ONE - specular_albedo(f0, albedo, average_ideal)).max(DVec3::ZERO)
 }
 
 #[cfg(test)]
@@ -193,9 +192,9 @@ mod tests {
         }
     }
 
-    /// With it, ideal mirrors reflect everything: the lobe's albedo is what the single bounce lacks.
+    /// The lobe's albedo equals the energy that ideal specular facets lose to a single bounce.
     #[test]
-    fn the_lobe_returns_what_is_lost() {
+    fn compensation_lobe_returns_lost_energy() {
         let table = EnergyTable::ggx();
         for alpha in [0.1, 0.5, 1.0] {
             let average = table.average(alpha).ideal;

@@ -1,4 +1,4 @@
-//! A material of tabulated facets above a diffuse body.
+//! A material of tabulated facets over a diffuse base.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -11,24 +11,24 @@ use crate::facets::tabulated::Tabulated;
 /// `f_r = F D G / (4 cos θ_i cos θ_o) + diffuse / π`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedBrdf {
-    /// What mirrors.
+    /// Specular facets.
     pub facets: Microfacet<Tabulated>,
-    /// Albedo of the body, linear RGB.
+    /// Albedo of the diffuse base, linear RGB.
     pub diffuse: DVec3,
 }
 
 impl FittedBrdf {
-    /// How often a direction is drawn for the body: by its share of what is reflected towards the normal.
+    /// Probability of sampling the diffuse term: its share of the reflectance at normal incidence.
     fn diffuse_share(&self) -> f64 {
-        let [body, mirrors] = [self.diffuse, self.facets.fresnel.at(1.0)].map(|c| c.element_sum());
-        if body <= 0.0 { 0.0 } else { (body / (body + mirrors)).clamp(0.1, 1.0) }
+        let [diffuse, specular] = [self.diffuse, self.facets.fresnel.at(1.0)].map(|c| c.element_sum());
+        if diffuse <= 0.0 { 0.0 } else { (diffuse / (diffuse + specular)).clamp(0.1, 1.0) }
     }
 }
 
 impl Brdf for FittedBrdf {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        let body = if wo.z <= 0.0 { DVec3::ZERO } else { self.diffuse * (FRAC_1_PI * wi.z.max(0.0)) };
-        body + self.facets.eval_cos(wo, wi)
+        let diffuse = if wo.z <= 0.0 { DVec3::ZERO } else { self.diffuse * (FRAC_1_PI * wi.z.max(0.0)) };
+        diffuse + self.facets.eval_cos(wo, wi)
     }
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {

@@ -1,7 +1,7 @@
-//! A fitted material as the row of numbers that shaders read: `leadr/materials/fitted.glsl` says what lies where.
+//! Shader data of a fitted material: a row of numbers with the layout of `leadr/materials/fitted.glsl`.
 //!
-//! `ln D` is held by the nodes of its table, each with its slope, so that shaders interpolate it by the very same cubic. The visible area is
-//! held at the directions `cos θ = (j/n)²`, dense where it is not simply the cosine; Fresnel reflectances as they are measured.
+//! Table nodes store `ln D` and its slope, so shaders interpolate with the same cubic. The visible area is stored at `cos θ = (j/n)²`,
+//! which is denser where it differs from the cosine. Fresnel reflectances are stored as measured.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -13,17 +13,17 @@ use crate::facets::ellipse::ellipse_from_roughness;
 use crate::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::facets::slope_distribution::SlopeDistribution as _;
 
-/// Largest roughness of a lobe.
+/// Upper bound of a lobe's roughness.
 const MOST_ALPHA: f64 = 2.0;
 /// Intervals of the visible area.
 const AREAS: usize = 96;
 /// Intervals of the Fresnel term.
 const REFLECTANCES: usize = 90;
-/// Numbers in front of the lobes, and of a lobe.
+/// Numbers in the header, and per lobe.
 const HEAD: usize = 13;
 const LOBE: usize = 5;
 
-/// A material as shaders read it.
+/// A material in shader layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedTable {
     words: Vec<f32>,
@@ -31,19 +31,19 @@ pub struct FittedTable {
     alpha: f32,
 }
 
-/// The lesser half-axis of a lobe as a Beckmann roughness: how rough it is across what brushed it.
+/// The minor radius of a lobe as a Beckmann roughness: the roughness across the anisotropy direction.
 pub fn lobe_alpha(lobe: &Lobe) -> f64 {
     ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, MOST_ALPHA)
 }
 
-/// The direction along which slopes vary most, from the x axis; half a turn further is the same.
+/// Direction of largest slope variance, in radians from the x axis, modulo π.
 pub fn widest_direction(covariance: DVec3) -> f64 {
     0.5 * (2.0 * covariance.z).atan2(covariance.x - covariance.y)
 }
 
 impl FittedTable {
-    /// A fit with its lobes, of which [`MOST_LOBES`] are kept. `alpha`: the roughness that stands for it; where a surface has another, slopes
-    /// are scaled by the quotient.
+    /// Packs a fit and its first [`MOST_LOBES`] lobes. `alpha`: its equivalent roughness; a surface of another roughness scales slopes by
+    /// the quotient.
     pub fn new(brdf: &FittedBrdf, lobes: &[Lobe], alpha: f32) -> Self {
         let facets = &brdf.facets;
         let lobes = &lobes[..lobes.len().min(MOST_LOBES)];
@@ -90,17 +90,17 @@ impl FittedTable {
         Self { words: words.into_iter().map(|word| word as f32).collect(), lobes: lobes.len() as u32, alpha }
     }
 
-    /// The numbers.
+    /// The packed numbers.
     pub fn words(&self) -> &[f32] {
         &self.words
     }
 
-    /// How many lobes it has.
+    /// Number of lobes.
     pub const fn lobes(&self) -> u32 {
         self.lobes
     }
 
-    /// The roughness that stands for it.
+    /// Equivalent roughness of the material.
     pub const fn alpha(&self) -> f32 {
         self.alpha
     }

@@ -1,9 +1,9 @@
-//! Rusinkiewicz' half/difference parameterisation of a pair of directions (thesis eq. 1.8).
+//! Rusinkiewicz' half/difference parametrisation of a pair of directions (thesis eq. 1.8).
 
 use glam::DVec3;
 
-/// The half vector `wh`, and the light direction `wd` in the frame that rotates `wh` to z; both are unit vectors.
-/// `wd.z = cos θ_d`, the cosine that the Fresnel term depends on.
+/// The half vector `wh`, and the light direction `wd` in the frame that rotates `wh` to z; both are unit vectors. `wd.z = cos θ_d` is the
+/// argument of the Fresnel term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfDifference {
     /// `(wi + wo) / |wi + wo|`.
@@ -20,12 +20,12 @@ fn angles(w: DVec3) -> (f64, f64, f64) {
 
 /// Half and difference vectors of the unit directions `wo` and `wi` (thesis eq. 1.8).
 ///
-/// Opposite directions have no half vector. The highest direction orthogonal to `wi` is taken instead, the limit in the
-/// plane of incidence; from it [`half_difference_to_directions`] recovers the pair.
+/// Opposite directions have no half vector. The highest direction orthogonal to `wi` replaces it, the limit in the plane of incidence;
+/// [`half_difference_to_directions`] recovers the pair from it.
 pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     let sum = wi + wo;
     let length2 = sum.length_squared();
-    // sum = (|sum|² / 2) wi + a part orthogonal to wi; rounding destroys the first part where sum is short.
+    // sum = (|sum|² / 2) wi + a part orthogonal to wi; rounding destroys the first part for short sums.
     let across = sum - sum.dot(wi) * wi;
     let wh = if length2 > 1.0 {
         sum / length2.sqrt()
@@ -53,7 +53,7 @@ pub fn half_difference_to_directions(p: &HalfDifference) -> (DVec3, DVec3) {
 mod tests {
     use super::*;
 
-    /// Directions all over the sphere, on the axes and next to them.
+    /// Directions over the whole sphere, on the axes and next to them.
     fn directions() -> Vec<DVec3> {
         let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
         let near = [1e-3, 1e-6, 1e-9, 1e-12, 1e-16, 1e-20];
@@ -98,7 +98,7 @@ mod tests {
                 let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd });
                 let back = directions_to_half_difference(wo, wi);
                 worst = worst.max((back.wh - wh).length());
-                // Next to the poles the azimuth of wh, and therefore wd, is only as accurate as wh's tiny x and y.
+                // Near the poles the azimuth of wh, and so wd, is only as accurate as wh's tiny x and y.
                 if wh.z.abs() < 0.999 {
                     worst = worst.max((back.wd - wd).length());
                 }

@@ -4,7 +4,7 @@ use super::brdf::Brdf;
 use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
 
-/// `f_r = albedo / π` when both directions are above the horizon; sampled by the cosine, which is exact.
+/// `f_r = albedo / π` if both directions are above the horizon; cosine sampling is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
     /// Linear RGB, 0..1.

@@ -1,4 +1,4 @@
-//! Materials as a renderer uses them: evaluation, sampling, density.
+//! The renderer's view of materials: evaluation, sampling, density.
 
 pub mod brdf;
 pub mod classic;

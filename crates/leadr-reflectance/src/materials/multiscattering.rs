@@ -1,38 +1,37 @@
-//! Diffuse reflection of rough surfaces whose facets light each other, under a coat of mirrors (Chan 2018, section 5).
+//! Multiple-scattering diffuse BRDF of rough surfaces under a specular coat (Chan 2018, section 5).
 //!
-//! The published hand fit is [`chan_diffuse`] (listing 1). [`multiscattering_diffuse`] is a fit of this project's to the same
-//! simulation (`leadr_lab::facet_walk`), built so that its directional albedo is known
-//! exactly:
+//! [`chan_diffuse`] is the published hand fit (listing 1). [`multiscattering_diffuse`] is this project's fit to the same simulation
+//! (`leadr_lab::facet_walk`), with an exactly known directional albedo:
 //!
 //! `f_r = ρ/π (κ P / (c_o + c_i) + r_o r_i / r̄ (1 + (1 − ρ q) η d))`
 //!
-//! * `t = 1 − ` what the coat reflects ([`entered`](super::energy::entered)), for either direction.
-//! * `κ / (c_o + c_i)` (`κ` times `1 − F0` and, of dark facets, less) is the first bounce at grazing angles (Lommel and Seeliger's law), `P` its phase function, that of a
-//!   Lambertian sphere: `P = 1 + 11/9 d + 2/9 (2 d² − s_o² s_i²)` with `d = s_o s_i cos φ`, `s = sin θ`. It is ≥ 0 and its
-//!   mean over azimuths is 1. The albedo of `1 / (c_o + c_i)` is `h = 2 (1 − c ln(1 + 1/c))`, its mean `8/3 (1 − ln 2)`.
-//! * `r = t (1 − q) / (1 − ρ q) − κ h` is what is left, spread as Kelemen and Szirmay-Kalos (2001) do; `η d` leans the
-//!   first bounce of it towards the light and has no albedo.
+//! * `t` is the coat's transmittance, one minus its reflectance ([`entered`](super::energy::entered)), for either direction.
+//! * `κ / (c_o + c_i)` is the first bounce at grazing angles (Lommel–Seeliger law); `κ` includes the factor `1 − F0` and is smaller for
+//!   dark facets. `P` is the phase function of a Lambertian sphere, `P = 1 + 11/9 d + 2/9 (2 d² − s_o² s_i²)` with `d = s_o s_i cos φ`, `s
+//!   = sin θ`. It is ≥ 0, and its mean over azimuths is 1. The albedo of `1 / (c_o + c_i)` is `h = 2 (1 − c ln(1 + 1/c))`, its mean `8/3
+//!   (1 − ln 2)`.
+//! * `r = t (1 − q) / (1 − ρ q) − κ h` is the remaining albedo, distributed as in Kelemen and Szirmay-Kalos (2001). `η d` skews its first
+//!   bounce towards the light without changing the albedo.
 //!
-//! So the albedo is `ρ (1 − q) / (1 − ρ q) t`, at most `t`, and `t` where `ρ = 1`: a white surface loses nothing, and
-//! with its coat it returns all light. ([`BOUNCES_LOSSY`] multiplies it by less than 1.) `q` is the chance that light which leaves a facet meets another; colours saturate
-//! with it. Helmholtz reciprocity holds, as everything is symmetric.
+//! So the albedo is `ρ (1 − q) / (1 − ρ q) t`. It is at most `t`, and equals `t` for `ρ = 1`: a white surface with its coat reflects all
+//! light. ([`BOUNCES_LOSSY`] multiplies it by less than 1.) `q` is the probability that light leaving a facet hits another facet; it
+//! saturates colours. The BRDF is symmetric, so Helmholtz reciprocity holds.
 
 use crate::facets::fresnel::schlick_weight;
 use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, LN_2, PI};
 
-/// Normalisation of [`facet_diffuse`]: with it, a facet's albedo is exactly `1 − F`, for Schlick's `F`.
+/// Normalisation of [`facet_diffuse`] that makes a facet's albedo exactly `1 − F` for Schlick's `F`.
 pub const FACET_DIFFUSE: f64 = 21.0 / (20.0 * PI);
 
-/// The BRDF of a white diffuse facet below a coat (Chan 2018, eq. 62; Shirley et al. 1997), from the cosines of its two
-/// directions.
+/// The BRDF of a white diffuse facet below a coat (Chan 2018, eq. 62; Shirley et al. 1997), from the cosines of both directions.
 pub fn facet_diffuse(f0: f64, cosine_o: f64, cosine_i: f64) -> f64 {
     FACET_DIFFUSE * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i))
 }
 
-/// The hand fit of Chan 2018, eq. 64–69 and listing 1, without `albedo / π`. `n_l`, `n_v`, `n_h`, `l_h`: cosines between
-/// normal, light, viewer and half vector, held within 0..1; `gloss`: 0..1 (eq. 2).
+/// The hand fit of Chan 2018, eq. 64–69 and listing 1, without `albedo / π`. `n_l`, `n_v`, `n_h`, `l_h`: cosines between normal, light,
+/// viewer and half vector, clamped to 0..1; `gloss`: 0..1 (eq. 2).
 ///
 /// Reciprocal, since `l_h = v_h`. Its albedo exceeds 1: see docs/measurements/energy.md.
 pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
@@ -44,7 +43,7 @@ pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
     rough + (smooth - rough) * t + bump
 }
 
-/// The rational fit of Chan 2018, eq. 63, of the BRDF itself at gloss 0. `x = n·h`, `y = l·h`, held within 0..1.
+/// The rational fit of Chan 2018, eq. 63, to the BRDF itself at gloss 0. `x = n·h`, `y = l·h`, clamped to 0..1.
 pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
     let [x, y] = [x, y].map(unit);
     let top = 0.568 - 0.692 * x - 0.938 * y + 1.326 * x * x + 0.301 * y * y + 1.96 * x * y - 0.98 * x.powi(3)
@@ -54,34 +53,34 @@ pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
     top / if under.abs() < 1e-6 { 1e-6 } else { under }
 }
 
-/// How facets of one roughness light each other.
+/// Interreflection between facets of one roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetBounces {
     /// `κ`: weight of the first bounce at grazing angles, without a coat.
     pub grazing: f64,
-    /// `q`: chance that light leaving a facet meets another.
+    /// `q`: probability that light leaving a facet hits another.
     pub again: f64,
-    /// `η`: how far the rest of the first bounce leans towards the light, within ±1.
+    /// `η`: skew of the remaining first bounce towards the light, within ±1.
     pub lean: f64,
-    /// Share of the light that is lost between facets, 0 where the coat's reflections stay on the surface.
+    /// Share of light lost between facets; 0 if light that the coat reflects stays on the surface.
     pub lost: f64,
 }
 
-/// Constants of [`FacetBounces`] by roughness: each is `k₀ α² / (α² + k₁ α + k₂)`.
+/// Fit constants of [`FacetBounces`] by roughness: each value is `k₀ α² / (α² + k₁ α + k₂)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BounceFit {
-    /// Of [`FacetBounces::grazing`].
+    /// For [`FacetBounces::grazing`].
     pub grazing: [f64; 3],
-    /// Of [`FacetBounces::again`].
+    /// For [`FacetBounces::again`].
     pub again: [f64; 3],
-    /// Of [`FacetBounces::lean`].
+    /// For [`FacetBounces::lean`].
     pub lean: [f64; 3],
-    /// Of [`FacetBounces::lost`].
+    /// For [`FacetBounces::lost`].
     pub lost: [f64; 3],
 }
 
-/// Fitted by example 20 to walks on GGX facets whose coat reflects as mirrors do
-/// (`Facets::Coated` of the simulation): no light is lost. Use this one.
+/// Fitted by example 20 to random walks on GGX facets with a specular coat (`Facets::Coated` of the simulation): no light is lost.
+/// Recommended.
 pub const BOUNCES: BounceFit = BounceFit {
     grazing: [0.39284, 0.11088, 0.01835],
     again: [0.92213, 0.76687, 0.46287],
@@ -89,8 +88,7 @@ pub const BOUNCES: BounceFit = BounceFit {
     lost: [0.0, 0.0, 1.0],
 };
 
-/// Fitted to walks in which what the coat reflects is gone
-/// (`Facets::Diffuse`), as in Chan's simulation.
+/// Fitted to random walks that discard light reflected by the coat (`Facets::Diffuse`), as in Chan's simulation.
 pub const BOUNCES_LOSSY: BounceFit = BounceFit {
     grazing: [0.38738, 0.12849, 0.02321],
     again: [0.84374, 0.74115, 0.45752],
@@ -99,7 +97,7 @@ pub const BOUNCES_LOSSY: BounceFit = BounceFit {
 };
 
 impl BounceFit {
-    /// At a roughness, held within 0..1.
+    /// The values at a roughness, clamped to 0..1.
     pub fn at(&self, alpha: f64) -> FacetBounces {
         let a = unit(alpha);
         let value = |k: [f64; 3]| k[0] * a * a / at_least(a * a + k[1] * a + k[2], 1e-9);
@@ -121,10 +119,9 @@ pub fn grazing_albedo(cosine: f64) -> f64 {
 /// Mean of [`grazing_albedo`] over the hemisphere.
 pub const GRAZING_AVERAGE: f64 = 8.0 / 3.0 * (1.0 - LN_2);
 
-/// The multiscattering diffuse BRDF, per steradian (formula at the top). `wo`, `wi`: tangent frame; 0 where one of them
-/// is not above the horizon. `f0`: of the coat, and `albedo`: of the facets, linear RGB, 0..1. `entered_o`, `entered_i`,
-/// `entered_average`: what enters along the viewer's direction, along the light's, and on average
-/// ([`entered`](super::energy::entered)).
+/// The multiple-scattering diffuse BRDF, per steradian (module formula). `wo`, `wi`: tangent frame; 0 unless both are above the horizon.
+/// `f0`: of the coat, and `albedo`: of the facets, linear RGB, 0..1. `entered_o`, `entered_i`, `entered_average`: transmittance of the
+/// coat along `wo`, along `wi`, and on average ([`entered`](super::energy::entered)).
 pub fn multiscattering_diffuse(
     wo: DVec3,
     wi: DVec3,
@@ -151,17 +148,17 @@ pub fn multiscattering_diffuse(
     albedo * FRAC_1_PI * (kappa * (phase / at_least(c_o + c_i, 1e-6)) + r_o * (r_i / average) * lean)
 }
 
-/// `κ`: less for dark facets, whose first bounce is all there is; so what is left of it is never negative.
+/// `κ`. It is smaller for dark facets, which have only a first bounce, so that the remainder `r` is never negative.
 fn grazing_weight(bounces: FacetBounces, f0: DVec3, albedo: DVec3) -> DVec3 {
     bounces.grazing * (DVec3::ONE - f0) * (DVec3::ONE - 0.7 * bounces.again * (DVec3::ONE - albedo))
 }
 
-/// Albedo of the surface per albedo of its facets and light that enters.
+/// Surface albedo per facet albedo and transmitted light.
 fn first_albedo(bounces: FacetBounces, albedo: DVec3) -> DVec3 {
     (1.0 - bounces.lost) * (1.0 - bounces.again) / (DVec3::ONE - albedo * bounces.again)
 }
 
-/// Directional albedo of [`multiscattering_diffuse`], from what enters along that direction.
+/// Directional albedo of [`multiscattering_diffuse`], from the coat's transmittance along that direction.
 pub fn multiscattering_albedo(bounces: FacetBounces, albedo: DVec3, entered: DVec3) -> DVec3 {
     albedo * first_albedo(bounces, albedo) * entered
 }
@@ -179,7 +176,7 @@ mod tests {
         DVec3::new(s * phi.cos(), s * phi.sin(), c)
     }
 
-    /// `∫ f c dω` over the hemisphere of lights, denser towards grazing ones.
+    /// `∫ f c dω` over the hemisphere of lights, with more nodes at grazing angles.
     fn albedo(wo: DVec3, brdf: impl Fn(DVec3) -> f64) -> f64 {
         let azimuths = composite_gauss(0.0, PI, 2, 12);
         let towards = wo.y.atan2(wo.x);
@@ -193,9 +190,9 @@ mod tests {
             .sum()
     }
 
-    /// Eq. 61 with 1 − F0 as a factor: what a facet does not mirror, it scatters.
+    /// Eq. 61 with 1 − F0 as a factor: a facet scatters all light that it does not reflect.
     #[test]
-    fn facets_scatter_what_they_do_not_mirror() {
+    fn facets_scatter_unreflected_light() {
         for (f0, c) in [(0.0, 1.0), (0.04, 0.3), (0.5, 0.05)] {
             let got = albedo(direction(c, 0.0), |wi| facet_diffuse(f0, c, wi.z));
             let fresnel = f0 + (1.0 - f0) * schlick_weight(c);
@@ -203,7 +200,7 @@ mod tests {
         }
     }
 
-    /// What makes the albedo exact: nothing is clamped, for any roughness, coat, albedo and angle.
+    /// The albedo is exact because `r` is never clamped, for any roughness, coat, albedo and angle.
     #[test]
     fn the_rest_is_never_negative() {
         for table in [EnergyTable::ggx(), EnergyTable::beckmann()] {
@@ -218,20 +215,20 @@ mod tests {
                         for rho in [0.0, 0.25, 0.5, 0.75, 1.0].map(DVec3::splat) {
                             let kappa = grazing_weight(bounces, DVec3::splat(f0), rho).x;
                             let rest = t * first_albedo(bounces, rho).x - kappa * grazing_albedo(c);
-                            // Of a full mirror nothing is left.
+                            // A perfect mirror leaves no diffuse light.
                             least = least.min(if f0 < 1.0 { rest / (1.0 - f0) } else { f64::MAX });
                         }
                     }
                 }
             }
             println!("least of the rest, per 1 − F0: {least:.4}");
-            // The smoothest surfaces let nothing in at grazing incidence, and have 2 κ of 3e-6.
+            // The smoothest surfaces transmit nothing at grazing incidence and have 2 κ of 3e-6.
             assert!(least > -1e-5, "{least}");
         }
     }
 
     #[test]
-    fn the_albedo_is_what_is_promised() {
+    fn albedo_matches_its_setting() {
         let table = EnergyTable::ggx();
         let mut worst = 0.0f64;
         for (i, bounces) in [BOUNCES, BOUNCES_LOSSY].into_iter().enumerate() {
@@ -274,7 +271,7 @@ mod tests {
             let there = multiscattering_diffuse(wo, wi, b, f0, rho, o, i, mean).x;
             let back = multiscattering_diffuse(wi, wo, b, f0, rho, i, o, mean).x;
             assert!(there.is_finite() && there >= 0.0 && (there - back).abs() <= 1e-12 * there.max(1.0));
-            // The published fit is reciprocal as well: l·h = v·h.
+            // The published fit is reciprocal too: l·h = v·h.
             let h = half_vector(wo, wi);
             let g = random.unit();
             let there = chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), g);
@@ -288,7 +285,7 @@ mod tests {
         }
     }
 
-    /// The hand fit returns more light than there is: rough surfaces seen at grazing angles.
+    /// The hand fit creates energy on rough surfaces at grazing angles.
     #[test]
     fn the_published_fit_is_brighter_than_white() {
         let of = |c: f64, gloss: f64| {

@@ -1,16 +1,15 @@
-//! Geometric specular antialiasing: adds the rotation of the surface within a pixel as roughness, in slope space
-//! (Tokuyoshi & Kaplanyan 2019, "IGSA", and its supplement).
+//! Geometric specular antialiasing: converts the surface's rotation within a pixel to roughness, in slope space (Tokuyoshi & Kaplanyan
+//! 2019, "IGSA", and its supplement).
 //!
-//! Within a pixel the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter
-//! of variance [`PIXEL_VARIANCE`] this is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`.
-//! The slope-space Jacobian (supplement, eq. 7) transforms it to slopes. There it adds to the covariance of a Gaussian
-//! surface ([`filter_covariance`]) and, doubled, to the roughness matrix of GGX ([`filter_roughness`]; `α² = 2σ²`).
+//! Within a pixel the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter of variance
+//! [`PIXEL_VARIANCE`] this is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`. The slope-space Jacobian
+//! (supplement, eq. 7) transforms it to slopes. It adds to the covariance of a Gaussian surface ([`filter_covariance`]) and, doubled, to
+//! the GGX roughness matrix ([`filter_roughness`]; `α² = 2σ²`).
 //!
-//! **With and without the light.** When light and viewer are far away, the half vector is constant and the frame
-//! rotates by the change `d` of its normal; the slope `p` of the half vector then moves by `(I + p pᵀ) d`. So the
-//! kernel of the normal alone (`slopes::statistics::add_macro_curvature`) is the half vector's kernel at the pole, and
-//! [`tilt_kernel`] takes it to any other slope: to the half vector's slope when the light is known, or to the mean
-//! slope (where the lobe peaks) in a pass that knows no light.
+//! **With and without the light.** For a distant light and viewer, the half vector is constant and the frame rotates by the change `d` of
+//! its normal. The slope `p` of the half vector then moves by `(I + p pᵀ) d`. So at the pole, the kernel of the normal alone
+//! (`slopes::statistics::add_macro_curvature`) equals that of the half vector. [`tilt_kernel`] transforms it to any other slope. With a
+//! known light this is the half vector's slope. Passes without a light use the mean slope, where the lobe peaks.
 
 use super::packing::principal_variances;
 use super::statistics::{clamp_covariance, map_second_moments};
@@ -21,18 +20,18 @@ use std::f64::consts::PI;
 /// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
 pub const PIXEL_VARIANCE: f64 = 0.25;
 
-/// The kernel over the covariance of slopes that make half of its excess needless ([`kernel_over`]).
+/// The ratio of kernel to slope covariance that halves the kernel's excess variance ([`kernel_over`]).
 pub const KERNEL_COVER: f64 = 3.0;
 
-/// Bound of the kernel's trace, in squared radians: the paper's bound `α² ≤ 0.18` of an isotropic kernel, as variances.
+/// Bound of the kernel's trace, in radians²: the paper's bound `α² ≤ 0.18` of an isotropic kernel, as variances.
 pub const KERNEL_BOUND: f64 = 0.18;
 
-/// Kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame) with the differences
-/// `dx`, `dy` to the neighbouring pixels.
+/// Kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame). `dx`, `dy`: differences to the neighbouring
+/// pixels.
 ///
-/// The kernel is bounded on the sphere, where the bound is an angle, and only then transformed to slopes, which grow
-/// without limit towards the horizon. With `wh'` the component of a difference orthogonal to `wh`, the slope moves by
-/// `(p wh'.z − wh'.xy) / wh.z`: eq. 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
+/// The kernel is bounded on the sphere, where the bound is an angle, before the transform to slopes, which grow without limit towards the
+/// horizon. With `wh'` the component of a difference orthogonal to `wh`, the slope moves by `(p wh'.z − wh'.xy) / wh.z`. This is eq. 7 of
+/// the supplement times the inverse of eq. 4, without their division by `sin θ`.
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let across = |d: DVec3| {
         let d = d.map(|x| within(x, 1e3));
@@ -49,9 +48,8 @@ pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
 
 /// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
 ///
-/// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels
-/// for which this ratio exceeds a half are shortened, so that no spread of slopes exceeds half the slope itself and
-/// crosses the pole.
+/// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels are shortened where
+/// this ratio exceeds 1/2, so the slope spread stays below half the slope and never crosses the pole.
 pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
     let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
@@ -59,17 +57,17 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     clamp_covariance(map_second_moments(DMat2::from_cols_array(&[x, c, c, y]), kernel))
 }
 
-/// What the kernel adds to slopes of covariance `s`.
+/// Kernel variance to add to slopes of covariance `s`.
 ///
-/// A kernel of variance 1/4 keeps what is smaller than a pixel from flickering, but a pixel is a box, of variance 1/12, and where the
-/// slopes are rough enough not to flicker anyway, the wider kernel only blurs. With `T` = [`KERNEL_COVER`]` S` this is
+/// A kernel of variance 1/4 prevents subpixel flicker, but a pixel is a box of variance 1/12. Over slopes too rough to flicker, the wider
+/// kernel only blurs. With `T` = [`KERNEL_COVER`]` S` the result is
 ///
 /// ```text
 /// K − ⅔ (K⁻¹ + T⁻¹)⁻¹,   (K⁻¹ + T⁻¹)⁻¹ = (|T| K + |K| T) / |K + T|
 /// ```
 ///
-/// which is `K` over smooth slopes and tends to `K/3` over rough ones. Slopes and kernel together keep a variance of at least .235
-/// squared pixels in every direction.
+/// It is `K` over smooth slopes and tends to `K/3` over rough ones. Slopes and kernel together keep a variance of at least .235 squared
+/// pixels in every direction.
 pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     let t = KERNEL_COVER * s;
     let (of_kernel, of_slopes) = (determinant(kernel), determinant(t));
@@ -77,8 +75,7 @@ pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * t)
 }
 
-/// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal to both
-/// variances.
+/// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal magnitude to both variances.
 pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
     DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
 }
@@ -89,10 +86,9 @@ pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
     DVec3::new(variance, variance, 0.0)
 }
 
-/// Raises the determinant of the matrix to at least `tau` by changing its off-diagonal alone. This restores what
-/// rounding loses in sums of elongated matrices, for which `|A + K| ≥ |A|` holds in exact arithmetic (Minkowski).
-/// Unlike the supplement's clamp inside `D`, the result belongs to a distribution that integrates to one, and it works
-/// for every distribution.
+/// Raises the matrix determinant to at least `tau` by changing only the off-diagonal. This restores what rounding loses in sums of
+/// elongated matrices; exact arithmetic guarantees `|A + K| ≥ |A|` (Minkowski). Unlike the supplement's clamp inside `D`, the resulting
+/// distribution is normalised. The clamp works for every distribution.
 pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
     let c = at_least(a.x * a.y - tau, 0.0).sqrt();
     DVec3::new(a.x, a.y, within(a.z, c))
@@ -103,21 +99,18 @@ fn determinant(a: DVec3) -> f64 {
     (a.x * a.y - a.z * a.z).max(0.0)
 }
 
-/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant no less than that
-/// of `S`.
+/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant of at least that of `S`.
 pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(s + kernel, determinant(s))
 }
 
-/// Roughness matrix of GGX under the kernel: `A + 2K`, with a determinant no less than that of `A` (IGSA:
-/// `τ = αx² αy²`).
+/// GGX roughness matrix under the kernel: `A + 2K`, with a determinant of at least that of `A` (IGSA: `τ = αx² αy²`).
 pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(a + 2.0 * kernel, determinant(a))
 }
 
-/// `D(wh)` of GGX with the determinant clamp of the supplement, section 1, and a mean slope:
-/// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. `|A|` is at least `tau` > 0, both there and in the
-/// inverse. 0 for `wh.z ≤ 0`.
+/// GGX `D(wh)` with a mean slope and the determinant clamp of the supplement, section 1: `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy +
+/// wh.z m`. Both uses of `|A|` are at least `tau` > 0. 0 for `wh.z ≤ 0`.
 pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -160,16 +153,16 @@ mod tests {
         }
     }
 
-    /// The frame rotates while the half vector is constant. The half vector's kernel, from differences of tangent-frame
-    /// coordinates, equals the tilted kernel of the normal.
+    /// The half vector is constant while the frame rotates. Its kernel, from tangent-frame differences, equals the tilted kernel of the
+    /// normal.
     #[test]
     fn the_normals_kernel_tilts_into_the_half_vectors() {
         for wh in [DVec3::Z, DVec3::new(0.4, 0.2, 0.9).normalize(), DVec3::new(-0.8, 0.3, 0.5).normalize()] {
-            // The frame's normal moves by d when the frame turns about z × d; the half vector turns back.
+            // Rotating the frame about z × d moves its normal by d and rotates the half vector in the frame the opposite way.
             let moved = |d: DVec2| DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0)) * wh - wh;
             let (dx, dy) = (DVec2::new(1e-5, 3e-6), DVec2::new(-2e-6, 2e-5));
             let from_half_vector = half_vector_kernel(wh, moved(dx), moved(dy));
-            // The slopes of a normal have the opposite sign to its xy; the sign of both differences has no effect.
+            // The slopes of a normal have the opposite sign to its xy; flipping both differences has no effect.
             let normal = add_macro_curvature(DVec3::ZERO, -dx, -dy);
             let tilted = tilt_kernel(normal, -wh.truncate() / wh.z);
             assert!((tilted - from_half_vector).length() < 1e-4 * tilted.length(), "{tilted} {from_half_vector}");
@@ -194,7 +187,7 @@ mod tests {
                 tight = tight.max(least);
             }
         }
-        assert!(tight < 1.5, "bounds that no direction comes near would pass too");
+        assert!(tight < 1.5, "the bounds must be tight in some direction");
     }
 
     #[test]
@@ -205,7 +198,7 @@ mod tests {
         assert!((kernel_over(round(0.25), round(100.0)).x - 1.0 / 12.0).abs() < 1e-3);
         let least = (0..1000).map(|i| 1e-3 * f64::from(i)).map(|s| s + kernel_over(round(0.25), round(s)).x);
         assert!((least.fold(f64::MAX, f64::min) - 0.2357).abs() < 1e-4);
-        // Each axis for itself, also where the kernel has one axis only.
+        // Each axis is independent, even for a one-dimensional kernel.
         let each = kernel_over(DVec3::new(0.25, 0.1, 0.0), DVec3::new(0.02, 3.0, 0.0));
         assert!((each.x - kernel_over(round(0.25), round(0.02)).x).abs() < 1e-12);
         assert!((each.y - kernel_over(round(0.1), round(3.0)).y).abs() < 1e-12);
@@ -217,7 +210,7 @@ mod tests {
     fn determinant_never_shrinks() {
         for i in 0..2000 {
             let f = f64::from(i);
-            // A long thin kernel on a smooth base, in 32 bits: here rounding destroys the determinant.
+            // A long thin kernel on a smooth base: in 32 bits rounding destroys the determinant.
             let base = 1e-6;
             let k = f64::from((0.3 * (0.1 * f).cos()) as f32);
             let l = f64::from((0.3 * (0.1 * f).sin()) as f32);
@@ -248,14 +241,13 @@ mod tests {
         assert!((peak - 100.0 / PI).abs() < 1e-9);
     }
 
-    /// Compares the lobe of a Gaussian surface on a rotating frame, averaged over the pixel, with the lobe widened by
-    /// the kernel.
+    /// Compares two lobes of a Gaussian surface on a rotating frame: averaged over the pixel, and widened by the kernel.
     #[test]
     fn against_the_exact_mean_over_a_curved_pixel() {
         let forms = ["none", "normal", "normal at the mean slope", "half vector"];
-        println!("relative L1 error of the lobe, over half vectors, by the form of the kernel ({forms:?})");
+        println!("relative L1 error of the lobe over half vectors, per kernel ({forms:?})");
         let mut worst = [0.0f64; 4];
-        for (alpha, turn, m) in [
+        for (alpha, angle, m) in [
             (0.05, 0.05, DVec2::ZERO),
             (0.05, 0.2, DVec2::ZERO),
             (0.2, 0.4, DVec2::ZERO),
@@ -264,7 +256,7 @@ mod tests {
             (0.2, 0.2, DVec2::new(1.5, 0.0)),
         ] {
             let s = DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0);
-            let d = DVec2::new(0.8, 0.6) * turn;
+            let d = DVec2::new(0.8, 0.6) * angle;
             let kernel = add_macro_curvature(DVec3::ZERO, d, DVec2::ZERO);
             let tilted = tilt_kernel(kernel, m);
             let reach = 5.0 * (s + tilted).truncate().max_element().sqrt();
@@ -273,13 +265,13 @@ mod tests {
                 for (v, wv) in composite_gauss(-reach, reach, 30, 4) {
                     let slope = m + DVec2::new(u, v);
                     let wh = normal_of_slope(slope);
-                    // Densities of slopes in the measure of the untilted frame: D = P22 / z⁴ on the sphere.
+                    // Slope densities in the measure of the untilted frame: D = P22 / z⁴ on the sphere.
                     let exact: f64 = composite_gauss(-3.0, 3.0, 24, 4)
                         .into_iter()
                         .map(|(t, w)| {
-                            let turned = DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0) * t) * wh;
-                            let p = beckmann_p22(-turned.truncate() / turned.z, m, s) / turned.z.powi(4);
-                            w * (-2.0 * t * t).exp() * (2.0 / PI).sqrt() * if turned.z > 0.0 { p } else { 0.0 }
+                            let rotated = DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0) * t) * wh;
+                            let p = beckmann_p22(-rotated.truncate() / rotated.z, m, s) / rotated.z.powi(4);
+                            w * (-2.0 * t * t).exp() * (2.0 / PI).sqrt() * if rotated.z > 0.0 { p } else { 0.0 }
                         })
                         .sum();
                     let z4 = wh.z.powi(4);
@@ -296,7 +288,7 @@ mod tests {
             for (w, r) in worst.iter_mut().zip(relative) {
                 *w = w.max(r);
             }
-            println!("alpha {alpha}, {turn} rad per pixel, mean slope {m}: {relative:.3?}");
+            println!("alpha {alpha}, {angle} rad per pixel, mean slope {m}: {relative:.3?}");
         }
         println!("worst: {worst:.3?}");
         assert!(worst[2] < 0.5 * worst[0] && worst[2] < 0.6 * worst[1], "{worst:?}");

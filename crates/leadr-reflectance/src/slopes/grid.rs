@@ -4,9 +4,9 @@ use super::statistics::slope_correlation;
 use crate::limits::{MAX_SLOPE, at_least};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. At
-/// `n = 5` it is 1.8, the paper's value (supplement 3.4). From `n = 32` on, every doubling adds 0.8 while the spacing
-/// still shrinks, so that denser grids converge to the integral.
+/// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. For `n = 5` it is 1.8, the
+/// paper's value (supplement 3.4). From `n = 32`, every doubling adds 0.8 while the spacing still shrinks, so denser grids converge to the
+/// integral.
 pub fn grid_lambda(n: u32) -> f64 {
     if n <= 1 {
         return 0.0;
@@ -15,16 +15,14 @@ pub fn grid_lambda(n: u32) -> f64 {
     (0.3 * (n + 1.0)).min(3.0) + 0.8 * (n / 32.0).max(1.0).log2()
 }
 
-/// Distance between neighbouring nodes in standard deviations. For `n = 1` it is √12, the width of a box of the same
-/// variance.
+/// Distance between neighbouring nodes in standard deviations. For `n = 1` it is √12, the width of a box of the same variance.
 ///
 /// (LEADR 5.2 divides by N, its supplement by N − 1. The latter gives the distance.)
 pub fn grid_spacing(n: u32, lambda: f64) -> f64 {
     if n <= 1 { 12f64.sqrt() } else { 2.0 * lambda / f64::from(n - 1) }
 }
 
-/// `(p_j, p_k, weight)` of the node `j, k` in `0..n`. The weights are not normalised: the estimators divide by their
-/// sum.
+/// `(p_j, p_k, weight)` of the node `j, k` in `0..n`. The weights are not normalised: the estimators divide by their sum.
 pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     if n <= 1 {
         return DVec3::new(0.0, 0.0, 1.0);
@@ -34,7 +32,7 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     DVec3::new(p, q, (-0.5 * (p * p + q * q)).exp())
 }
 
-/// All `n`×`n` nodes, as [`grid_node`] has them.
+/// All `n`×`n` nodes of [`grid_node`].
 pub fn grid_nodes(n: u32, lambda: f64) -> impl Iterator<Item = DVec3> {
     (0..n).flat_map(move |j| (0..n).map(move |k| grid_node(j, k, n, lambda)))
 }
@@ -62,7 +60,7 @@ pub fn normal_of_slope(slope: DVec2) -> DVec3 {
     DVec3::new(-slope.x, -slope.y, 1.0) / (slope.length_squared() + 1.0).sqrt()
 }
 
-/// `⟨wn, wo⟩ / (wn·wg)`: projected area of the facet of this slope per unit of macrosurface; 0 when it faces away.
+/// `⟨wn, wo⟩ / (wn·wg)`: projected area of the facet of this slope per unit of macrosurface; 0 if back-facing.
 pub fn facet_area(wo: DVec3, slope: DVec2) -> f64 {
     at_least(wo.z - wo.xy().dot(slope), 0.0)
 }
@@ -72,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn five_by_five_is_the_supplements() {
+    fn five_by_five_matches_the_supplement() {
         let weights: Vec<f64> = (0..5).map(|j| (-0.5 * grid_node(j, 2, 5, grid_lambda(5)).x.powi(2)).exp()).collect();
         let sum: f64 = weights.iter().sum();
         for (w, printed) in weights.iter().zip([0.0725, 0.2443, 0.3663, 0.2443, 0.0725]) {

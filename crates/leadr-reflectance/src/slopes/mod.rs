@@ -1,5 +1,4 @@
-//! The slopes under a pixel: their moments, how texels store them, and how they change with the surface that carries
-//! them.
+//! Slopes under a pixel: moments, texel formats, and changes with the underlying surface.
 
 pub mod geometric_antialiasing;
 pub mod grid;
@@ -7,6 +6,6 @@ pub mod map;
 pub mod moments;
 pub mod normal_blending;
 pub mod packing;
+pub mod rotation;
 pub mod statistics;
 pub mod tiling;
-pub mod turn;

@@ -1,13 +1,11 @@
-//! The algebra of slope moments: what a LEADR map stores, and how it changes with the surface (LEADR 4.1–4.2; thesis
-//! 3.3, 5.1).
+//! The algebra of slope moments: what a LEADR map stores, and how it changes with the surface (LEADR 4.1–4.2; thesis 3.3, 5.1).
 //!
-//! Five numbers per texel, `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`. They are averages over slope samples, so any
-//! filter may average them further. Operations that hold for every distribution of slopes, Gaussian or
-//! not, are exact here; only interpreting the moments as a Beckmann distribution is a model. Texture-space slopes are
-//! per unit texture coordinate.
+//! Each texel has five numbers: `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`. They are averages over slope samples, so any linear filter may
+//! average them further. The operations here are exact for every slope distribution, Gaussian or not. Only reading the moments as a
+//! Beckmann distribution is an approximation. Texture-space slopes are per unit texture coordinate.
 //!
-//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add *before* filtering
-//! rather than after, or work on mean and covariance ([`covariance_from_moments`]).
+//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add *before* filtering rather than after,
+//! or use mean and covariance ([`covariance_from_moments`]).
 
 use super::statistics::{covariance_from_moments, map_second_moments, outer_square};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
@@ -27,8 +25,8 @@ pub fn moments_of_slope(slope: DVec2) -> SlopeMoments {
     SlopeMoments { first: slope, second: outer_square(slope) }
 }
 
-/// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, shortened to [`MAX_SLOPE`]. Normals below the horizon
-/// are treated as lying on it.
+/// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, with magnitude clamped to [`MAX_SLOPE`]. Normals below the horizon are
+/// treated as lying on it.
 pub fn slope_of_normal(n: DVec3) -> DVec2 {
     let n = n / n.length_squared().max(1e-30).sqrt();
     let slope = -n.truncate() / n.z.max(MIN_NORMAL_Z);
@@ -40,24 +38,23 @@ pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
     moments_of_slope(slope_of_normal(n))
 }
 
-/// Slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1).
-/// It misses what lies between the texels: maps take [`moments_of_corner`].
-/// `spacing`: distance between neighbouring texels, > 0; for slopes per unit texture coordinate, one over the texel
-/// count.
+/// Slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1). This misses detail
+/// between texels, so maps use [`moments_of_corner`]. `spacing`: texel distance, > 0; one over the texel count for slopes per unit texture
+/// coordinate.
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
     DVec2::new(heights.y - heights.x, heights.w - heights.z) / (2.0 * spacing).max(DVec2::splat(1e-12))
 }
 
-/// Moments of the triangles of a height field over the quarter of a cell at its first corner.
+/// Moments of a height field's triangles over the quarter of a cell at its first corner.
 ///
-/// `heights`: at that corner, beyond it along `s`, along `t`, and along both. `spacing`: distance of the texels, not 0;
-/// negative where `s` or `t` runs backwards, which makes the same function serve all four corners.
+/// `heights`: at that corner, next to it along `s`, along `t`, and diagonally. `spacing`: texel distance, not 0; negative where `s` or `t`
+/// decreases, so that one function serves all four corners.
 ///
-/// A cell between four texels is two triangles. Write `a, b` for the differences along `s` at the corner and opposite it,
-/// `c, d` for those along `t`. Divided through this corner, half of the quarter belongs to the triangle of slope `(a, d)`,
-/// half to that of `(b, c)`; divided the other way, all of it belongs to that of `(a, c)`. The mean of both ways is
-/// `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`, `E[xy] = ½ac + ¼ad + ¼bc`. Over the four quarters of a cell, `E[x²]` is the mean
-/// square of its differences, whichever way it is divided. Differences are bounded to 1e18, whose squares 32 bits hold.
+/// A cell between four texels splits into two triangles. Let `a, b` be the differences along `s` at the corner and opposite it, and `c, d`
+/// those along `t`. If the diagonal meets this corner, half of the quarter has slope `(a, d)` and half has `(b, c)`. With the other
+/// diagonal, the whole quarter has slope `(a, c)`. The mean of both is `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`, `E[xy] = ½ac + ¼ad + ¼bc`.
+/// Over the four quarters of a cell, `E[x²]` is the mean square of its differences for either diagonal. Differences are bounded to 1e18,
+/// because 32 bits hold their squares.
 pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     let (x, y) = (spacing.x, spacing.y);
     let bound = DVec2::splat(1e18);
@@ -68,56 +65,52 @@ pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     SlopeMoments { first: beside.lerp(opposite, 0.25), second: squares.extend(mixed) }
 }
 
-/// Moments of a Gaussian of mean slope `m` and covariance `s`: the inverse of [`covariance_from_moments`]; thesis eq.
-/// 3.5–3.9 with `s = α²/2`.
+/// Moments of a Gaussian of mean slope `m` and covariance `s`, the inverse of [`covariance_from_moments`] (thesis eq. 3.5–3.9 with `s =
+/// α²/2`).
 pub fn moments_of_distribution(m: DVec2, s: DVec3) -> SlopeMoments {
     shear_moments(SlopeMoments { first: DVec2::ZERO, second: s }, m)
 }
 
-/// Moments of a surface that is `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere, as every texture
-/// filter computes.
+/// Moments of a surface with `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere. Texture filters compute the same.
 pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
     SlopeMoments { first: a.first.lerp(b.first, t), second: a.second.lerp(b.second, t) }
 }
 
-/// Moments of the sum of two displacements whose slopes are independent (thesis 5.1): `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`,
-/// `E[Z_x Z_y] = E[X_x X_y] + E[Y_x Y_y] + E[X_x] E[Y_y] + E[X_y] E[Y_x]`.
+/// Moments of the sum of two displacements with independent slopes (thesis 5.1): `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`, `E[Z_x Z_y] =
+/// E[X_x X_y] + E[Y_x Y_y] + E[X_x] E[Y_y] + E[X_y] E[Y_x]`.
 ///
-/// Both operands are read before anything is written. The `+=` of the thesis's listing 5.1 adds the second moments
-/// using means that it has already summed (erratum).
+/// Listing 5.1 of the thesis has an erratum: its `+=` adds the second moments using means that are already summed. This function reads
+/// both operands first.
 pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
     let (p, q) = (a.first, b.first);
     let mixed = DVec3::new(2.0 * p.x * q.x, 2.0 * p.y * q.y, p.x * q.y + p.y * q.x);
     SlopeMoments { first: p + q, second: a.second + b.second + mixed }
 }
 
-/// Moments of slopes that a mask multiplies: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`, where the mask is independent of
-/// them. `mask`: `E[m]` and `E[m²]`, so below its own resolution a mask leaves more variance than its mean would. That slopes are
-/// masked, and not heights, leaves out `h ∇m`.
+/// Moments of slopes multiplied by an independent mask: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`. `mask`: `E[m]` and `E[m²]`,
+/// so a filtered mask keeps more variance than its mean alone would. Masking slopes instead of heights neglects `h ∇m`.
 pub fn mask_moments(a: SlopeMoments, mask: DVec2) -> SlopeMoments {
     SlopeMoments { first: a.first * mask.x, second: a.second * mask.y }
 }
 
-/// Moments after heights are multiplied by `eta` (LEADR 4.2, Height Scaling).
+/// Moments after multiplying heights by `eta` (LEADR 4.2, Height Scaling).
 pub fn scale_moments(a: SlopeMoments, eta: f64) -> SlopeMoments {
     SlopeMoments { first: a.first * eta, second: a.second * (eta * eta) }
 }
 
-/// Moments after a plane of slope `shear` is added to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The
-/// mixed terms are easy to forget. The covariance does not change.
+/// Moments after adding a plane of slope `shear` to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The covariance does not
+/// change.
 pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
     add_moments(a, moments_of_slope(shear))
 }
 
-/// Moments in another frame, in which slopes are `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and
-/// Shearing". `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from
-/// tangents.
+/// Moments in another frame with slopes `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and Shearing". `linear` is the
+/// transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from tangents.
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
-/// Moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing
-/// 3.7).
+/// Moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
 pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }
@@ -132,7 +125,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// A height field of a few waves and its exact slope; not Gaussian, not isotropic, not centred.
+    /// A sum of waves and its exact slope; not Gaussian, isotropic or centred.
     struct Waves([[f64; 4]; 4]);
 
     const COARSE: Waves =
@@ -155,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Uniform points of `[0, 1]²`.
+    /// Uniform points in `[0, 1]²`.
     fn points(seed: u64, n: usize) -> impl Iterator<Item = DVec2> {
         let mut random = Random(seed);
         (0..n).map(move |_| DVec2::new(random.unit(), random.unit()))
@@ -177,8 +170,7 @@ mod tests {
 
     const N: usize = 200_000;
 
-    /// Scale, shear, change of frame and mixture give the same moments whether applied to the samples or to their
-    /// moments, to rounding.
+    /// Scale, shear, change of frame and mixture give the same moments, to rounding, whether applied to samples or to moments.
     #[test]
     fn deterministic_operations_are_those_of_the_samples() {
         let all = || points(1, N).map(|p| COARSE.slope(p));
@@ -199,7 +191,7 @@ mod tests {
             println!("{what}: {error:.1e}");
             assert!(error < 1e-12, "{what}: {derived:?} instead of {sampled:?}");
         }
-        // The test would notice if the shear's cross term were missing.
+        // Without the shear's cross term the error must be large.
         let forgotten = SlopeMoments {
             first: moments.first + shear,
             second: moments.second + DVec3::new(shear.x * shear.x, shear.y * shear.y, shear.x * shear.y),
@@ -207,11 +199,11 @@ mod tests {
         assert!(distance(forgotten, shear_moments(moments, shear)) > 0.1);
     }
 
-    /// Two layers sampled at independent places: the moments of their sum agree within five standard errors.
+    /// Two layers sampled at independent points: the moments of their sum agree within five standard errors.
     #[test]
     fn layers_add_as_sampled_surfaces_do() {
         let n = 4 * N;
-        // A tilt of its own; without it the mixed terms would hardly matter.
+        // The tilt makes the mixed terms significant.
         let fine_slope = |p| FINE.slope(p) + DVec2::new(0.4, -0.3);
         let (coarse, fine) = (mean(points(2, n).map(|p| COARSE.slope(p))), mean(points(3, n).map(fine_slope)));
         let sum = || points(2, n).zip(points(3, n)).map(|(p, q)| COARSE.slope(p) + fine_slope(q));
@@ -219,16 +211,16 @@ mod tests {
         let fourth = sum().map(|x| x.length_squared().powi(2)).sum::<f64>() / n as f64;
         let standard_error = (fourth / n as f64).sqrt();
         let error = distance(sampled, derived);
-        println!("layers: off by {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
+        println!("layers: error {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
         assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
-        // The order of the thesis's listing 5.1, means first, causes a much larger error.
+        // The order of the thesis's listing 5.1, means first, gives a much larger error.
         let p = coarse.first + fine.first;
         let listing = coarse.second.x + fine.second.x + 2.0 * p.x * fine.first.x;
         println!("listing 5.1: {listing:.4} instead of {:.4}", derived.second.x);
         assert!((listing - derived.second.x).abs() > 20.0 * standard_error);
     }
 
-    /// A base, and a detail where a mask has it: the moments of the sum at independent places.
+    /// A base plus masked detail, sampled at independent points.
     #[test]
     fn masked_layers_add_as_sampled_surfaces_do() {
         let n = 4 * N;
@@ -237,21 +229,21 @@ mod tests {
         let (coarse, fine) = (mean(points(2, n).map(|p| COARSE.slope(p))), mean(points(3, n).map(fine_slope)));
         let of_mask = points(5, n).map(mask).fold(DVec2::ZERO, |sum, m| sum + DVec2::new(m, m * m)) / n as f64;
         let sum = || {
-            let places = points(2, n).zip(points(3, n)).zip(points(5, n));
-            places.map(|((p, q), r)| COARSE.slope(p) + mask(r) * fine_slope(q))
+            let triples = points(2, n).zip(points(3, n)).zip(points(5, n));
+            triples.map(|((p, q), r)| COARSE.slope(p) + mask(r) * fine_slope(q))
         };
         let (sampled, derived) = (mean(sum()), add_moments(coarse, mask_moments(fine, of_mask)));
         let fourth = sum().map(|x| x.length_squared().powi(2)).sum::<f64>() / n as f64;
         let standard_error = (fourth / n as f64).sqrt();
         let error = distance(sampled, derived);
-        println!("masked layers: off by {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
+        println!("masked layers: error {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
         assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
-        // The square of the mean is not the mean of the square.
+        // Using the squared mean of the mask gives a large error.
         let naive = add_moments(coarse, scale_moments(fine, of_mask.x));
         assert!(distance(sampled, naive) > 20.0 * standard_error);
     }
 
-    /// A base roughness is an independent layer of Gaussian slopes; so is a distribution given by mean and covariance.
+    /// A base roughness is an independent layer of Gaussian slopes, and so is a distribution given by mean and covariance.
     #[test]
     fn roughness_is_a_layer() {
         let alpha = 0.4;
@@ -271,7 +263,7 @@ mod tests {
         assert!(distance(layer, derived) < 1e-15);
     }
 
-    /// Heights, normals and slopes of one surface are equivalent inputs, even in a frame that stretches and shears.
+    /// Heights, normals and slopes of one surface agree, even in a frame that stretches and shears.
     #[test]
     fn inputs_agree() {
         let jacobian = DMat2::from_cols_array(&[0.9, 0.3, -0.5, 1.4]); // (s, t) by (x, y)
@@ -285,7 +277,7 @@ mod tests {
             };
             let central = slope_of_heights(around(&|q| COARSE.height(q), p), DVec2::splat(d));
             assert!((central - slope).length() < 1e-6, "{central} instead of {slope}");
-            // The deformed surface, from its own heights.
+            // The deformed surface from its own heights.
             let deformed =
                 slope_of_heights(around(&|q| COARSE.height(jacobian * q), jacobian.inverse() * p), DVec2::splat(d));
             let mapped = map_moments(jacobian.transpose(), moments_of_slope(slope));
@@ -293,7 +285,7 @@ mod tests {
         }
     }
 
-    /// The four corners of a cell together are its triangles, found here from points on them.
+    /// The four corners of a cell match point samples on its triangles.
     #[test]
     fn corners_of_a_cell_are_its_triangles() {
         let mut random = Random(9);
@@ -309,7 +301,7 @@ mod tests {
                 let n = (at(q) - at(p)).cross(at(r) - at(p));
                 -n.truncate() / n.z
             };
-            // Two points in each of 16 squares, on either side of the diagonal that would halve the square.
+            // Two points in each of 16 squares, one on each side of the square's diagonal.
             let mut quarters = [(); 4].map(|()| Vec::new());
             for k in 0..16 {
                 let (column, row) = (f64::from(k % 4), f64::from(k / 4));

@@ -1,8 +1,8 @@
-//! A detail normal on a base normal, both of normal maps: the ways that engines blend them.
+//! Blending of a detail normal with a base normal, both from normal maps.
 //!
-//! With `x_b`, `x_d` the slopes of base and detail, relief upon relief has the slope `x_b + x_d`: heights add
-//! ([`blend_partial_derivatives`]; layers of LEADR maps do the same, [`add_moments`](super::moments::add_moments)). A detail that lies *on* the base, its frame turned with it, is a
-//! rotation ([`blend_reoriented`]). For slopes of size ε:
+//! Let `x_b`, `x_d` be the slopes of base and detail. If heights add, the slope is `x_b + x_d` ([`blend_partial_derivatives`]; layers of
+//! LEADR maps do the same, [`add_moments`](super::moments::add_moments)). If the detail lies *on* the base and its frame rotates with it,
+//! the blend is a rotation ([`blend_reoriented`]). For slopes of size ε:
 //!
 //! | blend | slope, less `x_b + x_d` | flat base gives the detail | flat detail gives the base |
 //! |---|---|---|---|
@@ -13,50 +13,51 @@
 //! | UDN | ε³ | no, it is flattened | yes |
 //! | linear | ε: half of the sum | no | no |
 //!
-//! All are finite for all finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`; what happens to others is said at each.
+//! All are finite for all finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`; each function
+//! documents its other inputs.
 
 use glam::DVec3;
 
-/// `n` at length 1; straight up if it has none.
+/// `n` normalised; z if it has no direction.
 fn unit(n: DVec3) -> DVec3 {
     let length = n.length();
     if length > 1e-12 { n / length } else { DVec3::Z }
 }
 
-/// Reoriented normal mapping: the shortest rotation that takes z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012).
-/// Any unit vectors, except a base that points straight down: then `detail` upside down.
+/// Reoriented normal mapping: the shortest rotation from z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012). Any unit
+/// vectors; a base along −z negates `detail`.
 pub fn blend_reoriented(base: DVec3, detail: DVec3) -> DVec3 {
     let t = base + DVec3::Z;
     let u = detail * DVec3::new(-1.0, -1.0, 1.0);
-    // t.z = |t|²/2: two reflections.
+    // With t.z = |t|²/2, the rotation is two reflections.
     unit(t * (2.0 * t.dot(u) / t.length_squared().max(1e-12)) - u)
 }
 
-/// Whiteout blending: offsets add, heights multiply. Normals below the horizon are on it.
+/// Whiteout blending: offsets add, heights multiply. Normals below the horizon are clamped to it.
 pub fn blend_whiteout(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0) * detail.z.max(0.0)))
 }
 
-/// UDN blending: the detail's offsets on the base's. Normals below the horizon are on it.
+/// UDN blending: adds the detail's offsets to the base. Normals below the horizon are clamped to it.
 pub fn blend_udn(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0)))
 }
 
-/// BlendXY: offsets add, and z follows from length 1 (Chan 2018, Algorithm 4). Offsets longer than 1, which no unit normal has, are shortened to it; Chan's
-/// `max(…, 0)` leaves such normals longer than 1.
+/// BlendXY: offsets add, and z follows from unit length (Chan 2018, Algorithm 4). Offsets longer than 1 are shortened to 1; Chan's `max(…,
+/// 0)` leaves such normals longer than 1.
 pub fn blend_xy(base: DVec3, detail: DVec3) -> DVec3 {
     let xy = base.truncate() + detail.truncate();
     let square = xy.length_squared();
     if square >= 1.0 { (xy / square.sqrt()).extend(0.0) } else { xy.extend((1.0 - square).sqrt()) }
 }
 
-/// Adds slopes, as relief upon relief does. Normals below the horizon are on it.
+/// Adds slopes, as for summed heights. Normals below the horizon are clamped to it.
 pub fn blend_partial_derivatives(base: DVec3, detail: DVec3) -> DVec3 {
     let (b, d) = (base.z.max(0.0), detail.z.max(0.0));
     unit((base.truncate() * d + detail.truncate() * b).extend(b * d))
 }
 
-/// The mean of both normals, which is half as steep as either alone. Opposite normals give straight up.
+/// The mean of both normals, half as steep as either alone. Opposite normals give z.
 pub fn blend_linear(base: DVec3, detail: DVec3) -> DVec3 {
     unit(base + detail)
 }
@@ -98,7 +99,7 @@ mod tests {
         assert!((sum - b - d).length() < 1e-12);
     }
 
-    /// The error against the sum of slopes falls with the cube of their size, except that of the linear blend.
+    /// The error relative to the slope sum falls with the cube of the slopes, except for the linear blend.
     #[test]
     fn orders_of_the_blends() {
         let (b, d) = (DVec2::new(0.8, -0.5), DVec2::new(0.3, 0.4));

@@ -1,36 +1,33 @@
-//! How a texel stores its slope moments: LEADR (all of them), LEAN (in fixed point), CLEAN (one variance only).
+//! Texel formats of slope moments: LEADR (all moments), LEAN (fixed point), CLEAN (one variance).
 //!
-//! CLEAN keeps the two means and a single number for the roughness, so it must choose one slope variance:
+//! CLEAN stores two means and one roughness value, which must represent one slope variance:
 //!
-//! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean
-//!   of the two principal variances: too small along the major axis by up to one half.
-//! * [`pack_clean_major`] (thesis 3.3, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is
-//!   the larger principal variance at the texel itself, but filtering between texels adds only half of how their means
-//!   differ.
-//! * [`pack_clean_conservative`] (this project) stores `|m|² + λ` and reads back `third − |m|²`. This is the larger
-//!   principal variance at the texel, and never too small anywhere between.
+//! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean of the two
+//!   principal variances: too small along the major axis by up to one half.
+//! * [`pack_clean_major`] (thesis 3.3, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is the larger principal
+//!   variance at the texel itself, but filtering between texels adds only half of the variance of their means.
+//! * [`pack_clean_conservative`] (this project) stores `|m|² + λ` and reads back `third − |m|²`. This is the larger principal variance at
+//!   the texel, and is never too small between texels.
 //!
-//! Here `λ` is the larger eigenvalue of the texel's covariance. Why the last form holds: under weights `w` the
-//! covariance is `Σ w S_i + B`, where `B` is the covariance of the texels' means. The form reads back `Σ w λ_i + tr B`,
-//! and the variance in any direction is at most `Σ w λ_i + λ(B)`. The second form reads back only half the trace, which
-//! can be too small: two texels with different means are enough.
+//! Here `λ` is the larger eigenvalue of the texel's covariance. Proof for the last form: under weights `w` the covariance is `Σ w S_i +
+//! B`, where `B` is the covariance of the texels' means. The form reads back `Σ w λ_i + tr B`, and the variance in any direction is at
+//! most `Σ w λ_i + λ(B)`. The second form reads back only half the trace, which is already too small for two texels with different means.
 
 use super::moments::SlopeMoments;
 use super::statistics::outer_square;
 use glam::{DVec2, DVec3};
 
-/// Variances of `s` along its principal axes: the larger and the smaller, ≥ 0 (half the squared radii of the ellipse of
-/// thesis 2.3).
+/// Principal variances of `s`: the larger and the smaller, ≥ 0 (half the squared radii of the ellipse of thesis 2.3).
 pub fn principal_variances(s: DVec3) -> DVec2 {
     let (mean, half) = (0.5 * (s.x + s.y), 0.5 * (s.x - s.y));
     let major = mean + (half * half + s.z * s.z).sqrt();
-    // The smaller from the determinant, which avoids the difference of nearly equal numbers when it is small.
+    // The determinant gives the smaller one without the cancellation of nearly equal numbers.
     let minor = (s.x * s.y - s.z * s.z).max(0.0) / major.max(1e-30);
     DVec2::new(major, minor)
 }
 
-/// The larger principal variance of moments. Not of the clamped covariance: clamping holds its correlation below 1,
-/// which makes the major axis of ridges 6e-5 too short.
+/// The larger principal variance of moments, from the unclamped covariance: clamping limits the correlation, which shortens the major axis
+/// of ridges by 6e-5.
 fn major_variance(a: SlopeMoments) -> f64 {
     let s = a.second - outer_square(a.first);
     principal_variances(DVec3::new(s.x.max(0.0), s.y.max(0.0), s.z)).x
@@ -46,10 +43,10 @@ pub fn unpack_leadr(a: [f64; 4], b: [f64; 2]) -> (SlopeMoments, f64) {
     (SlopeMoments { first: DVec2::new(a[0], a[1]), second: DVec3::new(a[2], a[3], b[0]) }, b[1])
 }
 
-/// Moments as five fractions of `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased;
-/// slopes are in units of `limit` > 0, the steepest slope that can be stored.
+/// Moments as five fractions in `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased; slopes are in
+/// units of `limit` > 0, the steepest slope that can be stored.
 ///
-/// Steeper slopes must be shortened before their moments are taken; a texel that breaks this rule is clamped.
+/// Clamp steeper slopes before computing moments; otherwise the packed texel is clamped.
 pub fn pack_lean(a: SlopeMoments, limit: f64) -> [f64; 5] {
     let (first, second) = (a.first / limit, a.second / (limit * limit));
     [0.5 + 0.5 * first.x, 0.5 + 0.5 * first.y, second.x, second.y, 0.5 + 0.5 * second.z].map(|v| v.clamp(0.0, 1.0))
@@ -64,11 +61,11 @@ pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
     }
 }
 
-/// Largest error of a variance or covariance after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits),
-/// rounded to nearest. A glossier surface than this cannot be stored. Add the error to the variances to avoid aliasing.
+/// Largest error of a variance or covariance after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits), rounded to nearest.
+/// Glossier surfaces cannot be stored. Add the error to the variances to avoid aliasing.
 ///
-/// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one by
-/// `q·limit²`), and the product of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
+/// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one by `q·limit²`), and the product
+/// of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
 pub fn lean_error(limit: f64, levels: f64) -> f64 {
     let q = 1.0 / levels;
     (3.0 + q) * q * limit * limit
@@ -79,8 +76,8 @@ pub fn pack_clean(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.second.x + a.second.y)
 }
 
-/// The thesis's untested proposal: the third number is chosen so that [`clean_covariance`] gives the larger principal
-/// variance. Computed per mip level from all five moments. Not conservative between texels: see the module.
+/// The thesis's untested proposal: [`clean_covariance`] then gives the larger principal variance. Computed per mip level from all five
+/// moments. Not conservative between texels; see the module.
 pub fn pack_clean_major(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + 2.0 * major_variance(a))
 }
@@ -91,8 +88,8 @@ pub fn clean_covariance(p: DVec3) -> DVec3 {
     DVec3::new(variance, variance, 0.0)
 }
 
-/// The conservative CLEAN map of this project: mean slope and `|m|² + λ`. Computed per mip level from all five moments;
-/// any linear filter may follow.
+/// This project's conservative CLEAN map: mean slope and `|m|² + λ`. Computed per mip level from all five moments; any linear filter may
+/// follow.
 pub fn pack_clean_conservative(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + major_variance(a))
 }
@@ -111,7 +108,7 @@ mod tests {
 
     const SIZE: usize = 64;
 
-    /// Slopes of a sampled surface at the texels of level 0, from a height field on `[0, 1]²`.
+    /// Slopes at the texels of level 0, sampled from a height field on `[0, 1]²`.
     fn sampled(height: impl Fn(f64, f64) -> f64) -> Vec<DVec2> {
         let d = 1e-5;
         let at = |i: usize| (i as f64 + 0.5) / SIZE as f64;
@@ -121,7 +118,7 @@ mod tests {
         (0..SIZE * SIZE).map(|i| slope(at(i % SIZE), at(i / SIZE))).collect()
     }
 
-    /// Ridges, facets, bumps and steps: anisotropic, bimodal, rotating, sparse.
+    /// Anisotropic, bimodal, rotating and sparse surfaces: ridges, facets, bumps and steps.
     fn surfaces() -> Vec<(&'static str, Vec<DVec2>)> {
         vec![
             ("ridges", sampled(|x, y| 0.02 * (TAU * (9.3 * x + 4.1 * y)).sin())),
@@ -157,7 +154,7 @@ mod tests {
             .collect()
     }
 
-    /// The four texels of a bilinear fetch at `(x, y)` in texels of the level, and their weights; wraps.
+    /// The four texels and weights of a bilinear fetch at `(x, y)`, in texels of the level; wraps.
     fn fetch(n: usize, x: f64, y: f64) -> [(usize, f64); 4] {
         let (x, y) = (x - 0.5, y - 0.5);
         let (i, j, u, v) = (x.floor(), y.floor(), x - x.floor(), y - y.floor());
@@ -170,7 +167,7 @@ mod tests {
         ]
     }
 
-    /// Covariance over the same footprint, from the samples themselves and about their mean, without moments.
+    /// Covariance over the same footprint, directly from the samples about their mean.
     fn exact(slopes: &[DVec2], level: u32, texels: &[(usize, f64); 4]) -> DVec3 {
         let block = 1 << level;
         let n = SIZE / block;
@@ -187,8 +184,7 @@ mod tests {
             .sum()
     }
 
-    /// Every form of CLEAN on every mip level, at texels and between them. The conservative form is never too small in
-    /// any direction; the others are shown to be.
+    /// Every CLEAN form on every mip level, at texels and between them. Only the conservative form is never too small.
     #[test]
     fn clean_against_sampled_surfaces() {
         type Form = (&'static str, fn(SlopeMoments) -> DVec3, fn(DVec3) -> DVec3);
@@ -197,8 +193,8 @@ mod tests {
             ("major (thesis)", pack_clean_major, clean_covariance),
             ("conservative", pack_clean_conservative, clean_conservative_covariance),
         ];
-        println!("variance of the form over the largest variance of the samples, and how often it is less");
-        // Per form: shortfalls at texel centres and between them.
+        println!("variance of the form relative to the samples' largest variance, and number of underestimates");
+        // Number of underestimates per form, at texel centres and between them.
         let mut short = [[0; 2]; 3];
         let mut total = [0; 2];
         let mut excess = [[0.0; 2]; 3];
@@ -210,7 +206,7 @@ mod tests {
                         let packed = level(&slopes, lod, pack);
                         let side = SIZE >> lod;
                         for i in 0..64 {
-                            // A low-discrepancy walk over the level.
+                            // A low-discrepancy sequence over the level.
                             let p = DVec2::new(0.7549 * f64::from(i), 0.5698 * f64::from(i)).fract() * side as f64;
                             let p = if between { p } else { p.floor() + 0.5 };
                             let texels = fetch(side, p.x, p.y);
@@ -226,10 +222,10 @@ mod tests {
                             under += u32::from(ratio < 1.0 - 1e-9);
                         }
                     }
-                    let place = if between { "between texels" } else { "at texels" };
+                    let location = if between { "between texels" } else { "at texels" };
                     let mean = sum / f64::from(n);
                     println!(
-                        "{surface:10} {name:14} {place:14}: {low:.3} .. {high:.3}, mean {mean:.3}; {under} of {n} short"
+                        "{surface:10} {name:14} {location:14}: {low:.3} .. {high:.3}, mean {mean:.3}; {under} of {n} too small"
                     );
                     short[k][usize::from(between)] += under;
                     excess[k][usize::from(between)] += sum - f64::from(n);
@@ -241,20 +237,20 @@ mod tests {
         }
         for (k, (name, ..)) in forms.iter().enumerate() {
             println!(
-                "{name}: short {:?} of {total:?}, mean error {:+.1} % at texels, {:+.1} % between",
+                "{name}: too small {:?} of {total:?}, mean error {:+.1} % at texels, {:+.1} % between",
                 short[k],
                 100.0 * excess[k][0] / f64::from(total[0]),
                 100.0 * excess[k][1] / f64::from(total[1])
             );
         }
-        assert_eq!(short[2], [0, 0], "the conservative form fell short");
-        assert_eq!(short[1][0], 0, "the thesis's form holds at the texels themselves");
-        assert!(short[1][1] > total[1] / 20, "and fails between them");
-        assert!(short[0][0] > total[0] / 2, "the usual form falls short");
-        assert!(excess[2][1] / f64::from(total[1]) < 0.6, "safe by being far too wide is no use");
+        assert_eq!(short[2], [0, 0], "the conservative form must never be too small");
+        assert_eq!(short[1][0], 0, "the thesis's form must be conservative at texels");
+        assert!(short[1][1] > total[1] / 20, "the thesis's form must fail between texels");
+        assert!(short[0][0] > total[0] / 2, "the usual form must be too small at most texels");
+        assert!(excess[2][1] / f64::from(total[1]) < 0.6, "the conservative form must not be much too wide");
     }
 
-    /// Fixed point: every covariance is within the stated bound, and the bound is tight (half of it is reached).
+    /// Fixed point: every covariance is within the bound, and reaches at least half of it.
     #[test]
     fn lean_in_fixed_point() {
         for (bits, levels) in [(8, 255.0), (16, 65535.0)] {
@@ -278,13 +274,13 @@ mod tests {
                     }
                 }
             }
-            println!("{bits} bits: off by {worst:.1e} at most, bound {bound:.1e} (alpha {:.3})", (2.0 * bound).sqrt());
+            println!("{bits} bits: largest error {worst:.1e}, bound {bound:.1e} (alpha {:.3})", (2.0 * bound).sqrt());
             assert!(worst <= bound && worst > 0.2 * bound);
         }
     }
 
     #[test]
-    fn packings_keep_what_they_promise() {
+    fn packing_errors_stay_within_bounds() {
         let a = SlopeMoments { first: DVec2::new(0.4, -0.2), second: DVec3::new(0.5, 0.3, -0.15) };
         let (p, q) = pack_leadr(a, 0.7);
         assert_eq!(unpack_leadr(p, q), (a, 0.7));

@@ -1,51 +1,52 @@
-//! Tiling by example: a map that repeats becomes one that does not, with the same mean and covariance (Heitz and Neyret 2018,
-//! *High-Performance By-Example Noise using a Histogram-Preserving Blending Operator*, with their linear, variance-preserving
-//! operator; Burley 2019 on sharper weights).
+//! Tiling by example: turns a repeating map into a non-repeating one of the same mean and covariance (Heitz and Neyret 2018,
+//! *High-Performance By-Example Noise using a Histogram-Preserving Blending Operator*, with their linear, variance-preserving operator;
+//! Burley 2019 on sharper weights).
 //!
-//! A lattice of triangles lies over the texture coordinates. Each of its corners shows the map somewhere else, by a hash of its
-//! number: a *look*. A place sees the looks of the three corners around it, blended about the mean `m` of the map,
+//! A triangle lattice covers the texture coordinates. Each corner shows a *variant*: the map at an offset hashed from the corner's index.
+//! Each point blends the variants of the three corners around it about the map's mean `m`,
 //!
 //! `h = m + Σ Wᵢ (hᵢ − m)`, `Σ Wᵢ² = 1`,
 //!
-//! so that the variance is that of one look wherever it is: looks know nothing of each other. So for slopes, whose mean under a
-//! footprint is `Σ Wᵢ E[∇hᵢ] + Σ (hᵢ − m) ∇Wᵢ`, and their covariance `Σ Wᵢ² Cᵢ`: LEADR moments blend in closed form at every level.
+//! so the variance equals that of one variant everywhere, as variants are independent. The same holds for slopes. Their mean under a
+//! footprint is `Σ Wᵢ E[∇hᵢ] + Σ (hᵢ − m) ∇Wᵢ`, and their covariance is `Σ Wᵢ² Cᵢ`. LEADR moments therefore blend in closed form at every
+//! level.
 //!
-//! **Sharpness.** Weights that follow barycentric coordinates would lay three looks over each other almost everywhere, which blurs
-//! features and makes every distribution Gaussian. Here a corner counts from [`LEAST_LOOK`] of the barycentric coordinates on:
-//! more than half of the surface shows one look unchanged, a hundredth shows three. The price is that weights change faster, and
-//! `(hᵢ − m) ∇Wᵢ` is a slope that no look has. Its variance is 23.4 times that of the heights for edges of the lattice of length 1: .5 % of
-//! that of the slopes of fine soil, a quarter of that of bumps a tenth of a repeat wide. It is there to be seen, and counted.
+//! **Sharpness.** Barycentric weights would blend three variants almost everywhere, which blurs features and makes every distribution
+//! Gaussian. Here a corner has weight only above the barycentric coordinate [`VARIANT_THRESHOLD`]: more than half of the surface shows one
+//! variant unchanged, and 1 % shows three. In exchange, weights change faster, and `(hᵢ − m) ∇Wᵢ` adds a slope that no variant has. For
+//! lattice edges of length 1 its variance is 23.4 times that of the heights: .5 % of the slope variance for fine soil, and a quarter for
+//! bumps a tenth of a repeat wide. It is visible, so the moments include it.
 
 use glam::{DMat2, DVec2, IVec2};
 
 use super::moments::SlopeMoments;
 use super::statistics::outer_square;
 
-/// The barycentric coordinate from which on the look of a corner is seen.
-pub const LEAST_LOOK: f64 = 0.3;
+/// Barycentric coordinate above which a corner's variant is visible.
+pub const VARIANT_THRESHOLD: f64 = 0.3;
 
-/// Looks are moved by whole multiples of this part of a repeat: by whole texels of maps whose sides are powers of two.
+/// Variants are offset by multiples of one repeat divided by this: by whole texels for maps with power-of-two sides.
 const STEPS: f64 = 4096.0;
 
-/// A look that a place sees.
+/// A variant visible at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Look {
+pub struct TilingVariant {
     /// The corner of the lattice.
     pub corner: IVec2,
-    /// How much of it is seen; the squares of all sum to one.
+    /// Blend weight; the squares of all weights sum to one.
     pub weight: f64,
-    /// How the weight changes by texture coordinate.
+    /// Gradient of the weight by texture coordinate.
     pub slope: DVec2,
 }
 
-/// The looks at a place in descending order of their weights. `cells`: edges of the lattice along one repeat of the map.
-pub fn tiling_looks(texcoord: DVec2, cells: f64) -> [Look; 3] {
-    // To coordinates in which the triangles are halves of unit squares.
+/// The variants at a point in descending order of weight. `cells`: lattice edges along one repeat of the map.
+pub fn tiling_variants(texcoord: DVec2, cells: f64) -> [TilingVariant; 3] {
+    // Skew so that triangles are halves of unit squares.
     let skew = DMat2::from_cols_array(&[1.0, 0.0, -0.577_350_269_189_625_8, 1.154_700_538_379_251_5]) * cells;
     let at = skew * texcoord;
     let (low, inside) = (at.floor(), at - at.floor());
     let upper = inside.x + inside.y >= 1.0;
-    // Of each corner where it lies, its barycentric coordinate, and how that changes by `at`.
+    // Position, barycentric coordinate and its gradient by `at`, per corner.
     let side = if upper { -1.0 } else { 1.0 };
     let local = if upper { 1.0 - inside } else { inside };
     let first = if upper { IVec2::ONE } else { IVec2::ZERO };
@@ -56,21 +57,21 @@ pub fn tiling_looks(texcoord: DVec2, cells: f64) -> [Look; 3] {
         (corner + first + IVec2::X * step, local.x, DVec2::X * side),
         (corner + first + IVec2::Y * step, local.y, DVec2::Y * side),
     ];
-    let mut looks = around.map(|(corner, share, slope)| {
-        let seen = (share - LEAST_LOOK).max(0.0);
-        Look { corner, weight: seen * seen, slope: skew.transpose() * slope * (2.0 * seen) }
+    let mut variants = around.map(|(corner, share, slope)| {
+        let seen = (share - VARIANT_THRESHOLD).max(0.0);
+        TilingVariant { corner, weight: seen * seen, slope: skew.transpose() * slope * (2.0 * seen) }
     });
-    let length = looks.iter().map(|look| look.weight * look.weight).sum::<f64>().sqrt();
-    let along = looks.iter().map(|look| look.slope * (look.weight / length)).sum::<DVec2>();
-    for look in &mut looks {
-        look.weight /= length;
-        look.slope = (look.slope - along * look.weight) / length;
+    let length = variants.iter().map(|variant| variant.weight * variant.weight).sum::<f64>().sqrt();
+    let along = variants.iter().map(|variant| variant.slope * (variant.weight / length)).sum::<DVec2>();
+    for variant in &mut variants {
+        variant.weight /= length;
+        variant.slope = (variant.slope - along * variant.weight) / length;
     }
-    looks.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    looks
+    variants.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    variants
 }
 
-/// Two numbers from 0 to 1 that belong to a corner (Jarzynski and Olano 2020, `pcg2d`).
+/// Hash of a corner (Jarzynski and Olano 2020, `pcg2d`).
 fn corner_hash(corner: IVec2) -> [u32; 2] {
     let mix = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     let [mut x, mut y] = [mix(corner.x as u32), mix(corner.y as u32)];
@@ -83,33 +84,34 @@ fn corner_hash(corner: IVec2) -> [u32; 2] {
     [x ^ (x >> 16), y ^ (y >> 16)]
 }
 
-/// By how much of a repeat a corner's look at the map is moved.
-pub fn look_offset(corner: IVec2) -> DVec2 {
+/// Offset of a corner's variant in the map, as a fraction of one repeat.
+pub fn variant_offset(corner: IVec2) -> DVec2 {
     let [x, y] = corner_hash(corner).map(|bits| f64::from(bits >> 20));
     DVec2::new(x, y) / STEPS
 }
 
-/// Part of what differs from the mean that is left of looks as coarse as `lod` texels, as a power of two, of a map of `size` texels along a
-/// repeat: footprints as wide as the lattice average over looks, and then nothing is left.
+/// Remaining share of a variant's difference from the mean at `lod`, a power of two in texels, for a map of `size` texels per repeat. A
+/// footprint as wide as the lattice averages over variants, so the share is 0.
 pub fn tiling_fade(lod: f64, size: f64, cells: f64) -> f64 {
     let t = ((size / cells).max(1.0).log2() + 1.0 - lod).clamp(0.0, 2.0) / 2.0;
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Where a texel of `lod` is so coarse that no eye tells a seam from the texels, the foremost look takes the place of the others: squares
-/// still sum to one, and most footprints need one look.
-pub fn merged_looks(looks: [Look; 3], lod: f64) -> [Look; 3] {
+/// Merges variants at a coarse `lod`, where seams are invisible among the texels. The foremost variant replaces the others. Squares still
+/// sum to one, and most footprints need one variant.
+pub fn merged_variants(variants: [TilingVariant; 3], lod: f64) -> [TilingVariant; 3] {
     let left = 1.0 - ((lod - 3.0) / 1.5).clamp(0.0, 1.0);
-    let [mut a, b, c] = looks.map(|look| Look { weight: look.weight * left, slope: look.slope * left, ..look });
+    let [mut a, b, c] =
+        variants.map(|variant| TilingVariant { weight: variant.weight * left, slope: variant.slope * left, ..variant });
     a.weight = (1.0 - b.weight * b.weight - c.weight * c.weight).max(0.0).sqrt();
     [a, b, c]
 }
 
-/// Adds a look of such moments to the mean slope and the covariance of a blend. `part`: [`tiling_fade`]; what it takes from the mean
-/// slopes is in the covariance.
-pub fn add_look(blend: SlopeMoments, look: SlopeMoments, weight: f64, part: f64) -> SlopeMoments {
-    let mean = look.first * part;
-    let covariance = look.second - outer_square(mean);
+/// Adds the moments of a variant to the mean slope and covariance of a blend. `part`: [`tiling_fade`]; the covariance receives what it
+/// removes from the mean slopes.
+pub fn add_variant(blend: SlopeMoments, variant: SlopeMoments, weight: f64, part: f64) -> SlopeMoments {
+    let mean = variant.first * part;
+    let covariance = variant.second - outer_square(mean);
     SlopeMoments { first: blend.first + mean * weight, second: blend.second + covariance * (weight * weight) }
 }
 
@@ -121,51 +123,58 @@ mod tests {
 
     const CELLS: f64 = 2.5;
 
-    fn places() -> impl Iterator<Item = DVec2> {
+    fn points() -> impl Iterator<Item = DVec2> {
         let mut r = Random::stream(3, 0);
         (0..20_000).map(move |_| DVec2::new(r.range(-900.0, 900.0), r.range(-900.0, 900.0)))
     }
 
-    /// The weight that a place gives each corner.
+    /// Weight of a corner at a point.
     fn weight_of(corner: IVec2, at: DVec2) -> f64 {
-        tiling_looks(at, CELLS).into_iter().find(|look| look.corner == corner).map_or(0.0, |look| look.weight)
+        tiling_variants(at, CELLS)
+            .into_iter()
+            .find(|variant| variant.corner == corner)
+            .map_or(0.0, |variant| variant.weight)
     }
 
     #[test]
     fn squares_of_weights_sum_to_one_everywhere() {
-        let mut looks_seen = [0.0; 4];
-        for at in places() {
-            let looks = tiling_looks(at, CELLS);
-            assert!((looks.iter().map(|look| look.weight * look.weight).sum::<f64>() - 1.0).abs() < 1e-12);
-            assert!(looks[0].weight >= looks[1].weight && looks[1].weight >= looks[2].weight);
-            looks_seen[looks.iter().filter(|look| look.weight > 0.0).count()] += 1.0 / 20_000.0;
+        let mut variants_seen = [0.0; 4];
+        for at in points() {
+            let variants = tiling_variants(at, CELLS);
+            assert!((variants.iter().map(|variant| variant.weight * variant.weight).sum::<f64>() - 1.0).abs() < 1e-12);
+            assert!(variants[0].weight >= variants[1].weight && variants[1].weight >= variants[2].weight);
+            variants_seen[variants.iter().filter(|variant| variant.weight > 0.0).count()] += 1.0 / 20_000.0;
         }
-        // Of the triangle, six squares of the least share show one look, and a triangle of less than three of them three.
-        assert!(f64::abs(looks_seen[1] - 0.54) < 0.02 && f64::abs(looks_seen[3] - 0.01) < 0.003, "{looks_seen:?}");
+        // Areas of a triangle: six squares of the least share show one variant, and less than three triangles of it show three.
+        assert!(
+            f64::abs(variants_seen[1] - 0.54) < 0.02 && f64::abs(variants_seen[3] - 0.01) < 0.003,
+            "{variants_seen:?}"
+        );
     }
 
     #[test]
-    fn weights_change_as_they_say_and_never_jump() {
-        for at in places().take(2_000) {
-            for look in tiling_looks(at, CELLS) {
+    fn weight_derivatives_match_and_are_continuous() {
+        for at in points().take(2_000) {
+            for variant in tiling_variants(at, CELLS) {
                 let step = 1e-6;
                 let change = |by: DVec2| {
-                    (weight_of(look.corner, at + by * step) - weight_of(look.corner, at - by * step)) / (2.0 * step)
+                    (weight_of(variant.corner, at + by * step) - weight_of(variant.corner, at - by * step))
+                        / (2.0 * step)
                 };
                 let slope = DVec2::new(change(DVec2::X), change(DVec2::Y));
                 assert!(
-                    (slope - look.slope).length() < 1e-3 * (1.0 + look.slope.length()),
+                    (slope - variant.slope).length() < 1e-3 * (1.0 + variant.slope.length()),
                     "{at} {slope} {}",
-                    look.slope
+                    variant.slope
                 );
             }
         }
     }
 
     #[test]
-    fn looks_are_spread_evenly_and_know_nothing_of_their_neighbours() {
+    fn variant_offsets_are_uniform_and_independent() {
         let n = 200;
-        let offset = |x: i32, y: i32| look_offset(IVec2::new(x, y));
+        let offset = |x: i32, y: i32| variant_offset(IVec2::new(x, y));
         let (mut mean, mut square, mut beside) = (DVec2::ZERO, DVec2::ZERO, DVec2::ZERO);
         for x in -n / 2..n / 2 {
             for y in -n / 2..n / 2 {
@@ -182,27 +191,27 @@ mod tests {
     }
 
     #[test]
-    fn looks_merge_where_texels_are_coarse() {
-        for at in places().take(1000) {
-            let looks = tiling_looks(at, CELLS);
-            let merged = |lod| merged_looks(looks, lod).map(|look| look.weight);
-            assert!(merged(0.0).iter().zip(looks).all(|(weight, look)| (weight - look.weight).abs() < 1e-12));
+    fn variants_merge_at_coarse_levels() {
+        for at in points().take(1000) {
+            let variants = tiling_variants(at, CELLS);
+            let merged = |lod| merged_variants(variants, lod).map(|variant| variant.weight);
+            assert!(merged(0.0).iter().zip(variants).all(|(weight, variant)| (weight - variant.weight).abs() < 1e-12));
             assert_eq!(merged(5.0), [1.0, 0.0, 0.0]);
             assert!((merged(3.7).map(|weight| weight * weight).iter().sum::<f64>() - 1.0).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn a_blend_keeps_what_its_looks_have() {
-        let look =
+    fn blending_preserves_moments_of_variants() {
+        let variant =
             |mean: f64| SlopeMoments { first: DVec2::new(mean, 0.0), second: DVec3::new(mean * mean + 0.4, 0.3, 0.1) };
         let blend = |part: f64| {
-            let sum = add_look(SlopeMoments::default(), look(0.2), 0.6, part);
-            add_look(sum, look(-0.1), 0.8, part)
+            let sum = add_variant(SlopeMoments::default(), variant(0.2), 0.6, part);
+            add_variant(sum, variant(-0.1), 0.8, part)
         };
         assert!((blend(1.0).first.x - (0.6 * 0.2 - 0.8 * 0.1)).abs() < 1e-12);
         assert!((blend(1.0).second - DVec3::new(0.4, 0.3, 0.1)).length() < 1e-12);
-        // Where looks average out, their means have become variance.
+        // Where variants average out, the variance of their means is in the covariance.
         assert_eq!(blend(0.0).first, DVec2::ZERO);
         assert!((blend(0.0).second.x - (0.4 + 0.36 * 0.04 + 0.64 * 0.01)).abs() < 1e-12);
         assert_eq!((tiling_fade(0.0, 1024.0, CELLS), tiling_fade(10.0, 1024.0, CELLS)), (1.0, 0.0));

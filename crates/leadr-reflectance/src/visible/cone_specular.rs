@@ -1,7 +1,7 @@
-//! Specular reflection of an environment that is seen through a cone: what share of the mirrors' light the cone leaves.
+//! Specular occlusion by a cone: the share of an environment's specular reflection that the cone leaves.
 //!
-//! [`ConeTable`] is the published way (Chan 2018, 4.7): the exact albedo for a cone about the normal, which is a poor
-//! stand-in for what a place sees. [`cone_specular`] needs no table, and a cone about any axis.
+//! [`ConeTable`] is the published method (Chan 2018, 4.7): the exact albedo for a cone about the normal, which approximates the visibility
+//! of a point poorly. [`cone_specular`] needs no table and supports a cone about any axis.
 
 use crate::facets::ggx::Ggx;
 use crate::integrals::directional_albedo::{AlbedoRule, directional_albedo};
@@ -13,12 +13,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
-/// Share of a GGX lobe about a direction that lies within a cone whose axis is `apart` from it and whose half angle is
-/// `half`, radians. `alpha`: roughness of the facets along the way between them.
+/// Share of a GGX lobe within a cone. `apart`: angle between lobe direction and cone axis; `half`: the cone's half angle, radians;
+/// `alpha`: roughness of the facets in the plane of both.
 ///
-/// Half vectors turn by half as much as directions. Slopes of GGX facets are the stereographic projection of a sphere
-/// that is evenly covered, and a disc among slopes is a cap of it: the cap from `tan((apart − half)/2) / α` to
-/// `tan((apart + half)/2) / α` has the share `sin²` of a quarter of its angle.
+/// Half vectors rotate half as much as directions. GGX slopes are the stereographic projection of a uniformly covered sphere, and a disc
+/// of slopes is a spherical cap. The cap from `tan((apart − half)/2) / α` to `tan((apart + half)/2) / α` has the share `sin²` of a quarter
+/// of its angle.
 pub fn lobe_in_cone(alpha: f64, apart: f64, half: f64) -> f64 {
     let end = |angle: f64| {
         let (sin, cos) = (0.5 * angle).sin_cos();
@@ -28,17 +28,17 @@ pub fn lobe_in_cone(alpha: f64, apart: f64, half: f64) -> f64 {
     cap.sin() * cap.sin()
 }
 
-/// Share of the specular reflection towards `wo` that comes from directions within the cone, 0..1: multiplies a
-/// prefiltered environment. 1 for a cone of a hemisphere about the normal.
+/// Share of the specular reflection towards `wo` from directions within the cone, 0..1: multiplies a prefiltered environment. 1 for a
+/// hemispherical cone about the normal.
 ///
-/// The lobe is [`lobe_in_cone`] about the direction that a rough surface reflects to, over what of it is above the
-/// horizon. The roughest surfaces see the cone as a diffuse one does ([`bent_cone_visibility`]).
+/// The lobe is [`lobe_in_cone`] about the reflection direction of a rough surface, relative to its part above the horizon. The roughest
+/// surfaces use the diffuse visibility ([`bent_cone_visibility`]).
 pub fn cone_specular(alpha: f64, wo: DVec3, cone: &Cone) -> f64 {
     let (c, a) = (wo.z.clamp(0.0, 1.0), alpha.clamp(1e-4, 1.0));
     let mirror = lobe_axis(a, wo);
     let share = |axis: DVec3, half: f64| {
-        // Across the plane of incidence, directions move by the cosine as far: narrower by it for a cone beside the plane,
-        // and by its root for one around the lobe. The share 0.2 is tried out.
+        // Across the plane of incidence, directions move less, by the cosine. The lobe is narrower by this factor for a cone beside the
+        // plane, and by its square root for one around the lobe. The share 0.2 is empirical.
         let across = axis - mirror * mirror.dot(axis);
         let flat = mirror.truncate().length_squared();
         let outward = mirror.truncate() / at_least(flat, 1e-20).sqrt();
@@ -56,8 +56,8 @@ pub fn cone_specular(alpha: f64, wo: DVec3, cone: &Cone) -> f64 {
     overlap + (bent_cone_visibility(cone) - overlap) * (t * t * (3.0 - 2.0 * t))
 }
 
-/// Direction about which a rough surface reflects: nearer to the normal than the mirror direction. Viewers below the horizon
-/// count as on it.
+/// Dominant reflection direction of a rough surface: closer to the normal than the mirror direction. Viewers below the horizon are clamped
+/// to it.
 fn lobe_axis(alpha: f64, wo: DVec3) -> DVec3 {
     let mirror = DVec3::new(-wo.x, -wo.y, at_least(wo.z, 0.0));
     let keep = (1.0 - alpha) * ((1.0 - alpha).sqrt() + alpha);
@@ -65,14 +65,14 @@ fn lobe_axis(alpha: f64, wo: DVec3) -> DVec3 {
     axis / at_least(axis.length(), 1e-6)
 }
 
-/// Where a [`ConeTable`] in a 3D texture is looked up, for a sampler that is linear and clamps (listing 5).
-pub fn cone_table_place(n_v: f64, gloss: f64, cosine: f64) -> DVec3 {
+/// Texture coordinate of a [`ConeTable`] in a 3D texture, for a sampler that is linear and clamps (listing 5).
+pub fn cone_table_texcoord(n_v: f64, gloss: f64, cosine: f64) -> DVec3 {
     let size = DVec3::from_array(CONE_TABLE.map(|n| n as f64));
     (DVec3::new(n_v, gloss, cosine).clamp(DVec3::ZERO, DVec3::ONE) * (size - DVec3::ONE) + 0.5) / size
 }
 
-/// The table of Chan 2018, figure 19: directional albedo of GGX mirrors whose light comes through a cone about the normal,
-/// by the viewer's cosine, the gloss and the cosine of the cone, each 0 to 1 in even steps (listing 5).
+/// The table of Chan 2018, figure 19: directional albedo of specular GGX facets under light through a cone about the normal. Axes: the
+/// viewer's cosine, the gloss and the cosine of the cone, each 0 to 1 in even steps (listing 5).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConeTable(Vec<[f32; 2]>);
 
@@ -80,7 +80,7 @@ pub struct ConeTable(Vec<[f32; 2]>);
 pub const CONE_TABLE: [usize; 3] = [32, 32, 8];
 
 impl ConeTable {
-    /// By quadrature; a second or two. `alpha`: roughness of a gloss.
+    /// Computes the table by quadrature, in a second or two. `alpha`: roughness of a gloss.
     pub fn new(alpha: impl Fn(f64) -> f64 + Sync) -> Self {
         let [nx, ny, nz] = CONE_TABLE;
         let rule = AlbedoRule { azimuths: 4, slopes: 4, order: 5 };
@@ -96,20 +96,20 @@ impl ConeTable {
         Self((0..nx * ny * nz).into_par_iter().map(texel).collect())
     }
 
-    /// `(scale, bias)` of `F0`, x fastest: what a 3D texture holds.
+    /// `(scale, bias)` of `F0`, x fastest: the contents of a 3D texture.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.0
     }
 
-    /// Between texels linearly, as a sampler does. Arguments are held within 0..1.
+    /// Trilinear lookup, like a sampler. Arguments are clamped to 0..1.
     pub fn albedo(&self, n_v: f64, gloss: f64, cosine: f64) -> SplitAlbedo {
-        let place = |v: f64, n: usize| {
+        let cell = |v: f64, n: usize| {
             let x = unit(v) * (n - 1) as f64;
             let i = (x as usize).min(n - 2);
             (i, x - i as f64)
         };
         let [nx, ny, nz] = CONE_TABLE;
-        let [(i, x), (j, y), (k, z)] = [place(n_v, nx), place(gloss, ny), place(cosine, nz)];
+        let [(i, x), (j, y), (k, z)] = [cell(n_v, nx), cell(gloss, ny), cell(cosine, nz)];
         let mut sum = [0.0; 2];
         for corner in 0..8 {
             let [a, b, c] = [corner & 1, corner >> 1 & 1, corner >> 2];
@@ -129,8 +129,7 @@ mod tests {
     use crate::random::Random;
     use std::f64::consts::TAU;
 
-    /// Random bent cones and viewers: root mean squares of what is wrong with the cone about the normal, with the published
-    /// adjustments of it, and with the overlap.
+    /// Random bent cones and viewers: rms errors of the cone about the normal, of its two published adjustments, and of the overlap.
     #[test]
     fn overlap_against_cones_about_the_normal() {
         let rule = AlbedoRule { azimuths: 3, slopes: 4, order: 5 };
@@ -166,13 +165,13 @@ mod tests {
                 println!("α {low}–{high}, cos {from}–{to}: {rms:.3?}");
                 let bound = if high > 0.6 || from < 0.5 { 0.075 } else { 0.055 };
                 assert!(rms[3] < bound, "{rms:?}");
-                // The best of the four up to a roughness of .7.
+                // The overlap is the best of the four up to a roughness of .7.
                 assert!(high > 0.7 || rms[..3].iter().all(|other| rms[3] < *other), "{rms:?}");
             }
         }
     }
 
-    /// Eight cones are too few for smooth surfaces, whose lobe lies inside a cone or outside it.
+    /// Eight cones are too few for smooth surfaces, because their lobes lie inside or outside a cone.
     #[test]
     fn the_table_between_its_nodes() {
         let alpha = |gloss: f64| (2.0 / (1.0 + (18.0 * gloss).exp2())).sqrt();
@@ -201,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hemisphere_hides_nothing_and_a_closed_cone_all() {
+    fn open_hemisphere_hides_nothing_closed_cone_everything() {
         for alpha in [0.03, 0.3, 1.0] {
             for c in [0.0f64, 1e-6, 0.3, 1.0] {
                 let wo = DVec3::new(((1.0 - c) * (1.0 + c)).sqrt(), 0.0, c);
@@ -220,7 +219,7 @@ mod tests {
         }
     }
 
-    /// The mass of an off-centre disc under the GGX density of slopes, which the cap gives exactly.
+    /// The mass of an off-centre disc under the GGX slope density, which the cap gives exactly.
     #[test]
     fn a_disc_of_slopes_is_a_cap() {
         use crate::quadrature::composite_gauss;

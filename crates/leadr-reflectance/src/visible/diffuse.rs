@@ -6,15 +6,15 @@
 //! E[n] = E[⟨wo·N⟩ N / |N|] / A(wo),   E[n nᵀ] = E[⟨wo·N⟩ N Nᵀ / |N|²] / A(wo)
 //! ```
 //!
-//! over Gaussian slopes. These contain polynomials of the slope, a clamp, and `|N|`; only `|N|` prevents a closed form.
-//! Its inverses are very nearly sums of two or three exponentials, `1/|N| ≈ Σ c_i exp(−t_i |N|²)`. An exponential of
-//! `|N|²` times a Gaussian of slopes is another Gaussian of slopes ([`damped_gaussian`]), whose clamped moments are
-//! those of [`visible_slopes`](super::slopes). So a closed form evaluated two or three times replaces a grid. The clamp
-//! is exact for every viewer, nothing depends on the choice of axes, and the result is smooth in every argument.
+//! over Gaussian slopes. These contain polynomials of the slope, a clamp, and `|N|`; only `|N|` prevents a closed form. Sums of two or
+//! three exponentials approximate its inverses closely, `1/|N| ≈ Σ c_i exp(−t_i |N|²)`. An exponential of `|N|²` times a Gaussian of
+//! slopes is another Gaussian of slopes ([`damped_gaussian`]), and its clamped moments are those of [`visible_slopes`](super::slopes). So
+//! two or three evaluations of a closed form replace a grid. The clamp is exact for every viewer. The result is independent of the axes
+//! and smooth in every argument.
 //!
-//! The exponents scale with the mean of `|N|²`. Exponents and weights vary linearly with the relative spread of `|N|²`,
-//! and are fitted to the radiance of random surfaces (`lab::quadrature_study::fit`). For one light with its clamped
-//! cosine instead of harmonics, a product of two clamps replaces the single clamp: [`clamped_product`].
+//! The exponents scale with the mean of `|N|²`. Exponents and weights vary linearly with the relative spread of `|N|²`. They are fitted to
+//! the radiance of random surfaces (`lab::quadrature_study::fit`). For one light with its clamped cosine instead of harmonics, a product
+//! of two clamps replaces the single clamp: [`clamped_product`].
 
 use super::slopes::{VISIBLE_TAIL, tilted_area};
 use crate::facets::normal_distribution::normal_ramp;
@@ -26,8 +26,8 @@ use crate::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// One exponential of the sums that approximate `1/|N|` and `1/|N|²`. Each constant is `[value, slope]`, a line
-/// evaluated at the relative spread of `|N|²` ([`squared_normal_spread`]).
+/// One exponential of the sums that approximate `1/|N|` and `1/|N|²`. Each constant is `[value, slope]`, linear in the relative spread of
+/// `|N|²` ([`squared_normal_spread`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
     /// Exponent, multiplied by the mean of `|N|²`.
@@ -44,7 +44,7 @@ const TWO: [Term; 2] = [
     Term { exponent: [2.04868504, 0.81002255], first: [1.1378407, 0.80030971], second: [4.51732387, 0.43471584] },
 ];
 
-/// Three terms.
+/// Three terms, fitted in the same way.
 const THREE: [Term; 3] = [
     Term { exponent: [0.14774869, -0.02798132], first: [0.88324551, -0.06272688], second: [1.0, -0.26540236] },
     Term { exponent: [1.51173948, 0.09430317], first: [1.05317881, 0.31866379], second: [4.4142949, 1.2978556] },
@@ -130,13 +130,11 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
     NormalMoments { mean: first / (area * spread.x.sqrt()), diag: diag * scale, off: off * scale }
 }
 
-/// `E[max(0, x) max(0, y)]` of two normal variables with means `ax`, `ay`, standard deviations `bx`, `by` and
-/// covariance `k`.
+/// `E[max(0, x) max(0, y)]` of two normal variables with means `ax`, `ay`, standard deviations `bx`, `by` and covariance `k`.
 ///
-/// Uses Plackett's identity: the first derivative by the correlation `r` is the probability that both variables are
-/// positive, and the second is their joint density at 0. With `X`, `Y` the means of the clamped variables, all in
-/// standard deviations, `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r − t) φ₂(x, y; t) dt`. A two-point Gauss–Jacobi rule evaluates
-/// the integral.
+/// By Plackett's identity, the first derivative by the correlation `r` is the probability that both variables are positive; the second is
+/// their joint density at 0. With `X`, `Y` the means of the clamped variables, all in standard deviations, `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r
+/// − t) φ₂(x, y; t) dt`. A two-point Gauss–Jacobi rule evaluates the integral.
 pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     const AT: [f64; 2] = [0.155_051_03, 0.644_948_97];
     const WEIGHT: [f64; 2] = [0.050_617_86, 0.028_959_61]; // over 2π
@@ -146,7 +144,7 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     let area_x = if bx <= 1e-18 { ax.max(0.0) } else { bx * nx.ramp };
     let area_y = if by <= 1e-18 { ay.max(0.0) } else { by * ny.ramp };
     let r = (k * px * py).clamp(-1.0, 1.0);
-    // Beyond 13 deviations the density is 0 in 32 bits.
+    // Beyond 13 standard deviations the density is 0 in 32 bits.
     let (x, y) = (x.clamp(-13.0, 13.0), y.clamp(-13.0, 13.0));
     let density: f64 = AT
         .iter()
@@ -160,8 +158,8 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     at_least(area_x * area_y + k * (nx.cdf * ny.cdf + r * density), 0.0)
 }
 
-/// Radiance under one light from `wi` of unit irradiance on a plane facing it, with its clamped cosine integrated over
-/// the visible facets (LEADR eq. 21 without harmonics), per unit of albedo. `terms`: 2 or 3.
+/// Diffuse radiance under one light from `wi` of unit irradiance on a plane facing it, with the clamped cosine integrated over the visible
+/// facets (LEADR eq. 21 without harmonics), per unit of albedo. `terms`: 2 or 3.
 pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, terms: u32) -> f64 {
     let s = clamp_covariance(s);
     let ao = tilted_area(wo, m, slope_spread(wo, s));

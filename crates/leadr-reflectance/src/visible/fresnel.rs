@@ -1,20 +1,19 @@
-//! Mean Fresnel reflectance of the visible facets: the share of the light that never reaches the diffuse surface below
-//! the mirrors.
+//! Mean Fresnel reflectance of the visible facets: the share of the light that never reaches the diffuse base.
 //!
-//! Schlick's term is `k⁵` with `k = 1 − wo·wn`. It depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which
-//! varies almost only along the view azimuth. Along that axis the exact mean and variance of the visible slopes are
-//! known ([`super::slopes`]). To second order about the mean facet, `d` deviations along the axis, the cosine is
+//! Schlick's weight is `k⁵` with `k = 1 − wo·wn`. It depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which varies almost
+//! only along the view azimuth. The exact mean and variance of the visible slopes along that axis come from [`super::slopes`]. To second
+//! order about the mean facet, `d` standard deviations along the axis, the cosine is
 //!
 //! ```text
 //! c(d) = (f − b d) / √(n + 2 e d + l d²)
 //! at d = 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
 //! ```
 //!
-//! where `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the
-//! mean facet, and `2 e d + l d²` the change of `|N|²` along the axis.
+//! where `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the mean facet, and `2
+//! e d + l d²` the change of `|N|²` along the axis.
 //!
-//! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes
-//! across the view azimuth only lengthen `N`; `|N|²` grows by their variance on average.
+//! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes across the view
+//! azimuth only lengthen `N`; on average `|N|²` grows by their variance.
 
 use super::slopes::tilted_area;
 use crate::facets::fresnel::grazing_reflectance;
@@ -41,8 +40,8 @@ pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * mean
 }
 
-/// Mean of Schlick's weight over slopes along `axis` about `slope`. `facet`: projected area of the facet of that slope; `b`: how much
-/// of it a standard deviation costs; `rest`: variance across the axis; `variance`: of the slopes, in squares of `axis`.
+/// Mean of Schlick's weight over slopes along `axis` about `slope`. `facet`: projected area of the facet of that slope; `b`: its decrease
+/// per standard deviation; `rest`: variance across the axis; `variance`: of the slopes, in squares of `axis`.
 pub fn mean_schlick_weight(facet: f64, b: f64, axis: DVec2, slope: DVec2, rest: f64, variance: f64) -> f64 {
     let (e, l) = (slope.dot(axis), axis.length_squared());
     let n = 1.0 + slope.length_squared() + rest;
@@ -73,7 +72,7 @@ mod tests {
                 for sigma in [0.02f64, 0.1, 0.3, 0.6, 1.0] {
                     for (m, ratio) in [(DVec2::ZERO, 1.0), (DVec2::new(0.3, -0.2), 1.0), (DVec2::ZERO, 0.1)] {
                         let s = DVec3::new(sigma * sigma, ratio * sigma * sigma, 0.0);
-                        // Mesosurfaces behind their silhouette show almost nothing, and that edge-on.
+                        // Only a few edge-on facets of far back-facing mesosurfaces are visible.
                         if meso_area(wo, m) < -slope_spread(wo, s) {
                             continue;
                         }

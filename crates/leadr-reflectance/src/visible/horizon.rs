@@ -1,22 +1,20 @@
-//! Bumps that hide the surroundings: the horizon of a place on the relief.
+//! Occlusion by larger bumps: the horizon at a point on the relief.
 //!
-//! Statistics of the slopes under a pixel say how facets inside it shadow one another. Bumps larger than the pixel
-//! shadow it as a whole, each from its own side. For a unit vector `v` of the tangent plane the horizon stands at an
-//! elevation of tangent
+//! Slope statistics under a pixel model shadowing between its facets. Bumps larger than the pixel shadow the whole pixel, each from its
+//! own side. For a unit vector `v` of the tangent plane the horizon has an elevation of tangent
 //!
 //! ```text
 //! T(v) = m·v + e(v),   e(v) = max(0, l·v + √(vᵀ Q v))
 //! ```
 //!
-//! `m` is the mean slope. Nothing below its plane is seen in any case, so the excess `e` is not negative. The lean `l`
-//! says on which side the ground rises more; the spread `Q` how much it rises on opposite sides, across and along a
-//! valley. A slope `s` that falls to the place from one side alone is `l = s/2`, `Q = s sᵀ/4`, without error. The
-//! form is homogeneous, so it turns and stretches with the coordinates: `l` as a mean slope does, `Q` as a covariance;
-//! and heights that grow scale `l` by as much, `Q` by the square. `maps` fits it to heights (level by level: each level
-//! of a map knows only bumps larger than its texels, so that none is counted here and in the slope statistics).
+//! `m` is the mean slope. Nothing below its plane is visible, so the excess `e` is not negative. The lean `l` is the side where the ground
+//! rises more; the spread `Q` is the rise on opposite sides, across and along a valley. A slope `s` that descends to the point from one
+//! side only is exactly `l = s/2`, `Q = s sᵀ/4`. The form is homogeneous, so it rotates and stretches with the coordinates: `l` like a
+//! mean slope, `Q` like a covariance. Height scaling multiplies `l` by the factor and `Q` by its square. `maps` fits the form to heights
+//! per mip level. Each level contains only bumps larger than its texels, so no bump is also counted in the slope statistics.
 //!
-//! Both are used relative to the plane of the mean slope, which the statistics know already: a light is weighted by the
-//! share of it above the horizon among what is above the plane.
+//! Both are relative to the plane of the mean slope, which the statistics already include. A light is weighted by the unoccluded share of
+//! its part above that plane.
 
 use crate::frame::{Frame, from_frame};
 use crate::integrals::sh::{Sh9, sh_radiance};
@@ -24,7 +22,7 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// The excess of a horizon over the plane of the mean slope.
+/// Excess of a horizon over the plane of the mean slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Horizon {
     /// `l`, slopes.
@@ -33,29 +31,28 @@ pub struct Horizon {
     pub spread: DVec3,
 }
 
-/// `e(v)`: how far the horizon stands above the plane of the mean slope, as a difference of heights at the distance
-/// `|v|`. Not negative.
+/// `e(v)`: height of the horizon above the plane of the mean slope, at the distance `|v|`. Not negative.
 pub fn horizon_excess(v: DVec2, h: &Horizon) -> f64 {
     let square = v.x * v.x * h.spread.x + v.y * v.y * h.spread.y + 2.0 * v.x * v.y * h.spread.z;
     (h.lean.dot(v) + square.max(0.0).sqrt()).max(0.0)
 }
 
-/// The same horizon, its excess times `factor`.
+/// The same horizon with its excess scaled by `factor`.
 pub fn raised_horizon(h: &Horizon, factor: f64) -> Horizon {
     Horizon { lean: h.lean * factor, spread: h.spread * (factor * factor) }
 }
 
-/// Deviation of the true horizon's tangent from that of its smooth form, in units of its excess.
+/// Deviation of the true horizon's tangent from its smooth form, relative to its excess.
 pub const HORIZON_RAGGED: f64 = 0.13;
 
-/// Share of a lobe of light about `wi` that passes the horizon, among what is above the plane of the mean slope `m`:
-/// 0..1. `deviation`: of the lobe's directions from `wi` along one axis, radians. The lobe's height above the horizon is
-/// distributed by a parabola (Epanechnikov's kernel), whose integral is the cubic of `smoothstep`.
+/// Share of a light lobe about `wi` above the horizon, relative to the lobe's part above the plane of the mean slope `m`: 0..1.
+/// `deviation`: of the lobe's directions from `wi` along one axis, radians. The lobe's height above the horizon has a parabolic
+/// distribution (Epanechnikov kernel), whose integral is the cubic of `smoothstep`.
 pub fn horizon_visibility(wi: DVec3, m: DVec2, h: &Horizon, deviation: f64) -> f64 {
     let flat = wi.truncate();
     let plane = wi.z - flat.dot(m);
     let excess = horizon_excess(flat, h);
-    // Heights per angle, squared: 1 + T².
+    // Squared height per angle: 1 + T².
     let high = flat.dot(m) + excess;
     let per_angle = 1.0 + high * high / flat.length_squared().max(1e-12);
     let ragged = HORIZON_RAGGED * excess;
@@ -63,7 +60,7 @@ pub fn horizon_visibility(wi: DVec3, m: DVec2, h: &Horizon, deviation: f64) -> f
     smoothstep(width, plane - excess) / smoothstep(width, plane).max(1e-3)
 }
 
-/// From 0 at `-width` to 1 at `width`.
+/// Cubic step from 0 at `-width` to 1 at `width`.
 fn smoothstep(width: f64, x: f64) -> f64 {
     let t = (0.5 + 0.5 * x / width).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -75,13 +72,13 @@ pub const HORIZON_AXES: u32 = 4;
 /// The directions between the plane of the mean slope and the horizon.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hidden {
-    /// `(1/π) ∫ w dw`: times a normal, the irradiance that they would give under a white sky, in units of `π`.
+    /// `(1/π) ∫ w dw`. Its dot product with a normal is the irradiance of these directions under a white sky, in units of `π`.
     pub weight: DVec3,
     /// `(1/π) ∫ dw`, 0..2.
     pub angle: f64,
 }
 
-/// What is hidden, azimuth by azimuth between the elevations of tangents `T₀ ≤ T₁`:
+/// Hidden directions, per azimuth, between the elevations of tangents `T₀ ≤ T₁`:
 ///
 /// ```text
 /// w:  ½ (θ − T₀/(1+T₀²) + T₁/(1+T₁²)) along v,   ½ (1/(1+T₀²) − 1/(1+T₁²)) along z,   θ = atan T₁ − atan T₀
@@ -103,12 +100,12 @@ pub fn horizon_hidden(m: DVec2, h: &Horizon) -> Hidden {
     Hidden { weight: hidden.weight * each, angle: hidden.angle * each }
 }
 
-/// What is left of the diffuse radiance `whole` of an environment, per unit of albedo, without the hidden directions, if
-/// its radiance there were that of their mean direction. `open`: share of the facets that see any of them, 0..1; `c`:
-/// radiance coefficients in the world; `f`: the tangent frame in the world. At least half of what an even environment
-/// would leave: order 2 swings, and a pit that sees some sky is never black.
+/// The diffuse radiance `whole` of an environment, per unit of albedo, minus that of the hidden directions, approximated by the radiance
+/// of their mean direction. `open`: share of the facets that see any of them, 0..1; `c`: radiance coefficients in the world; `f`: the
+/// tangent frame in the world. The result is at least half of that under a uniform environment, because order 2 rings and a pit with some
+/// sky is never black.
 pub fn diffuse_past_horizon(whole: DVec3, open: f64, hidden: &Hidden, m: DVec2, f: &Frame, c: &Sh9) -> DVec3 {
-    // The mean of directions lies inside the unit sphere.
+    // The mean of unit directions lies inside the unit sphere.
     let mean = hidden.weight / hidden.angle.max(1e-6);
     let share = hidden.weight.dot(normal_of_slope(m)).clamp(0.0, 1.0);
     let lost = open * share * sh_radiance(c, from_frame(f, mean)).max(DVec3::ZERO);
@@ -137,11 +134,11 @@ mod tests {
     fn light_above_the_horizon_passes_and_below_does_not() {
         let (m, h) = (DVec2::new(0.2, 0.0), ridge(DVec2::new(1.0, 0.0)));
         let from = |tangent: f64| DVec3::new(1.0, 0.0, tangent).normalize();
-        // The horizon stands at 1.2, ragged by an eighth of the excess.
+        // The horizon has the tangent 1.2, and deviates by an eighth of the excess.
         assert_eq!(horizon_visibility(from(2.5), m, &h, 0.01), 1.0);
         assert_eq!(horizon_visibility(from(0.5), m, &h, 0.01), 0.0);
         assert!((horizon_visibility(from(1.2), m, &h, 0.01) - 0.5).abs() < 1e-9);
-        // On the other side and without bumps, only the plane hides anything, and that is not counted here.
+        // On the other side and without bumps only the plane occludes, which does not count here.
         assert_eq!(horizon_visibility(DVec3::new(-0.9, 0.0, 0.1), m, &h, 0.2), 1.0);
         assert_eq!(horizon_visibility(from(0.21), m, &Horizon::default(), 0.2), 1.0);
     }
@@ -169,7 +166,7 @@ mod tests {
             let hidden = horizon_hidden(m, &h);
             assert!((hidden.weight - sum).length() < 0.02, "{m}: {hidden:?} for {sum}");
             assert!((hidden.angle - angle).abs() < 0.02, "{m}: {hidden:?} for {angle}");
-            // Of a white environment of radiance 1 the rest is left; of a dark one with a bright horizon no less than half of that.
+            // A white environment of radiance 1 loses the hidden share; a dark one with a bright horizon keeps at least half of that.
             let mut c = [DVec3::ZERO; 9];
             c[0] = DVec3::splat((4.0 * PI).sqrt());
             let frame = crate::frame::frame_about(DVec3::Z);

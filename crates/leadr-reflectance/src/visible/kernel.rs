@@ -1,29 +1,28 @@
-//! The environment as probes look it up: a cube map whose levels are blurred by a round, smooth kernel.
+//! Filtered environment lookups of probes: a cube map with levels blurred by a round, smooth kernel.
 //!
-//! Mirrors of a rough surface show the environment blurred by their lobe. A few lookups of box-filtered mips show a few
-//! boxes instead: a small lamp becomes a picture of the rule. Here level `L ≥ 1` is the environment blurred by a kernel
-//! close to a Gaussian, as wide everywhere on the sphere, of a deviation of [`KERNEL_TEXELS`] texels of that level,
-//! measured in the middle of a face; level 0 is the environment itself. Neighbouring lookups then add up to a smooth
-//! lobe.
+//! Rough specular surfaces reflect the environment blurred by their lobe. A few lookups of box-filtered mips show separate boxes instead:
+//! a small lamp reveals the node pattern. Here level `L ≥ 1` is the environment blurred by a nearly Gaussian kernel of the same width
+//! everywhere on the sphere. Its standard deviation is [`KERNEL_TEXELS`] texels of that level at the centre of a face. Level 0 is the
+//! environment itself. Neighbouring lookups then add up to a smooth lobe.
 //!
-//! Widths are *variances*, per axis and in radians squared: a kernel of variance `v` scales the band `l` of spherical
-//! harmonics by `exp(−v l (l + 1) / 2)`. Variances add up when kernels follow one another. A texel in the middle of a
-//! face of `size` texels is `h = 2/size` wide, and bilinear lookups add `h²/6` on average, so a lookup of level `L` has
+//! Widths are *variances*, per axis and in radians²: a kernel of variance `v` scales the band `l` of spherical harmonics by
+//! `exp(−v l (l + 1) / 2)`. Variances of successive kernels add up. A texel at the centre of a face of `size` texels is `h = 2/size` wide,
+//! and bilinear lookups add `h²/6` on average, so a lookup of level `L` has
 //!
 //! ```text
 //! V₀ = h²/4,   V_L = k 4^L h²,   k = KERNEL_TEXELS² + 1/6
 //! ```
 //!
-//! (the first: the texel's square and the lookup's triangle). A fraction of a level mixes two kernels. [`kernel_lod`]
-//! chooses the fraction such that the mixture has the variance that is wanted.
+//! (the first: the texel's square and the lookup's triangle). A fractional level mixes two kernels. [`kernel_lod`] selects the fraction
+//! that gives the required variance.
 
-/// Deviation of the kernel of every level but the finest, in texels of that level.
+/// Standard deviation of the kernel of every level but the finest, in texels of that level.
 pub const KERNEL_TEXELS: f64 = 1.2;
 /// `k`: variance of a lookup of a blurred level, in squared texels of it.
 pub const KERNEL_LOOKUP: f64 = KERNEL_TEXELS * KERNEL_TEXELS + 1.0 / 6.0;
 /// Variance of a lookup of the finest level, in squared texels.
 const FINEST_LOOKUP: f64 = 0.25;
-/// The coarsest level has faces of this many texels: its kernel has a deviation of 35°.
+/// Face size of the coarsest level, in texels: its kernel has a standard deviation of 35°.
 pub const COARSEST_FACE: u32 = 4;
 
 /// Number of levels of a cube with faces of `size` texels, at least one.
@@ -31,21 +30,21 @@ pub fn kernel_levels(size: u32) -> u32 {
     (size / COARSEST_FACE).max(1).ilog2() + 1
 }
 
-/// Variance of what level `level ≥ 1` of a cube with faces of `size` texels stores, without the lookup.
+/// Variance stored in level `level ≥ 1` of a cube with faces of `size` texels, without the lookup.
 pub fn kernel_variance(level: u32, size: u32) -> f64 {
     let texel = KERNEL_TEXELS * 2.0 / f64::from(size) * f64::from(level).exp2();
     texel * texel
 }
 
-/// Variance of a bilinear lookup of a level, or of one between levels with the fraction of the way as the weight.
+/// Variance of a trilinear lookup at `lod`; fractional levels interpolate the variances linearly.
 pub fn lookup_variance(lod: f64, size: f64) -> f64 {
     let of = |level: f64| if level < 0.5 { FINEST_LOOKUP } else { KERNEL_LOOKUP * (2.0 * level).exp2() };
     let level = lod.floor();
     (of(level) + (lod - level) * (of(level + 1.0) - of(level))) * 4.0 / (size * size)
 }
 
-/// Level of detail whose trilinear lookup has this variance, per axis and in radians squared. `size`: texels per edge of
-/// the finest faces. At least 0; above the last level a sampler stays at that.
+/// Level of detail whose trilinear lookup has this variance, per axis and in radians². `size`: texels per edge of the finest faces. At
+/// least 0; samplers clamp it to the last level.
 pub fn kernel_lod(variance: f64, size: f64) -> f64 {
     let x = 0.25 * variance * size * size;
     let y = (x / KERNEL_LOOKUP).min(1e12);
@@ -61,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_level_of_detail_has_the_variance_it_was_made_for() {
+    fn level_of_detail_has_its_designed_variance() {
         for i in 0..400 {
             let variance = 1e-5 * 1.027f64.powi(i);
             let lod = kernel_lod(variance, 256.0);

@@ -1,10 +1,9 @@
-//! The part of the visible slopes that mirrors a lit direction.
+//! Visible slopes that reflect lit directions.
 //!
-//! The wider a lobe, the more of it lies below the mesosurface's horizon, where nothing is lit: at a slope deviation of 1
-//! three quarters of what is seen from straight above, at 2 nineteen parts of twenty. Probes would be spent there in vain. With `N = (−slope, 1)`, a
-//! facet mirrors a direction of height `(2 (wo·N) N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface, `N_m = (−m, 1)`,
-//! which is positive within a conic: for `m = 0` in the disc about `−tan θ` of radius `1/cos θ`. As the numerator is a
-//! quadratic in the slope,
+//! The wider a lobe, the more of it lies below the mesosurface's horizon, where nothing is lit: at normal incidence 3/4 of it for a slope
+//! deviation of 1, and 19/20 for 2. Probes there are wasted. With `N = (−slope, 1)`, a facet reflects a direction of height `(2 (wo·N)
+//! N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface, `N_m = (−m, 1)`. The height is positive within a conic: for `m = 0`, the disc
+//! about `−tan θ` of radius `1/cos θ`. As the numerator is quadratic in the slope,
 //!
 //! ```text
 //! weight(x) = exp(−l·x − ½ xᵀ D x)      x = slope − m
@@ -13,21 +12,20 @@
 //! k = 2.7 cos θ r²/(1 + r²) / |N_m|³,   r = ½ tr S / 0.2
 //! ```
 //!
-//! is a Gaussian that fades out with that height, all the more the rougher the surface: smooth ones are lit nearly to
-//! the horizon. The root in `l` keeps the mean from moving by a whole deviation, which it would where the conic is flat and the
-//! slopes along it are steep. Times the density of slopes it is another Gaussian, with closed visible moments. Probes are placed for
-//! that one, and what they see weighs by its share, the inverse of the weight, times the lit fraction. Shares are exact, whatever the weight is; the
-//! constants only decide where probes go (`lab::quadrature_study::fit_probes`).
+//! is a Gaussian that decreases with that height, faster for rougher surfaces; smooth ones are lit almost to the horizon. The root in `l`
+//! limits the shift of the mean to one standard deviation, for flat conics with steep slopes along them. Weight times slope density is
+//! another Gaussian with closed visible moments, and the probes sample it. Each probe is weighted by its share, the inverse weight, times
+//! the lit fraction. Shares are exact for any weight; the constants only affect the probe positions (`lab::quadrature_study::fit_probes`).
 
 use super::slopes::VisibleSlopes;
 use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// `−ln weight` of a direction at the horizon against the highest, of a very rough surface seen from straight above.
+/// `−ln weight` at the horizon relative to the highest direction, for a very rough surface at normal incidence.
 pub const LIT_FALL: f64 = 1.35;
-/// Mean variance of the slopes, per axis, at which half of it applies.
+/// Mean slope variance per axis at which half of [`LIT_FALL`] applies.
 pub const LIT_HALF: f64 = 0.2;
-/// Its linear part against that of the quadratic.
+/// Linear part of the weight relative to the quadratic part.
 pub const LIT_LEAN: f64 = 0.65;
 
 /// Slopes weighted towards lit directions.
@@ -35,7 +33,7 @@ pub const LIT_LEAN: f64 = 0.65;
 pub struct LitSlopes {
     /// Mean of the weighted slopes, all facets.
     pub m: DVec2,
-    /// Their covariance.
+    /// Covariance of the weighted slopes.
     pub s: DVec3,
     /// The module's `l`.
     pub lean: DVec2,
@@ -45,7 +43,7 @@ pub struct LitSlopes {
     pub mean: f64,
 }
 
-/// The weighted slopes of what [`visible_slopes`](super::slopes::visible_slopes) found.
+/// The weighted slopes for the result of [`visible_slopes`](super::slopes::visible_slopes).
 pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let (m, s) = (v.m, v.s);
     let per = 1.0 / (1.0 + m.dot(m));
@@ -53,7 +51,7 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let r = (0.5 / LIT_HALF) * (s.x + s.y);
     let k = 2.0 * LIT_FALL * height * per.sqrt() * (r * r / (1.0 + r * r));
     let lean = LIT_LEAN * k * height.sqrt() * wo.xy();
-    // Where the conic is no ellipse, only its flat direction is kept.
+    // If the conic is not an ellipse, only its flat direction is kept.
     let even = wo.z.max(0.0);
     let across = wo.xy().dot(m);
     let part = even / (wo.xy().length() * m.length()).max(even).max(1e-9);
@@ -70,7 +68,7 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     LitSlopes { m: m + moved, s: cov, lean, damp, mean: 0.5 * (share.ln() - lean.dot(moved)) }
 }
 
-/// Logarithm of 1/weight at `x` from the mean slope.
+/// Logarithm of 1/weight at the offset `x` from the mean slope.
 pub fn lit_share(lit: &LitSlopes, x: DVec2) -> f64 {
     let d = lit.damp;
     lit.lean.dot(x) + 0.5 * (d.x * x.x * x.x + d.y * x.y * x.y) + d.z * x.x * x.y
@@ -82,7 +80,7 @@ mod tests {
     use crate::integrals::reference::visible_mean;
     use crate::visible::slopes::visible_slopes;
 
-    /// Weighted moments of the visible slopes are the visible moments of the weighted slopes.
+    /// Weighted moments of the visible slopes equal the visible moments of the weighted slopes.
     #[test]
     fn the_weight_keeps_gaussians() {
         let (m, s) = (DVec2::new(0.2, -0.3), DVec3::new(0.8, 0.3, 0.2));

@@ -1,20 +1,20 @@
-//! The slopes of a normal map on smooth geometry: its facets hide nothing, so a viewer sees them by the part of the macrosurface
-//! that they have (the normal map model of thesis section 2.1 and Table 2.IV), whichever way they face.
+//! Visible slopes of a normal map on smooth geometry. Its facets hide nothing: a facet's weight is its share of the macrosurface,
+//! whichever way it faces (the normal map model of thesis section 2.1 and Table 2.IV).
 //!
-//! A displaced surface shows a facet by its projected area `a − b u`, where `u` is its slope along the view azimuth in standard
-//! deviations. A normal map shows all that face the viewer alike, `u < ν = a/b`; what faces away is black, as `⟨wo, wm⟩` is clamped
-//! at 0. Along `u` that is a normal density cut off at `ν`. With `λ = φ(ν)/Φ(ν)`,
+//! A facet of a displaced surface is visible by its projected area `a − b u`, where `u` is its slope along the view azimuth in standard
+//! deviations. In a normal map all front-facing facets, `u < ν = a/b`, have equal weight. Back-facing ones are black, because `⟨wo, wm⟩`
+//! is clamped at 0. Along `u` this is a normal density truncated at `ν`. With `λ = φ(ν)/Φ(ν)`,
 //!
 //! ```text
 //! E[u] = −λ,   Var[u] = 1 + λ′,   κ₃[u] = −λ″,   κ₄[u] = λ‴,   where λ′ = −λ (ν + λ)
 //! ```
 //!
-//! The base of a facet is rough geometry, though, and shows its own facets by projected area: its slopes are those of
-//! [`visible_slopes`](super::slopes) on the mean facet that faces the viewer. Both are independent, so their cumulants add up. Without a
-//! normal map these are the visible slopes of the base, and without a base the cut-off normal density.
+//! The base of a facet is rough geometry, so its own facets are visible by projected area: its slopes are those of
+//! [`visible_slopes`](super::slopes) on the mean front-facing facet. Both are independent, so their cumulants add up. Without a normal map
+//! these are the visible slopes of the base; without a base they are the truncated normal density.
 //!
-//! Diffuse light needs no viewer at all: the moments of normals are those of [`visible_diffuse_moments`](super::diffuse) without a
-//! clamp, and the clamped cosine of a light is a clamped mean instead of a product.
+//! Diffuse light does not depend on the viewer: the moments of normals are those of [`visible_diffuse_moments`](super::diffuse) without a
+//! clamp. The clamped cosine of a light is a clamped mean instead of a product.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread, visible_diffuse_terms};
 use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area};
@@ -30,31 +30,31 @@ use crate::slopes::statistics::{clamp_covariance, outer_square};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Least deviation of the slopes along the viewer over which facets come to face away: no harder edge is told apart.
+/// Lower bound of the slope deviation along the view azimuth, which limits the sharpness of the front-facing edge.
 const LEAST_TURN: f64 = 1e-4;
 
-/// What a viewer sees of a normal map and its base.
+/// Visible slopes of a normal map and its base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappedSlopes {
-    /// The mirrors that face the viewer; `area` is the factor of the kernels of [`mapped_probes`](super::specular::mapped_probes).
+    /// Front-facing specular facets; `area` is the kernel factor of [`mapped_probes`](super::specular::mapped_probes).
     pub slopes: VisibleSlopes,
-    /// Share of the facets that face the viewer.
+    /// Share of front-facing facets.
     pub facing: f64,
-    /// Share of the normal map in the variance of all slopes.
+    /// The normal map's share of the total slope variance.
     pub relief: f64,
-    /// Fourth cumulant of the slopes along the view azimuth, in deviations of all.
+    /// Fourth cumulant of the slopes along the view azimuth, in standard deviations of all slopes.
     pub fourth: f64,
 }
 
-/// Quotient of the normal density and its integral up to this place.
+/// Ratio of the normal density to its integral up to `nu`.
 fn lambda_at(nu: f64) -> f64 {
     if nu < 0.0 { 1.0 / mills_ratio(-nu) } else { normal_pdf(nu) / normal_cdf(nu) }
 }
 
-/// From here on a map faces away so far that the shape of what is left is not told apart.
+/// Lower bound of `nu` for [`fourth_cumulant`]; the few remaining front-facing facets need no precise shape.
 const LEAST_FOURTH: f64 = -4.0;
 
-/// Fourth cumulant of a normal density that is cut off at `nu`.
+/// Fourth cumulant of a normal density truncated at `nu`.
 fn fourth_cumulant(nu: f64) -> f64 {
     let nu = nu.clamp(LEAST_FOURTH, 40.0);
     let lambda = lambda_at(nu);
@@ -63,11 +63,12 @@ fn fourth_cumulant(nu: f64) -> f64 {
     -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second
 }
 
-/// `wo`: unit; `m`, `relief`: mean and covariance of the map's slopes; `all`: with the base's added.
+/// Visible slopes of a normal map. `wo`: unit; `m`, `relief`: mean and covariance of the map's slopes; `all`: covariance including the
+/// base.
 pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSlopes {
     let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
     let base = clamp_covariance(s - r);
-    // The map.
+    // The normal map.
     let (across_r, br) = spread_along(wo, r);
     let facing = normal_cdf(meso_area(wo, m) / br.max(LEAST_TURN));
     let a = tilted_area(wo, m, br);
@@ -87,7 +88,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let third_b = (facet_r / bb.max(1e-18)).min(1e6) * excess - 3.0 * shift_b
         + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b);
     let area_b = if bb <= 1e-18 { facet_r } else { bb * n.ramp };
-    // Both.
+    // Both combined.
     let b = (br * br + bb * bb).sqrt();
     let (part_r, part_b) = (br / b.max(1e-18), bb / b.max(1e-18));
     let (axis_r, axis_b) = (across_r / br.max(1e-18), across_b / bb.max(1e-18));
@@ -115,10 +116,10 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     }
 }
 
-/// Mean Fresnel reflectance of all facets, those that face away at a cosine of 0. `f0`: linear RGB reflectance at normal incidence.
+/// Mean Fresnel reflectance of all facets; back-facing ones have a cosine of 0. `f0`: linear RGB reflectance at normal incidence.
 ///
-/// Schlick's weight is too curved for an expansion: among facets that barely face the viewer it reaches 1. It is taken at three slopes
-/// along the view azimuth instead, the mean and one on either side, weighted such that the first four cumulants are right.
+/// Schlick's weight is too nonlinear for an expansion: it reaches 1 on nearly edge-on facets. It is evaluated at three slopes along the
+/// view azimuth instead, the mean and one on either side, with weights that match the first four cumulants.
 pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     let MappedSlopes { slopes, facing, fourth, .. } = v;
     let stretch = slopes.axis.length_squared();
@@ -129,8 +130,8 @@ pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     let reach = (kurtosis - 0.75 * skewness * skewness).max(0.5).sqrt();
     let (near, far) = (0.5 * skewness + reach, 0.5 * skewness - reach);
     let (of_near, of_far) = (0.5 / (near * reach), -0.5 / (far * reach));
-    let weight = |place: f64| {
-        let (u, slope) = (place * deviation, slopes.mean + slopes.axis * (place * deviation));
+    let weight = |node: f64| {
+        let (u, slope) = (node * deviation, slopes.mean + slopes.axis * (node * deviation));
         let facet = (slopes.facet - slopes.b * u).max(0.0);
         let k = 1.0 - (facet / (1.0 + slope.length_squared() + rest).sqrt()).min(1.0);
         k.powi(5)
@@ -139,7 +140,7 @@ pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * (1.0 + facing * (mean.clamp(0.0, 1.0) - 1.0))
 }
 
-/// Moments of all normals, as [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments) has them of the visible ones. `terms`: 2 or 3.
+/// Moments of all normals, the counterpart of [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments). `terms`: 2 or 3.
 pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     let s = clamp_covariance(s);
     let spread = squared_normal_spread(m, s);
@@ -172,9 +173,9 @@ pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
     sum / (spread.x.sqrt() * PI)
 }
 
-/// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, of mirrors of mean slope `m`
-/// and covariance `s` by the normal map term of thesis Table 2.IV: `F D / (4 f)`,
-/// `f` the projected area of the mirroring facet ([`half_facet_area`]). The base counts as a part of the map.
+/// Specular radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, for slopes of mean `m`
+/// and covariance `s`. Uses the normal map term of thesis Table 2.IV: `F D / (4 f)`, where `f` is the projected area of the reflecting
+/// facet ([`half_facet_area`]). The base is treated as part of the map.
 pub fn mapped_specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let wh = half_vector(wo, wi);
     let facet = half_facet_area(wo, wi, wh).max(MIN_AREA);
@@ -189,7 +190,7 @@ mod tests {
     use crate::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
     use crate::visible::slopes::visible_slopes;
 
-    /// The mean over all slopes of a normal map, by brute force; `g` may jump where facets turn away.
+    /// The brute-force mean over all slopes of a normal map; `g` may jump where facets become back-facing.
     fn mean(m: DVec2, s: DVec3, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
         let cholesky = slope_cholesky(s);
         let nodes = composite_gauss(-7.5, 7.5, 90, 4);
@@ -243,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_base_without_a_map_shows_its_visible_slopes() {
+    fn unmapped_base_uses_visible_slopes() {
         for (wo, m, s) in CASES.map(case) {
             let s = DVec3::new(s.x, s.y, 0.0);
             let (v, visible) = (mapped_slopes(wo, m, DVec3::ZERO, s), visible_slopes(wo, m, s));
@@ -283,15 +284,15 @@ mod tests {
         }
         println!("light {worst:.5}, moments {worst_moments:.5}");
         assert!(worst < 2e-3 && worst_moments < 0.02, "{worst} {worst_moments}");
-        // Displaced surfaces show another light: facets that face the viewer count more.
+        // Displaced surfaces differ: facets that face the viewer have more weight.
         let (wo, m, s) = case(CASES[3]);
         let seen = visible_mean(wo, m, s, 20, |x| DVec3::splat(wo.dot(normal_of_slope(x)).max(0.0))).x;
         assert!(seen > 1.2 * mapped_diffuse_light(wo, m, s, 3) * PI, "{seen}");
     }
 
-    /// All light that a white environment sends by facets that face the viewer, and no more.
+    /// A white environment is reflected by exactly the front-facing facets.
     #[test]
-    fn a_white_room_shows_the_share_that_faces_the_viewer() {
+    fn white_room_shows_the_visible_fraction() {
         for (wo, m, s) in CASES.map(case).into_iter().take(4) {
             let mut sum = 0.0;
             let (thetas, phis) = (composite_gauss(0.0, PI, 120, 4), composite_gauss(0.0, 2.0 * PI, 120, 4));

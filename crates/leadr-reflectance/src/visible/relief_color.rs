@@ -1,25 +1,24 @@
-//! The colour of what is seen and lit, where paint, moss or snow follows the relief under a pixel.
+//! Visible and lit colour where paint, moss or snow correlates with the relief under a pixel.
 //!
-//! *Heights.* In Smith's model the heights are independent of the slopes, and a facet whose height has the rank `u` (0 at the deepest,
-//! 1 at the highest) is seen from `o` with the probability `u^Λ(o)`, and seen and lit with `u^L`, where `1/(1 + L)` is the model's
-//! masking-shadowing term: `L = Λ(o) + Λ(i)` in Smith's height-correlated form. So the colour that is seen is
+//! *Heights.* In Smith's model heights are independent of slopes. A facet of height rank `u` (0 is deepest, 1 is highest) is visible from
+//! `o` with probability `u^Λ(o)`. It is visible and lit with probability `u^L`, where `1/(1 + L)` is the masking-shadowing term: `L =
+//! Λ(o) + Λ(i)` in Smith's height-correlated form. The visible colour is then
 //!
 //! ```text
 //! c(L) = (L + 1) E[c u^L]
 //! ```
 //!
-//! whatever the profile of colours over heights. `E[c u^L]` is linear in the texels, so mips and taps filter it; it is kept for two
-//! values of `L`, and a parabola in `L/(L + 2)` through these and the mean colour gives the others. That is exact at both for every
-//! profile, and for all `L` where the colour is a line in `u`. A step, `1 − (1 − f)^(L+1)` for paint on the share `f` on top, errs by
-//! .013 at most up to `L = 4`, where a line fitted to its covariance errs by up to .14 (tests). With a share `lit` of the visible area `A`,
-//! `L + 1 = (A/a)/lit`, for every shadowing model that tells this share.
+//! for any profile of colour over height. `E[c u^L]` is linear in the texels, so texture filters apply to it. It is stored for two values
+//! of `L`; a parabola in `L/(L + 2)` through both and the mean colour interpolates. The result is exact at both for every profile, and at
+//! all `L` if the colour is linear in `u`. A step, `1 − (1 − f)^(L+1)` for paint on the top share `f`, has an error of at most .013 up to
+//! `L = 4`; a line fitted to its covariance has up to .14 (tests). For a share `lit` of the visible area `A`, `L + 1 = (A/a)/lit`; this
+//! works with every shadowing model that gives the share.
 //!
-//! *Slopes.* The regression of the colour on the slopes is `c + C S⁻¹ (s − m)`, `C` their covariance. For slopes that are weighted by
-//! what is seen and how light falls on it, `w(s)`, Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels: the colour changes by
-//! `C · E[∇w]/E[w]`, the *score* here. Twice applied it gives the covariance of the weighted slopes, by the second derivatives of `w`.
-//! Where half of the slopes are white and half black, white is then seen as often as a Gaussian of that mean and width is on the white
-//! side. `1/|N|` in the weight of diffuse light is one exponential of `|N|²`
-//! ([`damped_gaussian`]); means of products of clamped cosines are taken to first order in the covariance of the two.
+//! *Slopes.* The regression of colour on slopes is `c + C S⁻¹ (s − m)`, with `C` their covariance. Let `w(s)` weight slopes by visibility
+//! and lighting. Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels: the colour changes by `C · E[∇w]/E[w]`, the *score* here. A
+//! second application, with the second derivatives of `w`, gives the covariance of the weighted slopes. If half of the slopes are white,
+//! the visible share of white is that of a Gaussian of this mean and width on the white side. One exponential of `|N|²` approximates
+//! `1/|N|` in the diffuse weight ([`damped_gaussian`]). Means of products of clamped cosines are first order in their covariance.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread};
 use super::slopes::{VISIBLE_TAIL, tilted_area};
@@ -29,50 +28,50 @@ use crate::masking::correlated::DirectionArea;
 use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 
-/// `L` of the means that are filtered.
+/// `L` of the first filtered mean.
 pub const RELIEF_COLOR_LOW: f64 = 1.0;
-/// And of the second one.
+/// `L` of the second filtered mean.
 pub const RELIEF_COLOR_HIGH: f64 = 4.0;
-/// `L/(L + 2)` up to which the parabola follows the colour.
+/// Largest `L/(L + 2)` of the parabola; larger values are clamped.
 pub const MOST_SEEN_HEIGHT: f64 = 0.8;
-/// The least part of their variance that slopes keep.
+/// Lower bound of the share of variance that weighted slopes keep.
 pub const NARROWEST_SLOPES: f64 = 0.1;
 
-/// How colours follow the relief under a pixel.
+/// Correlation of colour with the relief under a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReliefColor {
-    /// `2 E[c u]` less the mean colour.
+    /// `2 E[c u]` minus the mean colour.
     pub low: DVec3,
-    /// `5 E[c u⁴]` less the mean colour.
+    /// `5 E[c u⁴]` minus the mean colour.
     pub high: DVec3,
     /// Covariance with the slope along x.
     pub x: DVec3,
-    /// And along y.
+    /// Covariance with the slope along y.
     pub y: DVec3,
 }
 
-/// `(L + 1) u^L` for the two that are filtered; `u`: rank of a height, 0 to 1.
+/// `(L + 1) u^L` for the two stored values of `L`; `u`: rank of a height, 0 to 1.
 pub fn height_weights(u: f64) -> [f64; 2] {
     [2.0 * u, 5.0 * u.powi(4)]
 }
 
-/// `L/(L + 2)`, 0 to 1, of what is seen and lit. `lit`: share of the visible area that is lit
+/// `L/(L + 2)`, 0 to 1, of visible and lit facets. `lit`: lit share of the visible area
 /// ([`lit_fraction`](crate::masking::correlated::lit_fraction)).
 pub fn seen_height(o: &DirectionArea, lit: f64) -> f64 {
     let facing = o.meso.max(0.0) * lit.clamp(0.0, 1.0);
     ((o.visible - facing) / (o.visible + facing).max(1e-30)).clamp(0.0, 1.0)
 }
 
-/// How a weight, of what is seen and lit, moves slopes and narrows them.
+/// Change of the slopes' mean and covariance under a weight for visibility and lighting.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlopesScore {
-    /// `S⁻¹ (mean of the weighted slopes − m)`: its product with a covariance of slopes and something is how the mean of that changes.
+    /// `S⁻¹ (mean of the weighted slopes − m)`. Its product with a covariance of slopes and a value is the change of that value's mean.
     pub moved: DVec2,
     /// `S⁻¹ (covariance of the weighted slopes − S) S⁻¹`, as xx, yy, xy.
     pub narrowed: DVec3,
 }
 
-/// The score of slopes seen from `wo`.
+/// The score of slopes visible from `wo`.
 pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let b = slope_spread(wo, s);
@@ -84,7 +83,7 @@ pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     SlopesScore { moved: -moved * wo.xy(), narrowed: (n.pdf * per / area - moved * moved) * outer_square(wo.xy()) }
 }
 
-/// The same for slopes seen from `wo` and weighted by the cosine of light from `wi` on them.
+/// The score of slopes visible from `wo`, weighted by the cosine of light from `wi` on them.
 pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let (mut ao, mut ai) = (tilted_area(wo, m, slope_spread(wo, s)), tilted_area(wi, m, slope_spread(wi, s)));
@@ -110,7 +109,7 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     let mixed = DVec3::new(2.0 * wo.x * wi.x, 2.0 * wo.y * wi.y, wo.x * wi.y + wo.y * wi.x);
     let h = (by_oo * outer_square(wo.xy()) + by_ii * outer_square(wi.xy()) + by_oi * mixed) / both - outer_square(v);
     let v = v + 2.0 * t * m;
-    // B = (1 + 2tS)⁻¹, of the exponential: the score is −B v, and slopes narrow by B h B − 2t B.
+    // B = (1 + 2tS)⁻¹ of the exponential: the score is −B v, and slopes narrow by B h B − 2t B.
     let tt = 2.0 * t;
     let det = 1.0 + tt * (s.x + s.y + tt * (s.x * s.y - s.z * s.z).max(0.0));
     let b = DMat2::from_cols_array(&[1.0 + tt * s.y, -tt * s.z, -tt * s.z, 1.0 + tt * s.x]) * (1.0 / det);
@@ -118,17 +117,17 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     SlopesScore { moved: -(b * v), narrowed: DVec3::new(narrowed.x_axis.x, narrowed.y_axis.y, narrowed.x_axis.y) }
 }
 
-/// The change of the mean colour. Regression goes on for ever; where one half of all slopes has one colour and the other half another, the
-/// change ends as that half ends: sooner where what is left of the slopes is narrow. This takes that for every profile. `s`: covariance of
-/// the slopes that the colours follow.
+/// Change of the mean colour. Linear regression is unbounded, but a change saturates when all visible slopes have one colour, and sooner
+/// for narrower slopes. The model is a two-colour surface, half of the slopes each, for every profile. `s`: covariance of the slopes that
+/// the colours follow.
 pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     let s = clamp_covariance(s);
     let change = score.moved.x * r.x + score.moved.y * r.y;
-    // The variance of colours along their regression, Cᵀ S⁻¹ C, at most that of colours within 0 and 1.
+    // Variance of colours along their regression, Cᵀ S⁻¹ C, bounded by that of colours in 0..1.
     let quadratic = |m: DVec3| m.x * r.x * r.x + m.y * r.y * r.y + 2.0 * m.z * r.x * r.y;
     let explained = quadratic(DVec3::new(s.y, s.x, -s.z)) / (s.x * s.y - s.z * s.z).max(1e-18);
     let explained = explained.clamp(DVec3::splat(1e-9), DVec3::splat(0.25));
-    // How wide the slopes are along it.
+    // Slope width along the regression.
     let variance = (1.0 + quadratic(score.narrowed) / explained).clamp(DVec3::splat(NARROWEST_SLOPES), DVec3::ONE);
     let held = |change: f64, explained: f64, variance: f64| {
         let width = variance.sqrt().recip();
@@ -138,7 +137,7 @@ pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|c| held(change[c], explained[c], variance[c])))
 }
 
-/// The colour, 0 to 1, whose mean over all facets is `mean`. `height`: [`seen_height`]; `by_slope`: [`slopes_change`].
+/// The visible colour, 0 to 1, from the mean over all facets. `height`: [`seen_height`]; `by_slope`: [`slopes_change`].
 pub fn relief_color(mean: DVec3, r: &ReliefColor, height: f64, by_slope: DVec3) -> DVec3 {
     let t = height.min(MOST_SEEN_HEIGHT);
     let by_height = 9.0 * t * (2.0 / 3.0 - t) * r.low + 4.5 * t * (t - 1.0 / 3.0) * r.high;
@@ -152,7 +151,7 @@ mod tests {
     use crate::facets::projected_area::meso_area;
     use std::f64::consts::TAU;
 
-    /// The colour seen at `l` of a profile over ranks, by quadrature and by what is kept of it.
+    /// Visible colour of a height profile at `l`, by quadrature and by the stored parabola.
     fn seen(profile: impl Fn(f64) -> f64, l: f64) -> [f64; 2] {
         const N: u32 = 20_000;
         let mean = |weight: &dyn Fn(f64) -> f64| {
@@ -180,16 +179,16 @@ mod tests {
                 worst = worst.max((got - want).abs());
                 // f + 12 Cov(c, u) ((L + 1)/(L + 2) - 1/2)
                 of_line = of_line.max((f + 3.0 * f * (1.0 - f) * l / (l + 2.0) - want).abs());
-                // In cracks.
+                // Paint in cracks.
                 let [want, got] = seen(|u| if u < f { 1.0 } else { 0.0 }, l);
                 worst = worst.max((got - want).abs());
             }
         }
-        println!("steps err by {worst:.4}, as lines by {of_line:.4}");
+        println!("error of steps {worst:.4}, as lines {of_line:.4}");
         assert!(worst < 0.015 && of_line > 5.0 * worst, "{worst} {of_line}");
     }
 
-    /// Slopes by brute force, as their differences from the mean, and how much a weight weighs each.
+    /// Slopes by brute force: differences from the mean, and weights.
     fn weighted(m: DVec2, s: DVec3, weight: impl Fn(DVec2) -> f64) -> Vec<(DVec2, f64)> {
         let steps = -150..150;
         let slopes =
@@ -216,7 +215,7 @@ mod tests {
         (matrix(s) * score.moved, DVec3::new(wide.x_axis.x, wide.y_axis.y, wide.x_axis.y))
     }
 
-    /// Views, lights and slopes from all sides.
+    /// A range of views, lights and slopes.
     fn for_all(mut each: impl FnMut(DVec3, DVec3, DVec2, DVec3)) {
         for s in [DVec3::new(0.04, 0.04, 0.0), DVec3::new(0.3, 0.1, 0.05), DVec3::new(0.5, 0.5, 0.0)] {
             for m in [DVec2::ZERO, DVec2::new(0.2, -0.1)] {
@@ -259,8 +258,8 @@ mod tests {
             worst = worst.max((moved - mean(&want)).length() / s.x.sqrt());
             worst_width = worst_width.max((s + wider - covariance(&want)).length() / s.x);
         });
-        println!("scores err by {worst:.3} deviations of the slopes, and by {worst_width:.3} of their variance");
-        // The worst is a very rough surface seen and lit at grazing angles.
+        println!("error of scores: {worst:.3} slope deviations, {worst_width:.3} of the variance");
+        // The worst case is a very rough surface viewed and lit at grazing angles.
         assert!(worst < 0.25 && worst_width < 0.4, "{worst} {worst_width}");
     }
 
@@ -272,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn half_and_half_is_what_weighted_slopes_show() {
+    fn half_white_relief_matches_weighted_slopes() {
         let (mut seen, mut wide, mut lit) = (0.0f64, 0.0f64, 0.0f64);
         for_all(|wo, wi, m, s| {
             for along in [DVec2::X, DVec2::Y, DVec2::new(-0.6, 0.8)] {
@@ -288,20 +287,18 @@ mod tests {
                 lit = lit.max((0.5 + slopes_change(&r, &lit_slopes_score(wo, wi, m, s), s).x - want).abs());
             }
         });
-        println!(
-            "white errs by {seen:.4} where it is seen, by {lit:.4} where it is lit; as wide as before, by {wide:.4}"
-        );
+        println!("error of white: visible {seen:.4}, lit {lit:.4}; with unchanged width {wide:.4}");
         assert!(seen < 0.03 && lit < 0.17 && wide > 3.0 * seen, "{seen} {lit} {wide}");
     }
 
     /// Slopes that move without narrowing.
     #[test]
-    fn colours_end_where_paint_ends() {
+    fn colours_stop_at_paint_edges() {
         let s = DVec3::new(0.25, 0.09, 0.03);
         let deviation = s.x.sqrt();
         let r = half_white(s, DVec2::X);
         for moved in [-5.0, -2.0, -0.5, 0.0, 0.1, 1.0, 3.0] {
-            // S⁻¹ of a move along the slopes' regression on x.
+            // S⁻¹ of a shift along the slopes' regression on x.
             let score = SlopesScore { moved: DVec2::new(moved / deviation, 0.0), ..Default::default() };
             let got = relief_color(DVec3::splat(0.5), &r, 0.0, slopes_change(&r, &score, s)).x;
             let want = normal_ramp(moved).cdf;
@@ -311,7 +308,7 @@ mod tests {
         }
     }
 
-    /// Whatever the covariances, colours move no farther than they vary, and nothing is not a number.
+    /// For any covariance, colours change by no more than their range, and results are never NaN.
     #[test]
     fn changes_are_bounded() {
         for s in [DVec3::ZERO, DVec3::new(1e-12, 1e-12, 0.0), DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.3, 0.3, 0.3)] {
@@ -335,7 +332,7 @@ mod tests {
     #[test]
     fn snow_flips_with_the_light() {
         let s = DVec3::new(0.1, 0.1, 0.0);
-        // Snow where slopes rise toward +x: facets that face -x.
+        // Snow on slopes that rise towards +x: facets that face -x.
         let r = ReliefColor { x: DVec3::splat(0.1), ..Default::default() };
         let color = |x: f64| {
             let wi = DVec3::new(x, 0.0, 0.7).normalize();

@@ -1,18 +1,17 @@
-//! Diffuse environments with the shadows that the surface casts on itself, by one irradiance lookup.
+//! Diffuse environments with self-shadowing of the surface, by one irradiance lookup.
 //!
 //! Two exact facts are the basis:
 //!
-//! 1. Over the whole surface no light is lost: everything that enters through the mesosurface falls on some facet. So
-//!    under any environment the irradiance on all facets together is that of the flat mesosurface, one clamped cosine.
-//!    Shadowed diffuse reflection is therefore nearly an occlusion factor times one clamped cosine around a bent
-//!    normal.
+//! 1. The surface as a whole loses no light: all light that passes the mesosurface reaches some facet. Under any environment the total
+//!    irradiance on all facets is therefore that of the flat mesosurface, one clamped cosine. So shadowed diffuse reflection is nearly an
+//!    occlusion factor times one clamped cosine around a bent normal.
 //! 2. The mean of the visible slopes has a closed form (Stein's lemma for the clamped facet areas):
 //!
 //!    ```text
 //!    E_visible[slope] = m + Δ,   Δ = −S o.xy Φ(a/b) / A
 //!    ```
 //!
-//! The occlusion `a₀`, and the bent normal along `(−(m + c Δ), 1)`, follow from these facts with fitted constants
+//! The occlusion `a₀` and the bent normal along `(−(m + c Δ), 1)` follow from these facts with fitted constants
 //! (`docs/measurements/shadowing.md`):
 //!
 //! ```text
@@ -22,7 +21,7 @@
 //! c  = (1 + 0.38 √τ (1 − μ²)²) / (1 + 2.25 τ / (√τ + 0.22))
 //! ```
 //!
-//! Blocked light is black: light that shadowed facets receive from other facets is not included.
+//! Blocked light is black: interreflection between facets is not included.
 
 use crate::facets::normal_distribution::clamped_lean;
 use crate::frame::{Frame, from_frame};
@@ -32,8 +31,7 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `Δ`: mean visible slope minus the mean slope. Exact. Held within ±1e3; larger values occur only where the surface is
-/// seen from behind.
+/// `Δ`: mean visible slope minus the mean slope. Exact. Clamped to ±1e3; larger values occur only for a back-facing surface.
 pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
     let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
     let along = o.whitened * (-tilt / o.spread.max(1e-12));
@@ -44,7 +42,7 @@ pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
 /// A shadowed diffuse surface's response to an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BentNormal {
-    /// Unit normal at which to look up the irradiance; tangent frame.
+    /// Unit normal for the irradiance lookup; tangent frame.
     pub normal: DVec3,
     /// `a₀`: factor of that irradiance, 0..1.
     pub open: f64,
@@ -66,10 +64,10 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
 }
 
-/// Diffuse radiance under an environment, with shadowing, per unit of albedo. `c`: radiance coefficients in the world;
-/// `f`: the tangent frame in the world; `rest`: irradiance beyond order 2 at the bent normal, or 0. Not below 0.
+/// Diffuse radiance under an environment, with shadowing, per unit of albedo, ≥ 0. `c`: radiance coefficients in the world; `f`: the
+/// tangent frame in the world; `rest`: irradiance beyond order 2 at the bent normal, or 0.
 ///
-/// A bent normal stands for one clamped cosine (the module's first fact), so the rest counts whole however rough the surface is.
+/// A bent normal represents one clamped cosine (the module's first fact), so `rest` is added in full for any roughness.
 pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
     (sh_irradiance(c, from_frame(f, v.normal)) + rest).max(DVec3::ZERO) * (v.open / PI)
 }

@@ -1,57 +1,56 @@
-//! Specular environments with the shadows that the surface casts on itself, for rules with few probes.
+//! Specular environments with self-shadowing of the surface, for rules with few probes.
 //!
-//! Probes are placed for the slopes that mirror lit directions ([`lit_slopes`](super::lit_slopes)), and each counts by the share that it has of all visible
-//! facets. It represents a part of the lobe, not one direction, and the lit fraction of a direction
-//! ([`lit_fraction`]) depends on its height above the mesosurface: it is concave, and falls to zero at the mesosurface's horizon, where
-//! shares are largest. So the part of the lobe is taken apart once more, into two directions: one deviation up from what its facet
-//! mirrors and one down, where the variance `v` is a share of the part's ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height as `x = cos θ` and `tan² δ = v`,
+//! Probes sample the slopes that reflect lit directions ([`lit_slopes`](super::lit_slopes)), and each is weighted by its share of all
+//! visible facets. A probe represents part of the lobe, not one direction. The lit fraction of a direction ([`lit_fraction`]) depends on
+//! its height above the mesosurface. It is concave and falls to zero at the mesosurface's horizon, where shares are largest. Each part of
+//! the lobe is therefore split into two directions: one standard deviation above and one below its facet's reflection. The variance `v` is
+//! a share of the part's ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height `x = cos θ` and `tan² δ = v`,
 //!
 //! ```text
 //! x± = x cos² δ ± sin θ sin δ
 //! ```
 //!
-//! (the second `cos δ` is what the width to the sides costs). Each has its own lit fraction, share and Fresnel term: what
-//! grazes is both brighter and more often hidden. The mean of their products is the probe's, and their difference,
-//! `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up in the direction
-//! tilted by `bias sin δ`, and the kernel's variance shrinks by half the share `bias²` that the tilt has of the variance
-//! along it. Bumps larger than the pixel hide the two directions in the same way, each by its own height over their horizon
-//! ([`horizon_visibility`]); for the whole probe at once, a lobe that is cut by a horizon would be too bright.
+//! (the second `cos δ` accounts for the width to the sides). Each direction has its own lit fraction, share and Fresnel term, because
+//! grazing directions are both brighter and more often hidden. The mean of their products is the probe's. Their difference, `bias = (lit₊
+//! − lit₋)/(lit₊ + lit₋)`, locates the lit part: the lookup direction is tilted by `bias sin δ`, and the kernel's variance shrinks by half
+//! the share `bias²` that the tilt has of the variance along it. Bumps larger than the pixel occlude the two directions in the same way,
+//! each by its height over their horizon ([`horizon_visibility`]). One value for the whole probe would make a lobe cut by a horizon too
+//! bright.
 
 use super::horizon::{Horizon, horizon_visibility, raised_horizon};
 use super::lit_slopes::lit_share;
 use super::specular::{ProbeRule, VisibleProbe, VisibleProbes, visible_probe, visible_probes};
 use crate::facets::fresnel::{grazing_reflectance, schlick_weight};
-use crate::integrals::specular::Mirrors;
+use crate::integrals::specular::SpecularTerm;
 use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction};
 use crate::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
-/// surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures
-/// (`docs/theory.md`, section 10).
-pub const MIRROR_HORIZON: f64 = 1.2;
+/// Excess of the horizon for specular facets relative to the whole surface. Visible specular facets reflect lower surroundings than
+/// average facets, where the true horizon is jagged and hides more. Fitted to images (`docs/theory.md`, section 10).
+pub const SPECULAR_HORIZON: f64 = 1.2;
 
-/// Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
+/// Largest logarithm of a share. Only directions near the horizon, where nothing is lit, approach it.
 const MOST_SHARE: f64 = 4.0;
 
-/// Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
+/// Standard deviation of each of a probe's two directions, relative to the probe's.
 const HALF_DEVIATION: f64 = 0.5;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitProbe {
-    /// Its fraction, times its share of the visible facets in place of the probe's weight.
+    /// Lit fraction times its share of the visible facets; replaces the probe's weight.
     pub lit: f64,
     /// The same weighted by Schlick's term, without the reflectance at normal incidence.
     pub grazing: f64,
-    /// Direction in which the environment is looked up for it, unit.
+    /// Lookup direction in the environment, unit.
     pub wi: DVec3,
-    /// Factor of that lookup's variance, 0.5..1.
+    /// Factor of the lookup variance, 0.5..1.
     pub narrowing: f64,
 }
 
-/// The lit part of a probe. `o`: the viewer's areas ([`direction_area`]) of `probes.m` and `probes.cholesky`; `f0`: mean
-/// reflectance at normal incidence, which weighs the two directions' lookup; `horizon`: of bumps larger than the pixel.
+/// The lit part of a probe. `o`: the viewer's areas ([`direction_area`]) of `probes.m` and `probes.cholesky`; `f0`: mean reflectance at
+/// normal incidence, which weights the two directions; `horizon`: of bumps larger than the pixel.
 pub fn lit_probe(
     shadowing: Shadowing,
     probes: &VisibleProbes,
@@ -64,7 +63,7 @@ pub fn lit_probe(
     if shadowing == Shadowing::None && horizon.is_none() {
         return LitProbe { lit: 1.0, grazing: schlick_weight(p.cosine), wi: p.wi, narrowing: 1.0 };
     }
-    let horizon = horizon.map(|h| raised_horizon(h, MIRROR_HORIZON));
+    let horizon = horizon.map(|h| raised_horizon(h, SPECULAR_HORIZON));
     let m = probes.m;
     let up = DVec3::new(-m.x, -m.y, 1.0) / (1.0 + m.length_squared()).sqrt();
     let height = up.dot(p.mirror);
@@ -109,11 +108,11 @@ pub fn visible_specular_environment(
     f0: DVec3,
     rule: ProbeRule<'_>,
     radiance: impl Fn(&VisibleProbe) -> DVec3,
-) -> Mirrors {
+) -> SpecularTerm {
     let probes = visible_probes(shadowing, wo, m, s, rule.kernel);
     let o = direction_area(wo, probes.m, probes.cholesky);
     let rise = grazing_reflectance(f0) - f0;
-    let (mut sum, mut lit) = (Mirrors::default(), 0.0);
+    let (mut sum, mut lit) = (SpecularTerm::default(), 0.0);
     for node in rule.nodes(probes.wide) {
         let p = visible_probe(&probes, wo, &node);
         let l = lit_probe(shadowing, &probes, &o, wo, f0.element_sum() / 3.0, &p, None);
@@ -123,7 +122,7 @@ pub fn visible_specular_environment(
         sum.weight += p.weight;
         lit += p.weight * l.lit;
     }
-    // The weights of a rule sum to one. Shares of lit probes do so but for errors, which must not add energy.
+    // Weights of a rule sum to one. Approximated shares may exceed that, but must not add energy.
     sum.reflected /= lit.max(1.0);
     sum
 }

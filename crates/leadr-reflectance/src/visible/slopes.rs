@@ -1,26 +1,25 @@
 //! The visible slopes of a Gaussian surface, in closed form.
 //!
-//! Let `u` be the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`. A facet's projected
-//! area is then `a − b u`. So the visible slopes have the density `max(0, a − b u) φ(u) / A` along `u` and stay
-//! Gaussian across it. The moments of a clamped line times a normal density have closed forms. With `ν = a/b`, `Φ` and
-//! `φ` evaluated at `ν`, and `H = ν Φ + φ`,
+//! Let `u` be the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`. A facet's projected area is then `a − b
+//! u`. So the visible slopes have the density `max(0, a − b u) φ(u) / A` along `u` and stay Gaussian across it. The moments of a clamped
+//! line times a normal density have closed forms. With `ν = a/b`, `Φ` and `φ` evaluated at `ν`, and `H = ν Φ + φ`,
 //!
 //! ```text
 //! E[u] = −Φ/H,   E[u²] = 1 + φ/H,   E[u³] = (ν φ − 3 Φ)/H
 //! ```
 //!
-//! Everything is written in terms of `S wo.xy` rather than the azimuth, so normal incidence is not a special case.
+//! The formulas use `S wo.xy` instead of the azimuth, so normal incidence is not a special case.
 
 use crate::facets::normal_distribution::normal_ramp;
 use crate::facets::projected_area::{face_viewer, meso_area, spread_along};
 use crate::slopes::statistics::{clamp_covariance, outer_square};
 use glam::{DVec2, DVec3};
 
-/// How far a mesosurface may turn behind its own silhouette, in units of `slope_spread`. Beyond this almost nothing of
-/// it is visible (0.8 % of `slope_spread`), and `face_viewer` tilts it back.
+/// Limit of a back-facing mesosurface's area, in units of `slope_spread`. Beyond this almost nothing is visible (0.8 % of `slope_spread`),
+/// and `face_viewer` tilts it back.
 pub const VISIBLE_TAIL: f64 = 2.0;
 
-/// Gaussian slopes as one viewer sees them.
+/// Gaussian slopes weighted by visibility to one viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleSlopes {
     /// Mean slope, tilted back if necessary.
@@ -29,7 +28,7 @@ pub struct VisibleSlopes {
     pub s: DVec3,
     /// `a(wo)`, projected area of the mesosurface.
     pub a: f64,
-    /// `b(wo)`, spread of the slope seen along `wo`.
+    /// `b(wo)`, spread of the slope along `wo`.
     pub b: f64,
     /// `A(wo)`, visible area, > 0.
     pub area: f64,
@@ -49,13 +48,12 @@ pub struct VisibleSlopes {
     pub third: f64,
 }
 
-/// Projected area of a mesosurface after tilting it back to the limit [`VISIBLE_TAIL`]; `m`: the mean slope before
-/// that.
+/// Projected area of a mesosurface, tilted back to the limit [`VISIBLE_TAIL`]; `m`: the mean slope before the tilt.
 pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
     meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
 }
 
-/// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: anything finite.
+/// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: any finite value.
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
     let (across, b) = spread_along(wo, s);

@@ -1,48 +1,46 @@
-//! Specular reflection of an environment by a few probes among the visible slopes.
+//! Specular reflection of an environment by a few probes over the visible slopes.
 //!
-//! The visible slopes have a mean `μ` and a covariance `S` ([`visible_slopes`](super::slopes)). Near the mean, reflected
-//! directions move with the slope by a linear map `J`, `|dwi|² = dsᵀ M ds` with `M = JᵀJ`. So the environment is seen
-//! through a Gaussian lobe of the covariance `Σ = J S Jᵀ`. It is taken apart into smaller, round Gaussians, one per
-//! probe: nodes carry `Σ − v`, and every lookup is a kernel of variance `v` ([`kernel`](super::kernel)). Whatever `v`
-//! is, the second moments are those of the lobe, and where kernels overlap enough, the sum shows no pattern.
+//! The visible slopes have a mean `μ` and a covariance `S` ([`visible_slopes`](super::slopes)). Near the mean, reflection maps slopes to
+//! directions by a linear map `J`: `|dwi|² = dsᵀ M ds` with `M = JᵀJ`. The reflection lobe is then a Gaussian of covariance `Σ = J S Jᵀ`.
+//! It is approximated by smaller, round Gaussians, one per probe. Each lookup filters with a kernel of variance `v`
+//! ([`kernel`](super::kernel)), and the nodes have the covariance `Σ − v`. For every `v` the second moments match those of the lobe. Where
+//! kernels overlap enough, the sum shows no pattern.
 //!
-//! **How wide a kernel.** With `λ₁ ≥ λ₂` the eigenvalues of `Σ`,
+//! **Kernel width.** With `λ₁ ≥ λ₂` the eigenvalues of `Σ`,
 //!
 //! ```text
 //! v = λ₂ (1 − (1 − κ) ρ) + g (λ₁ − λ₂)²/(λ₁ + λ₂),   r = 4 λ₁λ₂/(λ₁ + λ₂)²,   ρ = r⁸ in narrow lobes, 1 in wide ones
 //! ```
 //!
-//! Round lobes (`r = 1`) have the share `κ` in the kernel. In elongated narrow ones the kernel is soon as wide as the lobe, and
-//! nodes spread along it alone; `g` keeps the nodes of very long ones from showing. What is left for the nodes,
-//! `λ₁ − v` along the lobe and `λ₂ − v`, smoothly kept from falling below 0, across it, is the covariance
-//! `a S + b M⁻¹` in slopes, whose square root `C` places them: no axis of an ellipse is needed, and nothing flips
-//! where it is a circle.
+//! For round lobes (`r = 1`) the kernel takes the share `κ` of the variance. For elongated narrow lobes the kernel approaches the width of
+//! the lobe, and nodes spread along it only. The term in `g` hides the separate nodes of very long lobes. The nodes keep the remaining
+//! covariance: `λ₁ − v` along the lobe and `λ₂ − v` across it, smoothly bounded at 0. In slopes it is `a S + b M⁻¹`, and its square root
+//! `C` positions the nodes. This needs no ellipse axes, so it stays continuous for circular lobes.
 //!
-//! **Nodes** are points of a plane on two or three rings, of unit variance, equally good in all directions:
-//! `slope = μ + d + e γ (u² − E[u²])`, `d = C p`. Here `u` is the slope along the view azimuth in standard deviations of
-//! all slopes, `e` the slope per unit of it, and `γ` gives the nodes the skewness of the visible slopes. Everything is
-//! written with `d·wo.xy` in place of the azimuth, so nothing flips or rotates abruptly at normal incidence.
+//! **Nodes** are points on two or three rings in a plane. They have unit variance and no preferred direction: `slope = μ + d + e γ (u² −
+//! E[u²])`, `d = C p`. Here `u` is the slope along the view azimuth in standard deviations of all slopes, and `e` is the slope per unit of
+//! `u`. `γ` gives the nodes the skewness of the visible slopes. The formulas use `d·wo.xy` instead of the azimuth, so they are continuous
+//! at normal incidence.
 //!
-//! **Away from the mean** the lobe is denser or thinner, and each kernel shrinks or grows with it. With the density of
-//! the visible slopes, `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, the variance of a probe is
+//! **Away from the mean** the lobe has a different density, and kernels scale with it. With the density of the visible slopes, `facet P22
+//! / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, the variance of a probe is
 //!
 //! ```text
 //! v a A exp((t² − y²)/2) / |N|⁴ · |N₀|⁴/(facet₀ σ)      y = u/σ,  t = slope along the azimuth
 //! ```
 //!
-//! where `σ` is the deviation of the visible slopes along the azimuth, 0 marks the mean, and `a`, a constant of the node,
-//! is 1 on average. Facets turn the reflected direction by at most half a turn, so `v/(1 + v/2)` is looked up.
+//! where `σ` is the standard deviation of the visible slopes along the azimuth and 0 marks the mean. The node constant `a` is 1 on
+//! average. Reflected directions span at most π, so the lookup uses `v/(1 + v/2)`.
 //!
-//! Nor does a part of the lobe lie about the mirror direction of its middle slope, because reflection bends what it maps:
-//! every lookup goes to the mean direction of its part ([`mean_mirror`]).
+//! Reflection is nonlinear, so part of a lobe is not centred on the reflection at its mean slope. Each lookup uses the mean direction of
+//! its part ([`mean_mirror`]).
 //!
-//! Weights sum to one, so a constant environment is returned unchanged, and the Fresnel term, which no kernel
-//! filters, is evaluated at each node as if nodes carried the whole lobe.
+//! Weights sum to one, so a constant environment is returned unchanged. Kernels do not filter the Fresnel term; it is evaluated at each
+//! node as if nodes covered the whole lobe.
 //!
-//! Narrow and wide lobes need different nodes, for wide ones are no Gaussians of directions: smaller kernels, spread over
-//! both axes of a long lobe. Share, `ρ` and rings change smoothly with the variance of the slopes ([`wide_lobe`]): radii,
-//! weights and covers change, while the nodes keep their azimuths ([`ProbeRing`]; `lab::quadrature_study::fit_probes`
-//! fits them). With shadows probes are placed for the part of the slopes that mirrors lit directions
+//! Wide lobes are not Gaussian in direction, so they need other nodes: smaller kernels, spread over both axes of a long lobe. Share, `ρ`,
+//! radii, weights and covers change smoothly with the slope variance ([`wide_lobe`]). The nodes keep their azimuths ([`ProbeRing`]; fitted
+//! by `lab::quadrature_study::fit_probes`). With shadowing, probes sample only the slopes that reflect lit directions
 //! ([`lit_slopes`](super::lit_slopes)).
 
 use super::lit_slopes::{LitSlopes, lit_slopes};
@@ -55,18 +53,18 @@ use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::TAU;
 
-/// A node of a rule.
+/// One node of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeNode {
     /// Position, in standard deviations of the nodes.
-    pub place: DVec2,
+    pub offset: DVec2,
     /// Weight; the weights of a rule sum to one.
     pub weight: f64,
-    /// The module's `a`: the kernel's variance relative to others of the rule.
+    /// Factor `a` in the module docs: the kernel's variance relative to the rule's other nodes.
     pub cover: f64,
 }
 
-/// The nodes of a ring, for lobes of one width.
+/// Shape of a ring for one lobe width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingShape {
     /// Distance from the origin, in standard deviations of the nodes.
@@ -77,20 +75,20 @@ pub struct RingShape {
     pub cover: f64,
 }
 
-/// Nodes at the same distance from the origin, evenly spaced.
+/// Evenly spaced nodes at one distance from the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRing {
     /// Number of nodes.
     pub count: usize,
-    /// Azimuth of the first one, in radians.
+    /// Azimuth of the first node, in radians.
     pub phase: f64,
-    /// Narrow lobes: `Σ weight = 1`, `Σ weight radius² = 2` and `Σ weight cover = 1` over the nodes of a rule.
+    /// Shape for narrow lobes: `Σ weight = 1`, `Σ weight radius² = 2` and `Σ weight cover = 1` over the nodes of a rule.
     pub narrow: RingShape,
-    /// The limit of wide lobes: `Σ weight = 1`, `Σ weight radius² = 2`.
+    /// Limit shape for wide lobes: `Σ weight = 1`, `Σ weight radius² = 2`.
     pub wide: RingShape,
 }
 
-/// Count and phase; radius, weight and cover for narrow lobes and for wide ones.
+/// A ring from count and phase, with radius, weight and cover for narrow and for wide lobes.
 const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> ProbeRing {
     const fn shape([radius, weight, cover]: [f64; 3]) -> RingShape {
         RingShape { radius, weight, cover }
@@ -101,18 +99,18 @@ const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> Pro
 /// How a rule divides the variance of a lobe between its kernels and its nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeKernel {
-    /// `κ`: the kernels' share of a round lobe, for narrow lobes and in the limit of wide ones.
+    /// `κ`: kernel share of a round lobe's variance, for narrow lobes and in the limit of wide ones.
     pub share: [f64; 2],
-    /// `g`: their share of a long lobe's variance along it.
+    /// `g`: kernel share of a long lobe's variance along it.
     pub along: f64,
 }
 
-/// A rule.
+/// A probe quadrature rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRule<'a> {
-    /// Its kernels.
+    /// How kernels and nodes share the variance.
     pub kernel: ProbeKernel,
-    /// Its nodes.
+    /// Rings of nodes.
     pub rings: &'a [ProbeRing],
 }
 
@@ -142,7 +140,7 @@ const SIXTEEN: ProbeRule<'_> = ProbeRule {
 };
 
 impl<'a> ProbeRule<'a> {
-    /// The nodes for a lobe of the given width `wide` ([`wide_lobe`], 0..1).
+    /// The nodes for a lobe of width `wide` ([`wide_lobe`], 0..1).
     pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
         self.rings.iter().flat_map(move |ring| {
             let ProbeRing { narrow, wide: other, count, phase } = *ring;
@@ -150,14 +148,14 @@ impl<'a> ProbeRule<'a> {
             let radius = mix(narrow.radius, other.radius);
             let (weight, cover) = (mix(narrow.weight, other.weight), mix(narrow.cover, other.cover));
             (0..count).map(move |i| {
-                let place = radius * DVec2::from_angle(phase + TAU * i as f64 / count as f64);
-                ProbeNode { place, weight, cover }
+                let offset = radius * DVec2::from_angle(phase + TAU * i as f64 / count as f64);
+                ProbeNode { offset, weight, cover }
             })
         })
     }
 }
 
-/// The rule of 5, 9 or 16 probes; any other number gives the next larger rule.
+/// The rule of 5, 9 or 16 probes; any other number selects the next larger rule.
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
         0..=5 => FIVE,
@@ -166,23 +164,23 @@ pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     }
 }
 
-/// Variance of round slopes, summed over both axes, at which a lobe is half wide: a deviation of 0.42 per axis.
+/// Round-slope variance, summed over both axes, at which [`wide_lobe`] is 1/2: a standard deviation of 0.42 per axis.
 pub const WIDE_HALF: f64 = 0.35;
 
-/// [`VisibleProbes::lit_spread`] of wide lobes, and of what is seen from straight above. Narrow lobes seen edge-on have twice as much:
-/// they end at the horizon, and most of what is shadowed of them lies in tails that few probes stand for. Fitted to
-/// converged integrals in a white room and under order 2, held against ray casts.
+/// [`VisibleProbes::lit_spread`] of wide lobes and at normal incidence. Narrow lobes at grazing angles have twice as much: they end at the
+/// horizon, and their shadowed part lies mostly in tails that few probes sample. Fitted to converged integrals in a white room and under
+/// order 2, and validated against ray casts.
 const LIT_SPREAD: f64 = 0.6;
 
-/// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Long lobes are as wide as they are across.
+/// Width of a lobe, 0 to 1; `s`: covariance of the slopes. The minor axis sets the width of long lobes.
 pub fn wide_lobe(s: DVec3) -> f64 {
     let x = 4.0 / WIDE_HALF * (s.x * s.y - s.z * s.z).max(0.0) / (s.x + s.y).max(1e-15);
     x * x / (1.0 + x * x)
 }
 
-/// Where the nodes of a rule lie among the slopes: `middle + root p + bend u²`, `u = azimuth·root p`.
+/// Positions of a rule's nodes in slope space: `middle + root p + bend u²`, `u = azimuth·root p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodePlaces {
+pub struct NodePositions {
     /// Slope of a node at the origin.
     pub middle: DVec2,
     /// Square root of the nodes' covariance `(xx, yy, xy)`.
@@ -193,77 +191,77 @@ pub struct NodePlaces {
     pub azimuth: DVec2,
 }
 
-/// The slope of a node, and its `u`.
-pub fn node_slope(places: &NodePlaces, p: DVec2) -> (DVec2, f64) {
-    let d = covariance_times(places.root, p);
-    let u = within(d.dot(places.azimuth), 6.0);
-    (places.middle + d + places.bend * (u * u), u)
+/// Slope of a node, and its `u`.
+pub fn node_slope(nodes: &NodePositions, p: DVec2) -> (DVec2, f64) {
+    let d = covariance_times(nodes.root, p);
+    let u = within(d.dot(nodes.azimuth), 6.0);
+    (nodes.middle + d + nodes.bend * (u * u), u)
 }
 
-/// Places of the covariance `spread` about the mean of `v`, with its skewness. Also `γ` and `E[u²]`.
-fn node_places(wo: DVec3, v: &VisibleSlopes, spread: DVec3) -> (NodePlaces, f64, f64) {
+/// Node positions of covariance `spread` about the mean of `v`, with its skewness. Also returns `γ` and `E[u²]`.
+fn node_positions(wo: DVec3, v: &VisibleSlopes, spread: DVec3) -> (NodePositions, f64, f64) {
     let skew = v.third / (6.0 * v.variance * v.variance);
     let azimuth = wo.xy() / v.b.max(1e-18);
     let mean_square =
         azimuth.x * (spread.x * azimuth.x + 2.0 * spread.z * azimuth.y) + spread.y * azimuth.y * azimuth.y;
-    // Rounding of a vanishing covariance must not look like a large one.
+    // The rounding error of a vanishing covariance must not produce a large value.
     let mean_square = within(mean_square, 1.0);
     let bend = skew * v.axis;
     let middle = v.mean - bend * mean_square;
-    (NodePlaces { middle, root: root_of(spread), bend, azimuth }, skew, mean_square)
+    (NodePositions { middle, root: root_of(spread), bend, azimuth }, skew, mean_square)
 }
 
-/// The values that all probes of a pixel share.
+/// Values shared by all probes of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleProbes {
-    /// Mean slope, of all facets.
+    /// Mean slope of all facets.
     pub m: DVec2,
-    /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of their covariance.
+    /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the slope covariance.
     pub cholesky: DVec3,
     /// Visible area `A(wo)` of all facets.
     pub area: f64,
-    /// Places of the probes.
-    pub places: NodePlaces,
-    /// `t = along.x + u + along.y u²`, and half the inverse of the variance of the visible `u`.
+    /// Node positions of the probes.
+    pub nodes: NodePositions,
+    /// Coefficients of `t = along.x + u + along.y u²`; `along.z` is half the inverse variance of the visible `u`.
     pub along: DVec3,
     /// Projected area of the mesosurface, and its decrease per unit of `t`.
     pub facet: DVec2,
-    /// Covariance of the slopes that one kernel stands for.
+    /// Slope covariance filtered by one kernel.
     pub part: DVec3,
-    /// Variance of a lookup per `a exp((t² − y²)/2) / |N|⁴`.
+    /// Lookup variance per `a exp((t² − y²)/2) / |N|⁴`.
     pub kernel: f64,
     /// Width of the lobe ([`wide_lobe`]).
     pub wide: f64,
-    /// Places over the whole lobe, lit or not, for the Fresnel terms.
-    pub whole: NodePlaces,
-    /// Projected area of a facet of slope 0 there.
+    /// Node positions over the whole lobe, lit or not, for the Fresnel term.
+    pub fresnel_nodes: NodePositions,
+    /// Projected area of a facet of slope 0 in `fresnel_nodes`.
     pub flat: f64,
-    /// How far kernels grow with the projected area of their facet, 0 or the share of a normal map, and the inverse of that area at the
+    /// How far kernels scale with the projected area of their facet (0, or the share of a normal map), and the inverse of that area at the
     /// mean.
     pub projected: DVec2,
-    /// Part of the variance of a probe's light by which the two directions that it is taken apart into lie about what its facet
-    /// mirrors ([`shadowed_specular`](super::shadowed_specular)), 0.6..1.2.
+    /// Spread of the two directions that split a probe's light, as a share of the probe's variance, 0.6..1.2
+    /// ([`shadowed_specular`](super::shadowed_specular)).
     pub lit_spread: f64,
-    /// What probes are placed for instead of all visible slopes; its `mean` includes the ratio of the visible areas.
+    /// Lit slopes that replace all visible slopes; their `mean` includes the ratio of the visible areas.
     pub lit: LitSlopes,
 }
 
-/// The symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, that of a thin one does not turn
-/// abruptly as it passes an axis.
+/// The symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, it stays continuous when a thin distribution
+/// crosses an axis.
 pub fn root_of(s: DVec3) -> DVec3 {
     let det = (s.x * s.y - s.z * s.z).max(0.0).sqrt();
     let per = 1.0 / (s.x + s.y + 2.0 * det).max(1e-18).sqrt();
     DVec3::new(s.x.max(0.0) + det, s.y.max(0.0) + det, s.z) * per
 }
 
-/// The probes for everything visible from `wo`, or with `shadowing` for the part of it that is lit. `wo`: unit; `m`, `s`:
-/// mean slope and covariance, anything finite.
+/// The probes for all facets visible from `wo`, or for the lit ones only if `shadowing` applies. `wo`: unit; `m`, `s`: mean slope and
+/// covariance, any finite value.
 pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
     visible_probes_of(shadowing, wo, visible_slopes(wo, m, s), kernel)
 }
 
-/// The probes of a normal map and its base ([`mapped_slopes`](super::mapped::mapped_slopes)): those of the facets that face the viewer. Away from the mean, kernels
-/// also grow with the projected area of the facet, which no longer cancels.
+/// The probes of a normal map and its base ([`mapped_slopes`](super::mapped::mapped_slopes)): those of front-facing facets. Away from the
+/// mean, kernels also scale with the projected facet area, which does not cancel here.
 pub fn mapped_probes(wo: DVec3, v: &MappedSlopes, kernel: ProbeKernel) -> VisibleProbes {
     let facet = v.slopes.facet.max(1e-9);
     VisibleProbes {
@@ -294,7 +292,7 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
         );
     let jacobian = 4.0 * v.facet * per * per;
     let inverse = DVec3::new(metric.y, metric.x, -metric.z) / (jacobian * jacobian).max(1e-20);
-    // The lobe's variances along its axes, their sum and difference.
+    // Sum and difference of the lobe's variances along its axes.
     const LEAST: f64 = 1e-15;
     let sum = (v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z).max(0.0);
     let per_sum = 1.0 / sum.max(LEAST);
@@ -307,11 +305,11 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
     let round8 = (round * round * round * round).powi(2);
     let even = round8 + wide * (1.0 - round8);
     let share = kernel.share[0] + wide * (kernel.share[1] - kernel.share[0]);
-    // 2 det/sum is the minor variance of round lobes, without its kink there.
+    // 2 det/sum equals the minor variance for round lobes, but is smooth there.
     let most = (minor - share * 0.5 * sum * round) * even;
     let long = kernel.along * sum * (1.0 - round);
     let variance = minor - most + long;
-    // What nodes keep across the lobe: its variance less the kernel's, rounded off at 0.
+    // Node variance across the lobe: the lobe's less the kernel's, smoothly bounded at 0.
     let rest = most - long;
     let soft = 0.1 * long;
     let root = (rest * rest + soft * soft).sqrt();
@@ -319,19 +317,19 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
     let of_lobe = 1.0 - 0.5 * (root - rest) / difference.max(1e-3 * sum).max(LEAST);
     let spread = of_lobe * v.cov + (across - of_lobe * minor) * inverse;
 
-    let (places, skew, mean_square) = node_places(wo, &v, spread);
+    let (nodes, skew, mean_square) = node_positions(wo, &v, spread);
     let sine2 = (1.0 - all.a * all.a / (1.0 + all.m.length_squared())).max(0.0);
     VisibleProbes {
         m: all.m,
         cholesky: slope_cholesky(all.s),
         area: all.area,
-        places,
+        nodes,
         along: DVec3::new(-v.shift - skew * mean_square, skew, 0.5 / v.variance),
         facet: DVec2::new(v.a, v.b),
         part: (1.0 - wide) * (v.cov - spread),
         kernel: variance * v.area / (v.facet * v.variance.sqrt() * per * per),
         wide,
-        whole: node_places(wo, &all, all.cov).0,
+        fresnel_nodes: node_positions(wo, &all, all.cov).0,
         flat: all.a + wo.xy().dot(all.m),
         projected: DVec2::ZERO,
         lit_spread: LIT_SPREAD * (1.0 + (1.0 - wide) * sine2),
@@ -344,21 +342,20 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
 pub struct VisibleProbe {
     /// Slope of the facet.
     pub slope: DVec2,
-    /// Direction that this facet reflects, unit.
+    /// Direction reflected by this facet, unit.
     pub mirror: DVec3,
-    /// Mean direction that its part of the lobe reflects, unit.
+    /// Mean direction reflected by the probe's part of the lobe, unit.
     pub wi: DVec3,
     /// `wo·wn` for the Fresnel term of all visible facets, 0..1.
     pub cosine: f64,
     /// Weight; the weights of a rule sum to one.
     pub weight: f64,
-    /// Variance of the lookup, per axis and in radians squared, below 2 ([`kernel`](super::kernel)).
+    /// Variance of the lookup per axis, in radians², below 2 ([`kernel`](super::kernel)).
     pub variance: f64,
 }
 
-/// Mean direction, unit, reflected by Gaussian slopes of covariance `c` about `slope`: to second order,
-/// `E[f N/|N|²]` by the moments of `f N` and of `|N|²`, where `f` is the projected area of a facet, and here of the one at
-/// `slope`.
+/// Mean reflected direction, unit, of Gaussian slopes of covariance `c` about `slope`: to second order, `E[f N/|N|²]` by the moments of `f
+/// N` and of `|N|²`. The projected area of a facet is `f`; the argument is its value at `slope`.
 pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     let (o, s) = (covariance_times(c, wo.xy()), covariance_times(c, slope));
     let per = 1.0 / (1.0 + slope.dot(slope) + c.x + c.y);
@@ -368,18 +365,18 @@ pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     wi / wi.length_squared().max(1e-12).sqrt()
 }
 
-/// The probe of a node.
+/// The lookup of one node.
 pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
-    let (slope, u) = node_slope(&probes.places, node.place);
+    let (slope, u) = node_slope(&probes.nodes, node.offset);
     let t = probes.along.x + u + probes.along.y * u * u;
     let z2 = 1.0 / (1.0 + slope.dot(slope));
     let stretch = (0.5 * t * t - probes.along.z * u * u).min(40.0).exp() * z2 * z2;
     let facet = (probes.facet.x - t * probes.facet.y).max(0.0);
     let grown = 1.0 + probes.projected.x * (facet * probes.projected.y - 1.0);
     let variance = (probes.kernel * node.cover * stretch * grown).min(1e6);
-    // The Fresnel term is convex, and a kernel does not filter it.
-    let (whole, _) = node_slope(&probes.whole, node.place);
-    let cosine = (probes.flat - wo.xy().dot(whole)).max(0.0) / (1.0 + whole.length_squared()).sqrt();
+    // The Fresnel term is convex, and kernels do not filter it.
+    let (fresnel_slope, _) = node_slope(&probes.fresnel_nodes, node.offset);
+    let cosine = (probes.flat - wo.xy().dot(fresnel_slope)).max(0.0) / (1.0 + fresnel_slope.length_squared()).sqrt();
     let facing = (wo.z - wo.xy().dot(slope)).max(0.0);
     VisibleProbe {
         slope,
@@ -401,7 +398,7 @@ mod tests {
             for wide in [0.0, 0.3, 1.0] {
                 let nodes: Vec<ProbeNode> = probe_rule(n).nodes(wide).collect();
                 assert_eq!(nodes.len(), n as usize);
-                let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
+                let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.offset)).sum::<f64>();
                 assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-7, "weights of {n}");
                 assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
                 let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));

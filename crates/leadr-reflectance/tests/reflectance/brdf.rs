@@ -1,5 +1,5 @@
-//! The BRDFs through their public interface: energy, reciprocity, and samples that follow their stated density. Bounds are
-//! two-sided where an exact value is known; errors are printed.
+//! The BRDFs through their public interface: energy, reciprocity, and sampling density. Bounds are two-sided where an exact value is
+//! known; errors are printed.
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ const MEANS: [DVec2; 4] = [DVec2::ZERO, DVec2::new(0.5, -0.3), DVec2::new(-1.5, 
 
 const DEGREES: [f64; 7] = [0.0, 30.0, 60.0, 75.0, 85.0, 88.0, 89.0];
 
-/// Every distribution, roughness, mean and view for which at least 1e-4 of the surface is visible.
+/// Every distribution, roughness, mean and view with at least 1e-4 of the surface visible.
 fn configurations() -> Vec<(Slopes, DVec3)> {
     let mut all = Vec::new();
     for new in Slopes::all() {
@@ -46,10 +46,10 @@ fn configurations() -> Vec<(Slopes, DVec3)> {
     all
 }
 
-/// Lowest and highest `f` of all configurations, and where they occur.
+/// Lowest and highest `f` of all configurations, and their configurations.
 fn extremes(all: &[(Slopes, DVec3)], f: impl Fn(&Slopes, DVec3) -> f64 + Sync) -> [(f64, String); 2] {
     let values: Vec<(f64, String)> =
-        all.par_iter().map(|(slopes, wo)| (f(slopes, *wo), format!("{:?} seen from {wo}", slopes.kind))).collect();
+        all.par_iter().map(|(slopes, wo)| (f(slopes, *wo), format!("{:?} viewed from {wo}", slopes.kind))).collect();
     assert!(values.iter().all(|v| v.0.is_finite()));
     let low = values.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap().clone();
     let high = values.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap().clone();
@@ -61,10 +61,10 @@ fn extremes(all: &[(Slopes, DVec3)], f: impl Fn(&Slopes, DVec3) -> f64 + Sync) -
 fn white_furnace() {
     let all = configurations();
     let away = all.iter().filter(|(slopes, wo)| slopes.meso_area(*wo) < 0.0).count();
-    println!("{} configurations, {away} with the mesosurface facing away", all.len());
+    println!("{} configurations, {away} with a back-facing mesosurface", all.len());
     assert!(away > 10);
     for masking in [Masking::SmithUnshadowed, Masking::VGrooveUnshadowed] {
-        // V-grooves are invisible once their mesosurface faces away.
+        // V-grooves with a back-facing mesosurface are invisible.
         let all: Vec<_> = match masking {
             Masking::SmithUnshadowed => all.clone(),
             _ => all.iter().copied().filter(|(slopes, wo)| slopes.meso_area(*wo) > 1e-3).collect(),
@@ -76,7 +76,7 @@ fn white_furnace() {
         println!("{masking:?}: energy 1 {:+.1e} ({})\n    to 1 {:+.1e} ({})", low.0, low.1, high.0, high.1);
         assert!(low.0 > -1e-5 && high.0 < 1e-5, "{masking:?}");
     }
-    // A normal map has no masking: the energy is the share of the macrosurface that faces the viewer, 1 from above.
+    // A normal map has no masking: its energy is the front-facing share of the macrosurface, 1 at normal incidence.
     let [low, high] = extremes(&all, |slopes, wo| {
         let brdf = mirror(Masking::NormalMap, *slopes);
         integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
@@ -98,7 +98,7 @@ fn shadowing_only_removes_energy() {
         println!("{masking:?}: energy {:.4} ({}) to 1 {:+.1e} ({})", low.0, low.1, high.0 - 1.0, high.1);
         assert!(low.0 >= 0.0 && high.0 < 1.0 + 1e-5, "{masking:?}");
     }
-    // A nearly smooth surface hardly shadows itself.
+    // A nearly smooth surface has almost no shadowing.
     for new in Slopes::all() {
         let slopes = new(DVec2::ZERO, 0.01, 0.01, 0.0);
         let brdf = mirror(Masking::SmithCorrelated, slopes);
@@ -106,7 +106,7 @@ fn shadowing_only_removes_energy() {
         let a = integrate_directions(&slopes, wo, 24, |wi| brdf.eval_cos(wo, wi)).x;
         assert!((a - 1.0).abs() < 2e-3, "{a}");
     }
-    // The thesis's noncentral form creates energy or loses most of it, which is why it is not the default.
+    // The thesis's noncentral form creates energy or loses most of it, so it is not the default.
     let [low, high] = extremes(&all, |slopes, wo| {
         let brdf = mirror(Masking::SmithThesis, *slopes);
         integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
@@ -162,18 +162,18 @@ fn reciprocity() {
         }
         let (_, _, there, back) = both(Masking::SmithThesis);
         worst = worst.max(differ(there, back));
-        // The test must notice BRDFs that are not reciprocal.
+        // The test must detect nonreciprocal BRDFs.
         for masking in [Masking::NormalMap, Masking::SmithUnshadowed] {
             let (there, back, ..) = both(masking);
             broken = broken.max(differ(there * ao, back * ai));
         }
     }
-    println!("reciprocity: worst relative difference {worst:.1e}; of the forms that are not reciprocal {broken:.2}");
+    println!("reciprocity: worst relative difference {worst:.1e}; nonreciprocal forms {broken:.2}");
     assert!(worst < 1e-9 && broken > 0.5);
 }
 
 #[test]
-fn variants_are_their_definitions() {
+fn variants_match_their_definitions() {
     let mut r = Random(5);
     let (mut worst, mut above_one, mut beyond_pole) = (0.0f64, 0.0f64, 0);
     for _ in 0..20_000 {
@@ -198,16 +198,16 @@ fn variants_are_their_definitions() {
         same(g(Masking::NormalMap), wo.z * wh.z / wo.dot(wh));
         assert!(g(Masking::SmithSeparable) <= g(Masking::SmithCorrelated) * (1.0 + 1e-12));
         assert!(g(Masking::SmithCorrelated) <= go.min(gi) * (1.0 + 1e-12));
-        // Sheared: LEADR eq. 13 with eq. 16, and no clamp of G1.
+        // Sheared: LEADR eq. 13 with eq. 16, and unclamped G1.
         let (ao, ai) = (slopes.meso_area(wo), slopes.meso_area(wi));
         let (go, gi) = (smith_g1(&slopes, wo), smith_g1(&slopes, wi));
         above_one = above_one.max(go);
         if go > 0.0 && gi > 0.0 {
-            // The thesis's form is eq. 2.13 as printed, or 0 where that is negative.
+            // The thesis's form is eq. 2.13 as printed, or 0 if that is negative.
             let printed = go * gi / (go + gi - go * gi);
             beyond_pole += u32::from(printed < 0.0);
             let got = geometric_attenuation(Masking::SmithThesis, &slopes, wo, wi, wh);
-            // Within a thousandth of the pole, rounding decides.
+            // Near the pole, rounding decides.
             if (1.0 / go + 1.0 / gi - 1.0).abs() > 1e-3 {
                 same(got, printed.max(0.0));
             }
@@ -227,7 +227,7 @@ fn variants_are_their_definitions() {
     assert!(worst < 1e-9 && above_one > 3.0 && beyond_pole > 100);
 }
 
-/// Where `G` and `a_o` both vanish, their quotient is continuous: no jump when the mesosurface turns edge-on.
+/// Where `G` and `a_o` both vanish, their quotient is continuous: no jump at an edge-on mesosurface.
 #[test]
 fn the_edge_on_mesosurface_is_a_limit() {
     for new in Slopes::all() {
@@ -240,7 +240,7 @@ fn the_edge_on_mesosurface_is_a_limit() {
             let (before, on, after) = (at(45.0 - 1e-7, masking), at(45.0, masking), at(45.0 + 1e-7, masking));
             assert!(before > 0.0 && (before / on - 1.0).abs() < 1e-5 && (after / on - 1.0).abs() < 1e-5, "{masking:?}");
         }
-        // On the light's side, the shadowed forms go to zero.
+        // The shadowed forms go to zero on the light's side.
         let lit = |degrees: f64, masking: Masking| {
             mirror(masking, slopes).eval_cos(direction(30.0, 3.0), direction(degrees, 0.0)).x
         };
@@ -271,7 +271,7 @@ fn materials() -> Vec<(String, Box<dyn Brdf + Sync>, bool)> {
     all
 }
 
-/// `throughput = f_r cos θ / pdf` with the stated `pdf`, and the mean throughput equals the integral.
+/// `throughput = f_r cos θ / pdf` with the returned `pdf`, and the mean throughput equals the integral.
 #[test]
 fn samples_have_the_density_they_state() {
     let (mut worst, mut worst_pdf, mut largest, mut worst_sigma) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
@@ -283,7 +283,7 @@ fn samples_have_the_density_they_state() {
             for _ in 0..n {
                 let Some(s) = brdf.sample(wo, pair(&mut r)) else { continue };
                 assert!((s.wi.length() - 1.0).abs() < 1e-12 && s.pdf > 0.0 && s.throughput.is_finite(), "{name}");
-                // Near the jump of a V-groove's pdf, rounding may choose either side.
+                // Near the jump of a V-groove's pdf, rounding may pick either side.
                 let pdf_error = (s.pdf / brdf.pdf(wo, s.wi) - 1.0).abs();
                 let error = (brdf.eval_cos(wo, s.wi) / s.pdf - s.throughput).abs().max_element();
                 worst_pdf = worst_pdf.max(pdf_error);
@@ -328,7 +328,7 @@ fn about(frame: &Frame, theta: f64, phi: f64) -> DVec3 {
 const RINGS: usize = 16;
 const SECTORS: usize = 16;
 
-/// Probability of each cell of the polar grid about `wo`, and at the end that of no sample.
+/// Probability of each cell of the polar grid about `wo`; the last entry is that of no sample.
 fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
     let frame = frame_about(wo);
     let (ring, sector) = (0.5 * PI / RINGS as f64, 2.0 * PI / SECTORS as f64);
@@ -351,7 +351,7 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
     cells
 }
 
-/// Pearson's statistic as a standard normal deviate (Wilson and Hilferty); cells that expect fewer than 8 are pooled.
+/// Pearson's statistic as a standard normal deviate (Wilson and Hilferty); cells with expectations below 8 are pooled.
 fn chi_square(counts: &[u32], expected: &[f64], n: u32) -> f64 {
     let (mut statistic, mut cells, mut pooled) = (0.0, 0, (0.0, 0.0));
     for (&count, &p) in counts.iter().zip(expected) {
@@ -408,13 +408,13 @@ fn samples_follow_their_density() {
     let worst = results.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     println!("{} chi-square tests of {n} samples: worst deviate {:+.2} ({})", results.len(), worst.0, worst.1);
     assert!(worst.0 < 4.0);
-    // Too good a fit would be wrong as well: the statistic of a fair sampler scatters.
+    // Too good a fit would also be wrong: the statistic of a fair sampler scatters.
     assert!(results.iter().any(|r| r.0 > 0.0) && results.iter().any(|r| r.0 < 0.0));
 }
 
-/// The test must notice a roughness five percent off, and a forgotten mean slope.
+/// The test must detect a roughness error of 5 %, and a missing mean slope.
 #[test]
-fn chi_square_fails_when_it_should() {
+fn chi_square_rejects_wrong_samples() {
     let n = 100_000;
     let wo = direction(40.0, 1.0);
     for new in Slopes::all() {

@@ -1,6 +1,6 @@
-//! Properties of every slope distribution: `D` projects to one, visible normals integrate to one, and so does the white
-//! furnace without shadowing (LEADR eq. 16). For Beckmann and GGX at every angle, with strong mean slopes and correlations
-//! of nearly one. Bounds are two-sided; the worst errors are printed.
+//! Properties of every slope distribution: `D` projects to one, visible normals integrate to one, and so does the white furnace without
+//! shadowing (LEADR eq. 16). Tests Beckmann and GGX at every angle, with strong mean slopes and correlations near one. Bounds are
+//! two-sided; the worst errors are printed.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ fn over_visible(seen: &Seen<'_>, f: impl Fn(DVec3) -> f64) -> f64 {
     let mut sum = 0.0;
     for &(u, wu) in &nodes {
         for &(v, wv) in &nodes {
-            let (p, area) = seen.place_in_square(DVec2::new(u, v));
+            let (p, area) = seen.from_square(DVec2::new(u, v));
             let (wn, solid_angle) = seen.normal(p);
             sum += wu * wv * area * solid_angle * f(wn);
         }
@@ -28,7 +28,7 @@ fn over_visible(seen: &Seen<'_>, f: impl Fn(DVec3) -> f64) -> f64 {
     sum
 }
 
-/// Lowest and highest deviation from one, and where they occur.
+/// Lowest and highest deviation from one, and their configurations.
 #[derive(Clone, Debug)]
 struct Range(f64, String, f64, String);
 
@@ -59,7 +59,7 @@ fn both(m: DVec2, s: DVec3) -> (Beckmann, Ggx) {
 fn distributions_project_to_one() {
     let errors = surfaces().into_par_iter().flat_map_iter(|(m, s)| {
         let (beckmann, ggx) = both(m, s);
-        // Seen from straight above, nothing is masked.
+        // At normal incidence nothing is masked.
         let b = over_visible(&Seen::beckmann(&beckmann, DVec3::Z), |n| n.z * beckmann.ndf(n));
         let g = over_visible(&Seen::ggx(&ggx, DVec3::Z), |n| n.z * ggx.ndf(n));
         [(b - 1.0, format!("Beckmann {m} {s}")), (g - 1.0, format!("GGX {m} {s}"))]
@@ -73,27 +73,24 @@ fn visible_normals_integrate_to_one() {
         surfaces().into_iter().flat_map(|(m, s)| ANGLES.map(|t| (m, s, direction(t, 40.0 + 3.0 * t)))).collect();
     let away = cases.iter().filter(|(m, _, wo)| wo.z - wo.x * m.x - wo.y * m.y < 0.0).count();
     // Beyond ν = −10, less than 1e-26 of a Beckmann surface is visible.
-    let errors = |ggx_wanted: bool| {
+    let errors = |use_ggx: bool| {
         cases.par_iter().filter_map(move |&(m, s, wo)| {
             let (beckmann, ggx) = both(m, s);
-            let seen = if ggx_wanted { Seen::ggx(&ggx, wo) } else { Seen::beckmann(&beckmann, wo) };
-            let counts = ggx_wanted || seen.nu > -10.0;
+            let seen = if use_ggx { Seen::ggx(&ggx, wo) } else { Seen::beckmann(&beckmann, wo) };
+            let counts = use_ggx || seen.nu > -10.0;
             let at = format!("ν {:.1} m {m} S {s} wo {wo:.2}", seen.nu);
             counts.then(|| (over_visible(&seen, |n| seen.distribution.vndf(wo, n)) - 1.0, at))
         })
     };
     let counted = errors(false).count();
-    println!(
-        "{} configurations, {away} with the mesosurface facing away; Beckmann shows something in {counted}",
-        cases.len()
-    );
+    println!("{} configurations, {away} with a back-facing mesosurface; Beckmann is visible in {counted}", cases.len());
     assert!(away > 40 && counted > 200);
     Range::of(errors(false)).check("Beckmann: visible normals", 1e-9);
     Range::of(errors(true)).check("GGX: visible normals", 1e-9);
 }
 
-/// `∫ D(wh) / (4 A(wo)) dwi` over the whole sphere of light directions, in polar coordinates about the viewer. Split where
-/// half vectors reach the horizon, because the noncentral GGX does not vanish there.
+/// `∫ D(wh) / (4 A(wo)) dwi` over the whole sphere of light directions, in polar coordinates about the viewer. Split where half vectors
+/// reach the horizon, because the noncentral GGX does not vanish there.
 fn furnace(d: &dyn SlopeDistribution, wo: DVec3, panels: usize) -> f64 {
     let frame = frame_about(wo);
     let (up, horizon) = (frame.y.z.atan2(frame.x.z), frame.x.z.hypot(frame.y.z));
@@ -133,7 +130,7 @@ fn white_furnace() {
     Range::of(ggx).check("GGX: white furnace", 1e-4);
 }
 
-/// The integrals must notice a forgotten `Λ`, a factor of the wrong roughness, and a lost correlation.
+/// The integrals must detect a missing `Λ`, a wrong roughness factor, and a missing correlation.
 #[test]
 fn wrong_areas_fail() {
     let (m, s, wo) = (DVec2::new(0.3, 0.1), DVec3::new(0.3, 0.2, 0.1), direction(80.0, 60.0));
@@ -163,7 +160,7 @@ fn parameterisations_describe_one_surface() {
     let b = bivariate_from_ellipse(&e);
     let m = DVec2::new(0.1, -0.4);
     let slope = DVec2::new(0.5, 0.2);
-    // Worked out by hand: along and across the major axis, α² = 2σ².
+    // Worked by hand: along and across the major axis, α² = 2σ².
     let d = slope - m;
     let (u, v) = ((d.x * 0.8f64.cos() + d.y * 0.8f64.sin()) / 0.9, (d.y * 0.8f64.cos() - d.x * 0.8f64.sin()) / 0.2);
     let q = u * u + v * v;

@@ -1,6 +1,6 @@
-//! White furnace: LEADR eq. 16 without shadowing and Fresnel integrates to one over all light directions, for every view
-//! and every slope distribution; with shadowing it integrates to less. Two-sided bounds; the integration is over the sphere of `wi`,
-//! independent of the change of variables to slopes that the renderer uses.
+//! White furnace: LEADR eq. 16 without shadowing and Fresnel integrates to one over all light directions, for every view and slope
+//! distribution. With shadowing it integrates to less. Bounds are two-sided. The integration is over the sphere of `wi`, independent of
+//! the renderer's change of variables to slopes.
 
 use std::f64::consts::PI;
 
@@ -10,8 +10,8 @@ use leadr_reflectance::integrals::specular::leadr_specular_directional;
 use leadr_reflectance::quadrature::composite_gauss;
 use rayon::prelude::*;
 
-/// `∫ I(wo, wi) dwi` over the whole sphere, in polar coordinates about `wo`: with `θ_h` the angle between `wo` and `wh`,
-/// `dwi = 4 cos θ_h dwh`, and every `wh` with `θ_h < 90°` is reached.
+/// `∫ I(wo, wi) dwi` over the whole sphere, in polar coordinates about `wo`: with `θ_h` the angle between `wo` and `wh`, `dwi = 4 cos θ_h
+/// dwh`, and every `wh` with `θ_h < 90°` is reached.
 fn albedo(wo: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let frame = leadr_reflectance::frame::frame_about(wo);
     let mut sum = 0.0;
@@ -37,8 +37,8 @@ fn configurations() -> Vec<(DVec3, DVec2, DVec3)> {
                     let (sin, cos) = degrees.to_radians().sin_cos();
                     let wo = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
                     let s = DVec3::new(sx * sx, sy * sy, r * sx * sy);
-                    // Visible areas below MIN_AREA are divided by MIN_AREA, so the integral would be below one; the
-                    // renderer tilts such mesosurfaces towards the viewer first, and so does this test.
+                    // Visible areas below MIN_AREA are divided by MIN_AREA, which would give an integral below one. The renderer tilts
+                    // such mesosurfaces towards the viewer first, and so does this test.
                     let seen = visible_area(wo, m, s) > 1e-5;
                     all.push((wo, if seen { m } else { face_viewer(wo, m, s, 1.8) }, s));
                 }
@@ -62,7 +62,7 @@ fn masking_alone_conserves_energy() {
         .collect();
     let low = errors.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     let high = errors.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-    println!("{} configurations, {away} with the mesosurface facing away", all.len());
+    println!("{} configurations, {away} with a back-facing mesosurface", all.len());
     println!("lowest energy 1 {:+.2e} at {}\nhighest energy 1 {:+.2e} at {}", low.0, low.1, high.0, high.1);
     assert!(away > 20);
     assert!(low.0 > -1e-3 && high.0 < 1e-3);
@@ -79,15 +79,15 @@ fn shadowing_only_removes_energy() {
         }
     }
     println!("lowest energy with shadowing {lowest:.4} at {darkest}");
-    // A nearly smooth surface hardly shadows itself.
+    // A nearly smooth surface has almost no shadowing.
     let wo = DVec3::new(0.6, 0.0, 0.8);
     let a = albedo(wo, DVec2::ZERO, DVec3::new(0.01, 0.01, 0.0), true, 60);
     assert!((a - 1.0).abs() < 2e-3, "{a}");
 }
 
-/// The furnace must notice the mistakes it is meant to find: a forgotten Λ, and σ used as α.
+/// The furnace must detect a missing Λ, and σ used as α.
 #[test]
-fn a_wrong_masking_term_fails() {
+fn wrong_masking_term_is_detected() {
     let (wo, m, s) = (DVec3::new(0.995, 0.0, 0.1).normalize(), DVec2::new(0.1, 0.0), DVec3::new(0.25, 0.25, 0.0));
     let right = albedo(wo, m, s, false, 60);
     let area = visible_area(wo, m, s);

@@ -1,4 +1,4 @@
-//! The mathematics against closed forms, quadrature and values of other programs. Needs no device.
+//! Tests of the mathematics against closed forms, quadrature and external values. No GPU needed.
 
 mod base_roughness;
 mod brdf;

@@ -1,11 +1,11 @@
-//! Pipelines that were made once and are kept.
+//! A cache of pipelines.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 
 use leadr_gpu::Result;
 
-/// What was made for each kind so far; clones of it share the pipelines.
+/// Values made so far, by kind. Clones share the pipelines.
 pub struct Cache<K, V>(HashMap<K, V>);
 
 impl<K, V> Default for Cache<K, V> {
@@ -15,7 +15,7 @@ impl<K, V> Default for Cache<K, V> {
 }
 
 impl<K: Eq + Hash, V: Clone> Cache<K, V> {
-    /// What was made for a kind, or is made now.
+    /// The cached value for a kind; makes it if it is missing.
     pub fn get(&mut self, kind: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
         if let Some(made) = self.0.get(&kind) {
             return Ok(made.clone());

@@ -1,4 +1,4 @@
-//! What of a scene is drawn for a frame, and how: known from its state and settings alone.
+//! What a frame draws, and how. It depends on the frame's state and settings alone.
 
 use super::surfaces::SurfaceDrawing;
 use crate::light::environment::Environment;
@@ -9,34 +9,34 @@ use crate::scene::FrameState;
 use crate::settings::{RenderSettings, ShadingOptions};
 use crate::surfaces::material::Bases;
 
-/// What a frame is prepared for.
+/// The purpose of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// The picture.
     Picture,
-    /// The picture by way of the G-buffer, which filter passes fill in any case.
+    /// The picture, always through the G-buffer.
     GBuffer,
-    /// Which shares of the light arrive, in place of radiance.
+    /// The fractions of light that arrive, instead of radiance.
     Light,
-    /// Geometry alone, and of that the edges of triangles.
+    /// Geometry only, as triangle edges.
     Wires,
 }
 
-/// What surfaces make necessary of a frame's shading.
+/// What the surfaces require from a frame's shading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Demands {
-    /// Bumps hide the surroundings from each other.
+    /// Bumps occlude the environment.
     pub relief: bool,
     /// Something casts shadows.
     pub casters: bool,
     /// Bases of the surfaces.
     pub bases: Bases,
-    /// Colours follow the relief of a surface.
+    /// Some colours follow the relief.
     pub relief_color: bool,
 }
 
-/// How pixels are shaded; without the relief's occlusion and colours, where there are none, and without shadow maps and what large
-/// shapes hide of the sky, where nothing casts shadows.
+/// The shading of the pixels. It omits relief occlusion and relief colours if no surface has them, and shadow maps and sky
+/// occlusion if nothing casts shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
     settings: &RenderSettings,
@@ -54,17 +54,16 @@ pub(super) fn shade_kind(
         shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-        // Other techniques than those of a Beckmann base see its roughness.
+        // Techniques without a Beckmann base only use the roughness of measured materials.
         bases: if settings.shading.technique().has_base_frame() { bases } else { Bases { fit_lobes: 0, ..bases } },
-        tells_light: false,
+        light_visibility: false,
     }
 }
 
-/// What is drawn of surfaces for frames that are shaded so, and their settings: only what is shaded as it is filtered can be
-/// multisampled.
+/// The drawing of surfaces for this shading, with adjusted settings. Multisampling needs a filter pass that also shades.
 pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpose) -> (RenderSettings, SurfaceDrawing) {
     let filter = match kind {
-        // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
+        // Edge samples are joined in the G-buffer; the reference has its own shading pass.
         ShadeKind { edges: Edges::None, .. }
             if purpose != Purpose::GBuffer
                 && !settings.shadows_of_relief()
@@ -74,7 +73,7 @@ pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpos
         }
         _ => FilterInto::GBuffer,
     };
-    // The G-buffer has no slots for other surfaces.
+    // The G-buffer has no slots for the other surfaces of a pixel.
     let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
     let settings = RenderSettings { msaa, ..settings };
     let drawing = SurfaceDrawing {

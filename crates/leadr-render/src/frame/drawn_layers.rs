@@ -1,4 +1,4 @@
-//! Layers that nothing holds after a sample: the sample is drawn once more for them, beside the picture.
+//! Layers that the sample's images do not contain. The sample is drawn again for them, without changing the picture.
 
 use super::Layer;
 use super::drawing::Purpose;
@@ -9,11 +9,11 @@ use crate::light::sky_visibility::SkyProbe;
 use crate::settings::RenderSettings;
 use leadr_gpu::Result;
 
-/// Lines lie this much farther than the surface that shows them at most, as a part of their distance: they are rasterised apart from it.
+/// Largest depth difference between a line and the surface below it, relative to their distance. Both are rasterised separately.
 const LINE_SLACK: f32 = 1e-3;
 
 impl Renderer {
-    /// Which shares of light arrive in each pixel: of suns and lamps, and of the surroundings; 1 where nothing is.
+    /// Fractions of light that arrive in each pixel: from suns and lamps, and from the environment. 1 in empty pixels.
     pub(super) fn light_shares(&mut self) -> Result<Vec<[f32; 2]>> {
         let shares = self.once_more(Purpose::Light, |frame, index| {
             frame.draw_sample(index)?;
@@ -23,12 +23,12 @@ impl Renderer {
         Ok(shares.iter().flatten().map(share).collect())
     }
 
-    /// 1 in each pixel that shows the edge of a triangle, else 0.
+    /// 1 in each pixel on a triangle edge, else 0.
     pub(super) fn wires(&mut self) -> Result<Vec<[f32; 4]>> {
         let (patches, depth) = (self.layer(Layer::Patch)?, self.layer(Layer::Depth)?);
         let lines = self.once_more(Purpose::Wires, |frame, index| {
             let pixels = frame.plan.pixels(index);
-            frame.look(&pixels, index)?;
+            frame.set_view(&pixels, index)?;
             frame.renderer.timer.clone().submit(&mut CpuTime::default(), |passes| {
                 frame.plan.surfaces.record_motion(passes);
                 frame.record_pixel_geometry(passes, &pixels);
@@ -40,7 +40,8 @@ impl Renderer {
         })?;
         let Some(((width, height), lines)) = lines else { return Ok(Vec::new()) };
         let numbering = self.numbering;
-        // Lines hide each other, but not what lies between them does. A line on a surface is as near as the farthest place about it.
+        // Lines occlude each other, but triangles do not occlude lines. A line lies on a visible surface if it is no farther than
+        // the farthest neighbouring pixel.
         let shows = |(i, &(word, distance)): (usize, &(u32, f32))| {
             let [object, _] = numbering.parts(word);
             let (x, y) = (i as u32 % width, i as u32 / width);
@@ -53,12 +54,12 @@ impl Renderer {
         Ok(lines.iter().enumerate().map(shows).collect())
     }
 
-    /// Into how many segments the patch under each pixel is divided along u and v; 0 where nothing is divided.
+    /// Segments of the patch under each pixel along u and v; 0 where nothing is tessellated.
     pub(super) fn segments(&mut self) -> Result<Vec<[f32; 4]>> {
         let patches = self.layer(Layer::Patch)?;
         let segments = self.once_more(Purpose::Picture, |frame, index| {
             let pixels = frame.plan.pixels(index);
-            frame.look(&pixels, index)?;
+            frame.set_view(&pixels, index)?;
             let of = |&[object, patch, ..]: &[f32; 4]| {
                 let divided = frame.plan.surfaces.segments(object as u32, patch as u32);
                 let [u, v] = divided.unwrap_or([0.0; 2]);
@@ -69,8 +70,7 @@ impl Renderer {
         Ok(segments.unwrap_or_default())
     }
 
-    /// The places at which the last frame knew what large shapes hide of the surroundings; none where nothing throws shadows or that is
-    /// not shaded.
+    /// The probes of sky occlusion of the last frame. Empty without shadow casters, or if sky occlusion is not shaded.
     pub fn sky_probes(&self) -> Vec<SkyProbe> {
         let shaded = self
             .last
@@ -79,8 +79,8 @@ impl Renderer {
         if shaded { self.sky.probes() } else { Vec::new() }
     }
 
-    /// Prepares the last sample for a purpose, with one sample per pixel and with images of its own, so that those of the picture stay as
-    /// they are. `None` before the first sample.
+    /// Draws the last sample again for a purpose, with one sample per pixel and separate images, so the picture's images stay
+    /// unchanged. `None` before the first sample.
     fn once_more<T>(
         &mut self,
         purpose: Purpose,

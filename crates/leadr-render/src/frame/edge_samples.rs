@@ -1,4 +1,4 @@
-//! The edge samples of a frame: sub-frames of their own beside that of the pixels.
+//! The edge samples of a frame, drawn as sub-frames in addition to the pixels.
 
 use super::targets::EdgeTargets;
 use crate::passes::edges::{EdgeRays, JoinPass};
@@ -7,18 +7,18 @@ use crate::pixel_area::PixelArea;
 use crate::sampling::edge_jitter;
 use crate::view::{Samples, View};
 
-/// The edge samples of every sample of a frame. Clones share targets and pipelines.
+/// The edge samples for every sample of a frame. Clones share targets and pipelines.
 #[derive(Clone)]
 pub struct EdgeSamples {
-    /// Edge samples of each pixel.
+    /// Edge samples per pixel.
     pub samples: u32,
-    /// Where they can see anything.
+    /// The pixels that can contain surfaces.
     pub area: PixelArea,
-    /// What they are drawn into.
+    /// The render targets.
     pub targets: EdgeTargets,
-    /// Shades those that see another surface than their pixel.
+    /// Shades edge samples of other surfaces than their pixel's.
     pub shade: ShadePass,
-    /// Joins those of each pixel.
+    /// Joins the edge samples of each pixel.
     pub join: JoinPass,
 }
 
@@ -26,14 +26,14 @@ pub struct EdgeSamples {
 pub struct EdgeImage {
     /// The samples.
     pub view: View,
-    /// Their places beside those of the pixels.
+    /// Their rays and those of the pixels.
     pub rays: EdgeRays,
-    /// Where they are drawn: x, y, width, height.
+    /// The scissor rectangle: x, y, width, height.
     pub scissor: [u32; 4],
 }
 
 impl EdgeSamples {
-    /// The images that make up the edge samples beside the pixels' own samples.
+    /// The images that provide the edge samples, in addition to the pixels' own samples.
     pub fn images(&self, pixels: &View) -> Vec<EdgeImage> {
         let grid = self.targets.grid;
         let count = self.samples / (grid * grid);

@@ -14,11 +14,11 @@ use leadr_reflectance::frame::{frame_about, to_frame};
 /// A quantity in every pixel of the last sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
-    /// Distance along the view axis, metres; infinity where nothing is.
+    /// Distance along the view axis, metres; infinity in empty pixels.
     Depth,
     /// World displacement direction, the z axis of the tangent frame.
     Normal,
-    /// Mean slope in that frame.
+    /// Mean slope in the tangent frame.
     MeanSlope,
     /// Slope covariance `sxx, syy, sxy`.
     Covariance,
@@ -28,22 +28,22 @@ pub enum Layer {
     Albedo,
     /// Beckmann roughness of the base material.
     Roughness,
-    /// Projected area of the bumps that the eye sees, against that of the macrosurface: `A(ωo) / cos θ` (LEADR section 4.3).
+    /// Projected area of the bumps visible to the viewer, relative to the macrosurface's: `A(ωo) / cos θ` (LEADR section 4.3).
     VisibleArea,
-    /// The object, from 1 and the sea last, its patch, and the place on the patch; 0 where nothing is.
+    /// Object (from 1, the sea last), patch, and position on the patch; 0 in empty pixels.
     Patch,
-    /// Of what suns and lamps send to the pixel, the share that passes the relief and what throws shadows: 1 lit, 0 in shadow. 1 where
-    /// nothing is. The reference shows that of shadow maps, too.
+    /// Fraction of the light of suns and lamps that is not shadowed by relief or casters: 1 lit, 0 in shadow. 1 in empty pixels.
+    /// The reference also takes this layer from shadow maps.
     Shadow,
-    /// Share of the surroundings that large shapes leave, weighted by the cosine; 1 where nothing is or that is not shaded.
+    /// Cosine-weighted fraction of the environment that large shapes leave visible. 1 in empty pixels, or if it is not shaded.
     Sky,
-    /// 1 on the edges of triangles, 0 elsewhere.
+    /// 1 on triangle edges, else 0.
     Triangles,
-    /// Segments into which the patch is divided along u and v, 1 to 63; 0 where nothing is and on a sea that is marched.
+    /// Segments of the patch along u and v, 1 to 63; 0 in empty pixels and on a ray-marched sea.
     Tessellation,
 }
 
-/// What is known of a layer.
+/// The description of a layer.
 struct Row {
     name: &'static str,
     help: &'static str,
@@ -51,7 +51,7 @@ struct Row {
 }
 
 impl Layer {
-    /// Every layer.
+    /// All layers.
     pub const ALL: [Self; 13] = [
         Self::Depth,
         Self::Normal,
@@ -81,16 +81,16 @@ impl Layer {
             Self::Albedo => row("albedo", "Linear albedo", &["albedo.R", "albedo.G", "albedo.B"]),
             Self::Roughness => row("roughness", "Beckmann roughness of the base material", &["roughness.A"]),
             Self::VisibleArea => {
-                row("visible-area", "Area of bumps that is seen, against the smooth surface's", &["visible_area.A"])
+                row("visible-area", "Visible area of the bumps, relative to the smooth surface", &["visible_area.A"])
             }
             Self::Patch => row(
                 "patch",
-                "Object from 1, its patch, and the place on it",
+                "Object (from 1), patch, and position on it",
                 &["patch.object", "patch.index", "patch.u", "patch.v"],
             ),
-            Self::Shadow => row("shadow", "Share of the light of suns and lamps that arrives", &["shadow.L"]),
-            Self::Sky => row("sky", "Share of the surroundings that large shapes leave", &["sky.L"]),
-            Self::Triangles => row("triangles", "1 on the edges of triangles", &["triangles.edge"]),
+            Self::Shadow => row("shadow", "Unshadowed fraction of the light of suns and lamps", &["shadow.L"]),
+            Self::Sky => row("sky", "Fraction of the environment that large shapes leave visible", &["sky.L"]),
+            Self::Triangles => row("triangles", "1 on triangle edges", &["triangles.edge"]),
             Self::Tessellation => {
                 row("tessellation", "Segments of the patch along u and v", &["tessellation.u", "tessellation.v"])
             }
@@ -102,12 +102,12 @@ impl Layer {
         self.row().name
     }
 
-    /// A line of help.
+    /// One line of help.
     pub fn help(self) -> &'static str {
         self.row().help
     }
 
-    /// Names of its channels in an EXR file, in their order.
+    /// The channel names in an EXR file, in order.
     pub fn channels(self) -> &'static [&'static str] {
         self.row().channels
     }
@@ -120,11 +120,11 @@ impl Serialize for Layer {
 }
 
 impl Renderer {
-    /// Reads a layer of the last sample; unused channels are zero. Empty before the first sample. What neither its geometry nor its
-    /// G-buffer holds is drawn again: a frame that is paused cannot be resumed then.
+    /// Reads a layer of the last sample; unused channels are zero. Empty before the first sample. Layers in neither the geometry
+    /// nor the G-buffer are drawn again, after which a paused frame cannot be resumed.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare); [`GpuError::Usage`](leadr_gpu::GpuError) for triangles on a device that cannot draw their edges.
+    /// As [`prepare`](Self::prepare). [`GpuError::Usage`](leadr_gpu::GpuError) for triangles on a device that cannot draw lines.
     pub fn layer(&mut self, layer: Layer) -> Result<Vec<[f32; 4]>> {
         let Some((camera, settings)) = self.last.as_ref().map(|last| (last.state.camera, last.settings)) else {
             return Ok(Vec::new());
@@ -158,8 +158,8 @@ impl Renderer {
                 let depth: Vec<f32> = targets.pixels.visible.depth.read(0, 0)?;
                 let (size, [across, down, middle]) = (settings.size, camera.rays(settings.size, Vec2::ZERO));
                 let towards_eye = |x: u32, y: u32| {
-                    let place = |i: u32, count: u32| 2.0 * (i as f32 + 0.5) / count as f32 - 1.0;
-                    -(middle + across * place(x, size.0) + down * place(y, size.1)).normalize()
+                    let position = |i: u32, count: u32| 2.0 * (i as f32 + 0.5) / count as f32 - 1.0;
+                    -(middle + across * position(x, size.0) + down * position(y, size.1)).normalize()
                 };
                 let pixels = targets.pixels.gbuffer.read()?;
                 let areas = pixels.iter().zip(&depth).zip(0..).map(|((pixel, &depth), i)| {
@@ -174,13 +174,13 @@ impl Renderer {
                 let surface: Vec<[u32; 4]> = targets.pixels.visible.surface.read(0, 0)?;
                 let patch = |&[word, u, v, _]: &[u32; 4]| {
                     let [object, index] = numbering.parts(word);
-                    let place = [u, v]
+                    let position = [u, v]
                         .map(|bits| Some(f32::from_bits(bits)).filter(|v| object > 0 && v.is_finite()).unwrap_or(0.0));
-                    [object as f32, index as f32, place[0], place[1]]
+                    [object as f32, index as f32, position[0], position[1]]
                 };
                 return Ok(surface.iter().map(patch).collect());
             }
-            // Drawn above.
+            // These layers are drawn again above.
             Layer::Shadow | Layer::Sky | Layer::Triangles | Layer::Tessellation => |_| Vec4::ZERO,
         };
         Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
@@ -192,7 +192,7 @@ impl Renderer {
         let timer = self.timer.clone();
         let mut frame = self.prepare_for(&last.state, &last.settings, Purpose::GBuffer)?;
         let pixels = frame.plan.pixels(last.index);
-        frame.look(&pixels, last.index)?;
+        frame.set_view(&pixels, last.index)?;
         timer.submit(&mut CpuTime::default(), |passes| {
             frame.plan.surfaces.record_motion(passes);
             frame.record_pixel_geometry(passes, &pixels);
@@ -204,10 +204,10 @@ impl Renderer {
     }
 }
 
-/// Steepest views count as this cosine.
+/// Smallest cosine of the view angle; steeper views are clamped.
 const LEAST_COSINE: f64 = 1e-2;
 
-/// Of the projected area of a pixel's surface, what its bumps show towards the eye.
+/// Projected area of the bumps that face the eye, relative to the projected area of the surface.
 fn visible_share(pixel: &FilteredPixel, towards_eye: Vec3) -> f32 {
     let wo = to_frame(&frame_about(pixel.normal), towards_eye.as_dvec3());
     let area = visible_area(wo, pixel.mean_slope.as_dvec2(), pixel.slope_covariance.as_dvec3());

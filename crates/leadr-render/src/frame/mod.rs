@@ -1,6 +1,6 @@
-//! The frame: what a renderer holds of a scene, what it prepares for one moment of it, and the passes in their order.
+//! The frame: the scene data of a renderer, the preparation for one state, and the order of the passes.
 //!
-//! [`Renderer::prepare`] makes a [`PreparedFrame`] of a state and settings, and only that can be drawn.
+//! [`Renderer::prepare`] turns a state and settings into a [`PreparedFrame`], the only type that can be drawn.
 
 mod cache;
 mod drawing;

@@ -1,4 +1,4 @@
-//! Pipelines that depend on how a frame is drawn, each made when a frame first asks for it.
+//! Pipelines that depend on how a frame is drawn. Each is made on first use.
 
 use super::cache::Cache;
 use crate::passes::accumulate::{AccumulatePass, PartsKind};
@@ -7,19 +7,19 @@ use crate::passes::msaa::MsaaPass;
 use crate::passes::reference::{ReferenceKind, ReferencePass};
 use crate::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
 
-/// The pipelines that were asked for so far.
+/// The pipelines made so far.
 #[derive(Default)]
 pub struct Pipelines {
-    /// The shading of pixels or of edge samples.
+    /// Shading of pixels or edge samples.
     pub shade: Cache<ShadeKind, ShadePass>,
-    /// The sky behind surfaces, of multisampled geometry or of other.
+    /// The sky behind surfaces, keyed by whether the geometry is multisampled.
     pub sky: Cache<bool, SkyBehindPass>,
-    /// What finds the surfaces of so many samples of each pixel.
+    /// Finding the surfaces of a pixel, by number of samples.
     pub multisample: Cache<u32, MsaaPass>,
-    /// The mean of samples that are put together from such parts.
+    /// The mean of the samples, by the parts of a sample.
     pub accumulate: Cache<PartsKind, AccumulatePass>,
-    /// The joining of edge samples.
+    /// Joining of edge samples.
     pub join: Cache<JoinKind, JoinPass>,
-    /// The reference with shadows of the relief.
+    /// The reference with relief shadows.
     pub reference: Cache<ReferenceKind, ReferencePass>,
 }

@@ -1,10 +1,10 @@
-//! Things that frames hold from their preparation until the device has drawn them.
+//! A pool of objects that a frame holds from preparation until the device has drawn it.
 
 use std::sync::Arc;
 
 use leadr_gpu::Result;
 
-/// What was made for frames so far. What no frame holds any more is used again.
+/// The objects made so far. Objects that no frame holds are reused.
 pub struct Pool<T>(Vec<Arc<T>>);
 
 impl<T> Default for Pool<T> {
@@ -14,7 +14,7 @@ impl<T> Default for Pool<T> {
 }
 
 impl<T> Pool<T> {
-    /// One that no frame holds, or a new one.
+    /// An unused object, or a new one.
     pub fn take(&mut self, make: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
         if let Some(free) = self.0.iter().find(|made| Arc::strong_count(made) == 1) {
             return Ok(free.clone());
@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_frame_holds_is_not_given_to_another() {
+    fn frame_resources_are_exclusive() {
         let (mut pool, mut made) = (Pool::default(), 0);
         let mut take = || {
             pool.take(|| {
@@ -43,7 +43,7 @@ mod tests {
         assert_eq!((*first, *second), (1, 2));
         drop(first);
         for _ in 0..2 {
-            // Let go of at once.
+            // Dropped immediately.
             assert_eq!(*take().unwrap(), 1);
         }
         assert_eq!(*second, 2);

@@ -1,4 +1,4 @@
-//! What is made and written before the first sample of a frame: poses, targets, the lights' views, pipelines.
+//! Preparation before the first sample of a frame: poses, targets, light views and pipelines.
 
 use super::drawing::{Purpose, drawing, shade_kind};
 use super::edge_samples::EdgeSamples;
@@ -24,17 +24,17 @@ use crate::surfaces::tessellation::TessellationSettings;
 use leadr_gpu::{Buffer, GpuError, Memory, Result};
 
 impl Renderer {
-    /// Poses the scene and makes everything a frame is drawn with. It may draw into the images of the last frame; the device may
-    /// still be drawing that.
+    /// Poses the scene and makes everything that a frame needs for drawing. It may write to images of the last frame that the
+    /// device is still drawing.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for settings that make no picture or that the device cannot draw; memory that is short, a lost
-    /// device, a failed pipeline.
+    /// [`GpuError::Usage`] for invalid settings or settings that the device does not support; insufficient memory, a lost device,
+    /// or a failed pipeline.
     pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
         self.prepare_for(state, settings, Purpose::Picture)
     }
 
-    /// The same for any purpose.
+    /// As [`prepare`](Self::prepare), for any purpose.
     pub(super) fn prepare_for(
         &mut self,
         state: &FrameState,
@@ -47,9 +47,9 @@ impl Renderer {
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
         let settings = RenderSettings { tessellation, ..*settings };
-        let tells_light = purpose == Purpose::Light;
+        let light_visibility = purpose == Purpose::Light;
         let kind = ShadeKind {
-            tells_light,
+            light_visibility,
             ..shade_kind(state, &settings, &self.environment, self.surfaces.meshes.demands(state))
         };
         let (settings, drawing) = drawing(settings, kind, purpose);
@@ -87,30 +87,30 @@ impl Renderer {
         Ok(PreparedFrame { renderer: self, plan })
     }
 
-    /// Whether the device can run the loops of a slope grid.
+    /// Checks that the device can run the loops of a slope grid.
     fn check_loops(&self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
         let Some(limit) = self.gpu.loop_iterations_per_invocation() else { return Ok(()) };
-        // One walk over the grid for the visible normals, one for the environment, one per light.
+        // The grid is traversed once for the visible normals, once for the environment, and once per light.
         let suns = suns_of(state, &self.environment).count();
         let walks = 2 + (suns + state.point_lights.len()) as u32;
         match settings.shading.quadrature() {
             Some(Quadrature::Grid(grid)) if grid * grid * walks >= limit => {
                 let fault =
-                    format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
+                    format!("{grid} x {grid} slopes exceed this driver's {limit} loop iterations: use a smaller grid");
                 Err(GpuError::Usage { name: "slope grid".to_owned(), fault })
             }
             _ => Ok(()),
         }
     }
 
-    /// The targets of the last frame if they suit, or new ones.
+    /// The targets of the last frame if they fit, or new ones.
     fn targets_for(
         &mut self,
         surfaces: &PreparedSurfaces,
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<Targets> {
-        // The geometry stages of the sea know no grid.
+        // The geometry stages of the sea do not support a grid.
         let finest = if surfaces.sea.is_some() { 1 } else { MAX_GRID };
         let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
         let shape = TargetShape {
@@ -121,18 +121,18 @@ impl Renderer {
             sun_maps: drawing.sun_maps,
         };
         if let Some(kept) = &self.targets
-            && kept.suit(shape)
+            && kept.fits(shape)
         {
             return Ok(kept.clone());
         }
-        // Unsuitable targets are dropped first: there may be no room for both.
+        // Drop unsuitable targets first: memory may not hold both.
         self.gpu.wait_idle()?;
         let mean = self.targets.take().map(|targets| targets.mean);
         self.last = None;
         Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())
     }
 
-    /// Chooses the passes of a frame; points the shadow maps at the casters, or makes the lights of the reference.
+    /// Chooses the passes of a frame. Sets up the shadow views of the casters, or the lights of the reference.
     fn prepare_path(
         &mut self,
         state: &FrameState,
@@ -193,7 +193,7 @@ impl Renderer {
         Ok(FramePath::Reference { pass, lights: Box::new(lights) })
     }
 
-    /// Points the shadow maps at the casters.
+    /// Sets up the shadow views of the casters.
     fn prepare_light(
         &mut self,
         state: &FrameState,
@@ -219,7 +219,7 @@ impl Renderer {
         Ok(MappedLight { shadows, behind })
     }
 
-    /// Finds where edge samples are needed and makes what draws them into `targets`.
+    /// Finds the area that needs edge samples, and makes their passes for `targets`.
     fn prepare_edges(
         &mut self,
         state: &FrameState,

@@ -1,4 +1,4 @@
-//! A frame that can be drawn.
+//! A frame ready to be drawn.
 
 use std::sync::Arc;
 
@@ -16,18 +16,17 @@ use crate::scene::FrameState;
 use crate::settings::RenderSettings;
 use leadr_gpu::{Buffer, GpuError, Image, ResourceSet, Result};
 
-/// A frame that is ready to be drawn, and the only thing that can be: its scene is posed, its targets and pipelines are made. Comes from
-/// [`Renderer::prepare`].
+/// A frame ready to be drawn: the scene is posed, and targets and pipelines exist. Only [`Renderer::prepare`] makes one.
 pub struct PreparedFrame<'r> {
     pub(super) renderer: &'r mut Renderer,
     pub(super) plan: FramePlan,
 }
 
-/// A frame between two of its samples, while nothing borrows the renderer: a window keeps one whose samples it spreads over
-/// many refreshes. [`Renderer::resume`] goes on with it.
+/// A frame paused between two samples, which does not borrow the renderer. A window keeps one to spread its samples over many
+/// refreshes. Continue with [`Renderer::resume`].
 pub struct PausedFrame(FramePlan);
 
-/// What is known of a frame before its first sample.
+/// The data of a frame fixed before its first sample.
 pub(super) struct FramePlan {
     pub state: FrameState,
     pub settings: RenderSettings,
@@ -37,44 +36,44 @@ pub(super) struct FramePlan {
     pub shadow_maps: ShadowMaps,
     /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: Arc<Buffer>,
-    /// The set of its light.
+    /// The descriptor set of the light.
     pub scene: ResourceSet,
     pub accumulate: AccumulatePass,
-    /// Samples in the mean.
+    /// Samples in the mean so far.
     pub drawn: u32,
-    /// The renderer's count of prepared frames.
+    /// The renderer's frame counter at preparation.
     pub number: u64,
 }
 
-/// The passes that a frame takes.
+/// The sequence of passes of a frame.
 pub(super) enum FramePath {
-    /// Filter passes shade what they filter, in one submission.
+    /// Filter passes also shade, in one submission.
     Fused {
         lit: MappedLight,
-        /// Where the geometry is multisampled.
+        /// Multisampled geometry, if enabled.
         multisample: Option<Multisample>,
     },
-    /// What is filtered goes through the G-buffer, where edge samples are joined to it before it is shaded.
+    /// Through the G-buffer, where edge samples are joined before shading.
     Deferred { lit: MappedLight, shade: ShadePass, edges: Option<Box<EdgeSamples>> },
-    /// As the reference, by lights that the relief hides, drawn anew for every sample.
+    /// The reference, with lights shadowed by the relief and drawn anew for every sample.
     Reference { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
-/// Suns, point lights and environment, whose coarse shadows are in maps.
+/// Suns, point lights and environment, with coarse shadows from maps.
 pub(super) struct MappedLight {
-    /// Where the lights look from, if they throw shadows: suns, then point lights.
+    /// Views of the lights that cast shadows: suns, then point lights.
     pub shadows: Vec<ShadowView>,
     pub behind: SkyBehindPass,
 }
 
-/// Several samples of the geometry in each pixel.
+/// Several geometry samples per pixel.
 pub(super) struct Multisample {
     pub pass: MsaaPass,
     pub targets: MultisampleTargets,
 }
 
 impl FramePath {
-    /// Lights with shadow maps, if it has such.
+    /// The lights with shadow maps, if there are any.
     pub fn lit(&self) -> Option<&MappedLight> {
         match self {
             Self::Fused { lit, .. } | Self::Deferred { lit, .. } => Some(lit),
@@ -87,12 +86,12 @@ impl FramePath {
         self.lit().map_or(&[], |lit| &lit.shadows)
     }
 
-    /// Whether what is filtered goes through the G-buffer.
+    /// Whether the filter passes write the G-buffer.
     pub fn fills_gbuffer(&self) -> bool {
         !matches!(self, Self::Fused { .. })
     }
 
-    /// Edge samples, if there are any.
+    /// The edge samples, if there are any.
     pub fn edges(&self) -> Option<&EdgeSamples> {
         match self {
             Self::Deferred { edges, .. } => edges.as_deref(),
@@ -100,7 +99,7 @@ impl FramePath {
         }
     }
 
-    /// Multisampled geometry, if there is any.
+    /// The multisampled geometry, if enabled.
     pub fn multisample(&self) -> Option<&Multisample> {
         match self {
             Self::Fused { multisample, .. } => multisample.as_ref(),
@@ -110,24 +109,24 @@ impl FramePath {
 }
 
 impl PreparedFrame<'_> {
-    /// Whether a sample is one submission, so that the processor can prepare the next frame while the device draws this one.
+    /// Whether a sample is a single submission. The CPU can then prepare the next frame while the GPU draws this one.
     #[doc(hidden)]
     pub fn overlaps(&self) -> bool {
         self.plan.path.lit().is_some() && self.plan.path.edges().is_none()
     }
 
-    /// The image that holds the mean of the samples.
+    /// The image with the mean of the samples.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.plan.targets.mean
     }
 
-    /// Samples in its mean so far.
+    /// Samples in the mean so far.
     pub fn samples(&self) -> u32 {
         self.plan.drawn
     }
 
-    /// Gives the renderer back for now.
+    /// Pauses the frame and releases the renderer.
     #[must_use]
     pub fn pause(self) -> PausedFrame {
         PausedFrame(self.plan)
@@ -135,23 +134,23 @@ impl PreparedFrame<'_> {
 }
 
 impl PausedFrame {
-    /// The state that it shows, to be prepared with other settings.
+    /// The state, for preparing it with other settings.
     pub fn state(&self) -> &FrameState {
         &self.0.state
     }
 
-    /// Samples in its mean so far.
+    /// Samples in the mean so far.
     pub fn samples(&self) -> u32 {
         self.0.drawn
     }
 
-    /// The image that holds the mean of the samples.
+    /// The image with the mean of the samples.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.0.targets.mean
     }
 
-    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    /// Upper bound on the triangles of one sample over all views, and number of patches drawn for the camera.
     #[doc(hidden)]
     pub fn counts(&self) -> (u64, u32) {
         self.0.surfaces.counts()
@@ -159,33 +158,32 @@ impl PausedFrame {
 }
 
 impl Renderer {
-    /// Prepares a picture of the state of a paused frame with other settings, in targets of its own
-    /// ([`swap_targets`](Self::swap_targets)). What both share, light and waves, is the same in both, so each can be paused and resumed
-    /// while the other is drawn.
+    /// Prepares the state of a paused frame with other settings, in separate targets ([`swap_targets`](Self::swap_targets)). Both
+    /// frames share light and waves, so each can be paused and resumed while the other is drawn.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare), and as [`resume`](Self::resume) for a frame that could not be resumed.
+    /// As [`prepare`](Self::prepare), and as [`resume`](Self::resume) if the paused frame is outdated.
     #[doc(hidden)]
-    pub fn prepare_beside(&mut self, paused: &PausedFrame, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
+    pub fn prepare_second(&mut self, paused: &PausedFrame, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
         let number = self.check_current(paused)?;
         let frame = self.prepare(&paused.0.state, settings)?;
         frame.renderer.prepared = number;
         Ok(PreparedFrame { plan: FramePlan { number, ..frame.plan }, ..frame })
     }
 
-    /// Goes on with a paused frame.
+    /// Continues a paused frame.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if this renderer prepared another frame since, which overwrote what this one needs.
+    /// [`GpuError::Usage`] if this renderer has prepared another frame since, which overwrote shared data.
     pub fn resume(&mut self, paused: PausedFrame) -> Result<PreparedFrame<'_>> {
         self.check_current(&paused)?;
         Ok(PreparedFrame { renderer: self, plan: paused.0 })
     }
 
-    /// The number of a paused frame, if nothing has overwritten what it needs.
+    /// The number of a paused frame, if its shared data is still valid.
     fn check_current(&self, paused: &PausedFrame) -> Result<u64> {
         if paused.0.number != self.prepared {
-            let fault = "the renderer has prepared another frame or got another environment since it was paused: prepare it again".to_owned();
+            let fault = "another frame or environment overwrote it while it was paused: prepare it again".to_owned();
             return Err(GpuError::Usage { name: "frame".to_owned(), fault });
         }
         Ok(paused.0.number)

@@ -1,4 +1,4 @@
-//! The passes of a sample in their order.
+//! The passes of a sample, in order.
 
 use std::time::Instant;
 
@@ -13,15 +13,15 @@ use crate::view::View;
 use leadr_gpu::{Commands, GpuError, Result, Timestamps};
 
 impl PreparedFrame<'_> {
-    /// Draws sample `index` of `settings.samples`, with all its edge samples, into the mean of the samples drawn before it. Waits
-    /// for the device, and returns the time of each pass on it.
+    /// Draws sample `index` of `settings.samples` with all its edge samples, and adds it to the running mean. Waits for the device.
+    /// Returns the device time of each pass.
     pub fn draw_sample(&mut self, index: u32) -> Result<Vec<PassTime>> {
         self.draw_sample_repeating(index, 1, &mut CpuTime::default())
     }
 
-    /// The passes follow the paper's overview (LEADR Figure 3): light; geometry, tessellated and displaced, which tells what
-    /// each pixel sees; slope statistics under each pixel; shading. Edge samples go through the same passes between the
-    /// statistics and the shading of the pixels, whose statistics they add to. Adds the processor's time to `cpu`.
+    /// Draws a sample. The passes follow the paper's overview (LEADR Figure 3): light; tessellated and displaced geometry, which
+    /// finds the surface at each pixel; slope statistics per pixel; shading. Edge samples run the same passes between the pixels'
+    /// statistics and their shading, and add to these statistics. CPU time is added to `cpu`.
     pub(super) fn draw_sample_repeating(
         &mut self,
         index: u32,
@@ -32,21 +32,21 @@ impl PreparedFrame<'_> {
         let pixels = self.plan.pixels(index);
         let edges = self.plan.path.edges().cloned();
 
-        // Frames that were recorded by others may still be drawn.
+        // The device may still be drawing frames from other submissions.
         self.renderer.gpu.wait_idle()?;
         let start = Instant::now();
-        self.look(&pixels, index)?;
+        self.set_view(&pixels, index)?;
         cpu.prepare += since(start);
         let drawn = timer.submit(cpu, |passes| self.record_pixels(passes, &pixels));
-        let mut times = drawn.inspect_err(|_| self.renderer.environment.forget_sky())?;
+        let mut times = drawn.inspect_err(|_| self.renderer.environment.invalidate_sky())?;
         if let Some(edges) = edges {
             for image in edges.images(&pixels) {
                 let start = Instant::now();
-                self.look(&image.view, index)?;
+                self.set_view(&image.view, index)?;
                 cpu.prepare += since(start);
                 add_times(&mut times, timer.submit(cpu, |passes| self.record_edges(passes, &edges, &image))?);
             }
-            // Only now are the statistics of the pixels complete.
+            // The pixels' statistics are complete only now.
             self.write_lighting(&pixels, index)?;
             add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
         }
@@ -54,20 +54,20 @@ impl PreparedFrame<'_> {
         Ok(times)
     }
 
-    /// Records the passes of sample `index`, each with a mark of its name after it in `timestamps`, which have room for
-    /// `MAX_PASSES` of them and a first mark. Buffers of the frame are written at once, so an earlier sample of
-    /// it must be done; other frames need not be.
+    /// Records the passes of sample `index` and writes a named timestamp after each. `timestamps` must have room for a first mark
+    /// and `MAX_PASSES` more. Buffers of the frame are written at once, so the device must have finished earlier samples of this
+    /// frame, but not other frames.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a frame that does not [overlap](Self::overlaps) with others; memory that is short.
+    /// [`GpuError::Usage`] for a frame that cannot [overlap](Self::overlaps) with others; insufficient memory.
     #[doc(hidden)]
     pub fn record_sample(&mut self, index: u32, cmd: &mut Commands, timestamps: &Timestamps) -> Result<()> {
         if !self.overlaps() {
-            let fault = "a sample of it takes several submissions: draw it instead".to_owned();
+            let fault = "a sample takes several submissions: call `draw_sample` instead".to_owned();
             return Err(GpuError::Usage { name: "frame".to_owned(), fault });
         }
         let pixels = self.plan.pixels(index);
-        self.look(&pixels, index)?;
+        self.set_view(&pixels, index)?;
         Passes::record(cmd, timestamps, 1, |passes| self.record_pixels(passes, &pixels));
         self.finish_sample(index);
         Ok(())
@@ -98,9 +98,9 @@ impl PreparedFrame<'_> {
         self.renderer.last = Some(LastSample { state, settings, index, in_gbuffer: self.plan.path.fills_gbuffer() });
     }
 
-    /// Chooses what is drawn in a view, and writes its light. The device must not be drawing this frame.
-    pub(super) fn look(&mut self, view: &View, index: u32) -> Result<()> {
-        self.plan.surfaces.look(view)?;
+    /// Selects the geometry for a view, and writes its light. The device must not be drawing this frame.
+    pub(super) fn set_view(&mut self, view: &View, index: u32) -> Result<()> {
+        self.plan.surfaces.set_view(view)?;
         self.write_lighting(view, index)?;
         let FramePlan { state, settings, surfaces, path, .. } = &mut self.plan;
         match path {
@@ -111,17 +111,17 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Writes the light and the rays of a view. The device must not be drawing this frame.
+    /// Writes the lighting and the rays of a view. The device must not be drawing this frame.
     fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
         let FramePlan { state, settings, path, surfaces, lighting, .. } = &self.plan;
         let block =
             LightingGpu::new(state, view, &self.renderer.environment, path.shadows()).with_draws(index, settings.seed);
-        // The horizon of a sea lies below eye level: the sky goes on below it.
+        // The horizon of a sea lies below eye level, so the sky continues below it.
         lighting.write(0, &[if surfaces.sea.is_some() { block.with_sea_horizon() } else { block }])
     }
 
-    /// Light, which is the same in every view: waves, sky, irradiance and shadows, once per frame. Shadows of the relief are new for
-    /// every sample.
+    /// Records the light, shared by all views: waves, sky, irradiance and shadows, once per frame. Relief shadows are new for every
+    /// sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, path, shadow_maps, drawn, .. } = &self.plan;
         let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
@@ -152,7 +152,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// The geometry of the pixels, with one sample or with several.
+    /// Records the geometry of the pixels, single-sampled or multisampled.
     pub(super) fn record_pixel_geometry(&self, passes: &mut Passes<'_>, view: &View) {
         let visible = &self.plan.targets.pixels.visible;
         match self.plan.path.multisample() {
@@ -164,7 +164,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Geometry: tessellated, displaced, and rasterised; each sample learns what it sees.
+    /// Records the geometry: tessellation, displacement and rasterisation to a visible surface per sample.
     fn record_geometry(&self, passes: &mut Passes<'_>, target: &GeometryTargets, view: &View) {
         let mut begin = Begin::Clear;
         for surface in self.plan.surfaces.drawn() {
@@ -174,7 +174,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Statistics: what each surface's maps say about the part of it under a pixel.
+    /// Records the filter passes: statistics of each surface's maps under each pixel.
     pub(super) fn record_filter(
         &self,
         passes: &mut Passes<'_>,
@@ -192,7 +192,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Statistics, and shading by them at once; and the sky where no surface is.
+    /// Records filter passes that also shade, and the sky in empty pixels.
     fn record_filter_and_shade(
         &self,
         passes: &mut Passes<'_>,
@@ -219,7 +219,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// An image of edge samples: those that see other surfaces than their pixels are shaded, the others add to the pixels'
+    /// Records an image of edge samples. Those of another surface than their pixel's are shaded; the others add to the pixel's
     /// statistics.
     fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
         let (renderer, targets) = (&*self.renderer, &edges.targets);
@@ -235,7 +235,7 @@ impl PreparedFrame<'_> {
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, scene, &image.rays));
     }
 
-    /// Shading of the pixels, and the mean of the samples.
+    /// Records the shading of the pixels and the mean of the samples.
     fn record_shading(&self, passes: &mut Passes<'_>) {
         let FramePlan { targets, path, accumulate, drawn, scene, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
@@ -264,7 +264,7 @@ impl PreparedFrame<'_> {
 }
 
 impl FramePlan {
-    /// The view of the pixels' own samples in sample `index`.
+    /// The view of the pixels' own samples for sample `index`.
     pub(super) fn pixels(&self, index: u32) -> View {
         View {
             camera: self.state.camera,

@@ -1,4 +1,4 @@
-//! Whole frames: rendered and read back, or measured.
+//! Complete frames: rendered and read back, or timed.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -14,20 +14,20 @@ use leadr_maps::RgbImage;
 /// A finished frame.
 #[derive(Clone, Debug)]
 pub struct FrameOutput {
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Linear radiance, and coverage in alpha; row by row from the top.
+    /// Linear radiance in rgb and coverage in alpha, row by row from the top.
     pub color: Vec<[f32; 4]>,
     /// Time per pass.
     pub times: Vec<PassTime>,
-    /// Upper bound on the triangles of one sample, all views together.
+    /// Upper bound on the triangles of one sample, over all views.
     pub triangles: u64,
     /// Patches drawn for the camera.
     pub patches: u32,
 }
 
 impl FrameOutput {
-    /// The radiance without the coverage.
+    /// The radiance without coverage.
     pub fn image(&self) -> RgbImage {
         let texels = self.color.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         RgbImage { width: self.size.0, height: self.size.1, texels }
@@ -40,7 +40,7 @@ impl Renderer {
         self.render_watched(state, settings, &mut |_| ())
     }
 
-    /// Renders a frame as [`render`](Self::render) does, and tells after each sample how many are done: a frame may take minutes.
+    /// As [`render`](Self::render), and reports the number of finished samples after each: a frame may take minutes.
     pub fn render_watched(
         &mut self,
         state: &FrameState,
@@ -50,12 +50,11 @@ impl Renderer {
         self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::Picture, done)
     }
 
-    /// Renders some of the samples of a frame and gives their mean, so that a long frame can be made in parts and be put
-    /// together by an [`Accumulation`](crate::passes::accumulate::Accumulation). Samples are the same in whatever part
-    /// they are.
+    /// Renders a range of a frame's samples and returns their mean. An [`Accumulation`](crate::passes::accumulate::Accumulation)
+    /// combines the parts of a long frame. A sample does not depend on the range it is rendered in.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a range without samples or beyond `settings.samples`; as [`prepare`](Self::prepare).
+    /// [`GpuError::Usage`] for an empty range or one beyond `settings.samples`; otherwise as [`prepare`](Self::prepare).
     pub fn render_range(
         &mut self,
         state: &FrameState,
@@ -65,8 +64,7 @@ impl Renderer {
         self.draw_range(state, settings, range, Purpose::Picture, &mut |_| ())
     }
 
-    /// Renders a frame whose filter and shading are two passes in any case, so that [`layer`](Self::layer) reads the very numbers
-    /// that were shaded.
+    /// Renders a frame with separate filter and shading passes, so that [`layer`](Self::layer) reads exactly the shaded values.
     #[doc(hidden)]
     pub fn render_in_two_passes(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
         self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::GBuffer, &mut |_| ())
@@ -81,7 +79,7 @@ impl Renderer {
         done: &mut dyn FnMut(u32),
     ) -> Result<FrameOutput> {
         if range.is_empty() || range.end > settings.samples.max(1) {
-            let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
+            let fault = format!("the range {range:?} is empty or exceeds the frame's {} samples", settings.samples);
             return Err(GpuError::Usage { name: "samples".to_owned(), fault });
         }
         let mut frame = self.prepare_for(state, settings, purpose)?;
@@ -95,14 +93,13 @@ impl Renderer {
         Ok(FrameOutput { size: settings.size, color: frame.plan.targets.mean.read(0, 0)?, times, triangles, patches })
     }
 
-    /// Draws one frame of one sample, the `index`-th of `settings.samples`, with all its passes and edge samples, and
-    /// returns the time of each pass on the device. Nothing is read back.
+    /// Draws sample `index` of `settings.samples` with all passes and edge samples. Returns the device time of each pass. Nothing
+    /// is read back.
     ///
-    /// Buffers are written and missing pipelines are made before the first timestamp, and the device is idle when it
-    /// begins and when this returns; still, drivers compile at a pipeline's first use, so the first frame of new
-    /// settings is a warm-up. Each pass is drawn `repeats` times (at least once) between its timestamps and its time
-    /// divided by that number: a fast device needs it, since its clock ticks in fractions of a microsecond. The passes
-    /// order themselves by their own barriers, so repetitions don't overlap.
+    /// Buffers and missing pipelines are made before the first timestamp. The device is idle at the start and the end. Drivers may
+    /// compile at a pipeline's first use, so treat the first frame with new settings as a warm-up. Each pass runs `repeats` times
+    /// (at least once) between its timestamps, and its time is divided by that number. Fast devices need repeats, since their
+    /// clocks tick in fractions of a microsecond. The passes' own barriers prevent repetitions from overlapping.
     pub fn measure(
         &mut self,
         state: &FrameState,
@@ -113,8 +110,8 @@ impl Renderer {
         Ok(self.cost(state, settings, index, repeats)?.passes)
     }
 
-    /// Draws a frame as [`measure`](Self::measure) does, and returns what it cost the device and the processor. With `repeats`
-    /// above 1 the processor's times are those of the repeated passes, which no other frame has.
+    /// As [`measure`](Self::measure), and returns the cost on the device and the CPU. With `repeats` above 1 the CPU times include
+    /// the repetitions, unlike those of a normal frame.
     #[doc(hidden)]
     pub fn cost(
         &mut self,

@@ -1,4 +1,4 @@
-//! The renderer: a scene on a device, and the passes that draw it.
+//! The renderer: a scene on a device, with the passes that draw it.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use super::drawing::{Purpose, drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
 use super::scene_set::SceneTables;
-use super::sky::SkyPast;
+use super::sky::SkyCache;
 use super::surfaces::Surfaces;
 use super::surfaces::meshes::{MeshPipelines, Meshes};
 use super::surfaces::sea::Sea;
@@ -29,41 +29,41 @@ use leadr_gpu::{Buffer, Gpu, Image, Result};
 pub struct Renderer {
     pub(super) gpu: Arc<Gpu>,
     pub(super) surfaces: Surfaces,
-    /// What there is among them that throws shadows.
+    /// The kinds of shadow casters.
     pub(super) casters: CasterKinds,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
     pub(super) tables: SceneTables,
-    /// What large shapes hide of the surroundings.
-    pub(super) sky: SkyPast,
+    /// Sky occlusion by large shapes.
+    pub(super) sky: SkyCache,
     pub(super) common: CommonPasses,
     pub(super) pipelines: Pipelines,
     /// [`LightingGpu`](crate::passes::shade::LightingGpu) blocks.
     pub(super) lighting: Pool<Buffer>,
     pub(super) timer: PassTimer,
-    /// Targets that frames of the same size share.
+    /// Targets, shared by frames of the same size.
     pub(super) targets: Option<Targets>,
-    /// The last sample in the targets.
+    /// The last sample drawn into the targets.
     pub(super) last: Option<LastSample>,
     pub(super) numbering: Numbering,
-    /// Frames prepared so far.
+    /// Number of prepared frames.
     pub(super) prepared: u64,
 }
 
-/// Targets that a renderer does not use at the moment.
+/// Targets that a renderer has set aside.
 #[derive(Default)]
 pub struct KeptTargets {
     targets: Option<Targets>,
     last: Option<LastSample>,
 }
 
-/// What the targets show.
+/// The content of the targets.
 #[derive(Clone)]
 pub(super) struct LastSample {
     pub state: FrameState,
     pub settings: RenderSettings,
     pub index: u32,
-    /// Whether the G-buffer holds it.
+    /// Whether the G-buffer contains the sample.
     pub in_gbuffer: bool,
 }
 
@@ -71,14 +71,13 @@ impl Renderer {
     /// Uploads a scene: objects, a sea, or both.
     ///
     /// # Errors
-    /// More objects than `MAX_OBJECTS`, an object with more patches than there are numbers for, unusable waves, memory that is short, or
-    /// a Vulkan call that failed.
+    /// More than `MAX_OBJECTS` objects, too many patches in an object, invalid waves, insufficient memory, or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
         Self::with(gpu, scene.into(), environment, None)
     }
 
-    /// Uploads a scene, and meanwhile makes the pipelines of frames like this one, which take drivers up to half a second; the first
-    /// frame makes what is missing. The processor's threads share the work.
+    /// Uploads a scene and, in parallel, makes the pipelines for frames with this `state` and `settings`. Drivers take up to half a
+    /// second for them. All CPU threads share the work. The first frame makes missing pipelines.
     pub fn for_frames_like(
         gpu: &Arc<Gpu>,
         scene: impl Into<Scene>,
@@ -89,7 +88,7 @@ impl Renderer {
         Self::with(gpu, scene.into(), environment, Some((state, settings)))
     }
 
-    /// `first`: a frame for which pipelines are made.
+    /// `first`: a frame to make pipelines for.
     fn with(
         gpu: &Arc<Gpu>,
         Scene { objects, ocean, cache, map_precision }: Scene,
@@ -120,7 +119,7 @@ impl Renderer {
         let passes = || {
             Ok((IrradiancePass::new(gpu)?, SceneTables::new(gpu, &fits)?, CommonPasses::new(gpu, casters, numbering)?))
         };
-        // Meshes last: they are many pieces of work, which fill the time that one thread would wait for another.
+        // Meshes are many small tasks, so they come last and fill the threads' idle time.
         let ((sea, passes), meshes) = rayon::join(
             || rayon::join(|| ocean.map(sea).transpose(), passes),
             || Meshes::new(pipelines, objects, upload, of_meshes),
@@ -132,7 +131,7 @@ impl Renderer {
             environment,
             irradiance,
             tables,
-            sky: SkyPast::default(),
+            sky: SkyCache::default(),
             common,
             pipelines: Pipelines::default(),
             lighting: Pool::default(),
@@ -145,7 +144,7 @@ impl Renderer {
         })
     }
 
-    /// Whether anything moves by itself as time goes on, whatever its poses: a sea does.
+    /// Whether the scene moves with time even in fixed poses, as a sea does.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {
         self.surfaces.sea.is_some()
@@ -156,47 +155,44 @@ impl Renderer {
         &self.gpu
     }
 
-    /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
-    /// `IrradiancePass`: rgb and 0 each.
+    /// The nine spherical harmonics coefficients of the environment in the last frame, see `IrradiancePass`. rgb and 0 each.
     #[doc(hidden)]
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read(0, 9)
     }
 
-    /// Brings the environment to a sky before the frame that shows it, so that the frame need not.
+    /// Updates the environment to a sky in advance of the frame that shows it.
     pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
         let environment = &mut self.environment;
         let drawn = self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ());
-        drawn.inspect_err(|_| environment.forget_sky())
+        drawn.inspect_err(|_| environment.invalidate_sky())
     }
 
-    /// The light from all around.
+    /// The environment.
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
 
-    /// Puts the scene under another environment and returns the old one, which may be put back. Frames prepared from now on show
-    /// it; one that is paused cannot be resumed.
+    /// Replaces the environment and returns the old one. Later frames use the new one. Paused frames cannot be resumed.
     pub fn set_environment(&mut self, environment: Environment) -> Environment {
         self.prepared += 1;
         std::mem::replace(&mut self.environment, environment)
     }
 
-    /// Puts the scene under the environment of another renderer, and that one's under its own; as [`set_environment`](Self::set_environment).
-    pub fn exchange_environments(&mut self, other: &mut Self) {
+    /// Exchanges the environments of two renderers; see [`set_environment`](Self::set_environment).
+    pub fn swap_environments(&mut self, other: &mut Self) {
         self.prepared += 1;
         other.prepared += 1;
         std::mem::swap(&mut self.environment, &mut other.environment);
     }
 
-    /// Puts the targets of the last frame aside and takes others back, so that pictures of several sizes can be drawn in turn
-    /// without making their targets anew.
+    /// Exchanges the targets of the last frame with `kept`, so that frames of several sizes can alternate without new targets.
     pub fn swap_targets(&mut self, kept: &mut KeptTargets) {
         std::mem::swap(&mut self.targets, &mut kept.targets);
         std::mem::swap(&mut self.last, &mut kept.last);
     }
 
-    /// The image that holds the mean of the last frame's samples, for a window to show.
+    /// The image with the mean of the last frame's samples, for display in a window.
     #[doc(hidden)]
     pub fn image(&self) -> Option<&Image> {
         self.targets.as_ref().map(|targets| &targets.mean)

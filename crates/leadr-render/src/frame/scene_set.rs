@@ -1,4 +1,4 @@
-//! The set of a frame's light: what all passes that shade read alike.
+//! The descriptor set of a frame's light, shared by all passes that shade.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use crate::surfaces::fits::Fits;
 use leadr_gpu::{AddressMode, Buffer, Descriptor, Filter, Gpu, ImageView, Memory, ResourceSet, Result, Sampler};
 use leadr_reflectance::materials::energy::EnergyTable;
 
-/// The tables of a scene that stay from frame to frame.
+/// The tables of a scene that are constant across frames.
 pub struct SceneTables {
     energies: Buffer,
     fits: Buffer,
-    /// Where nothing hides the sky.
+    /// Bound when sky occlusion is off.
     no_sky: Buffer,
     nearest: Sampler,
     trilinear: Sampler,
 }
 
-/// What of a frame's light does not follow from the scene and its environment.
+/// The light of a frame that depends on more than the scene and its environment.
 pub struct FrameLight<'a> {
     /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: &'a Buffer,
-    /// A layer per light.
+    /// One layer per light.
     pub shadow_maps: &'a ImageView,
-    /// What large shapes hide of the sky, if that is shaded.
+    /// Sky visibility, if it is shaded.
     pub sky: Option<&'a Buffer>,
 }
 
@@ -44,7 +44,7 @@ impl SceneTables {
         })
     }
 
-    /// The set of a frame.
+    /// The descriptor set of a frame.
     pub fn set(
         &self,
         gpu: &Arc<Gpu>,

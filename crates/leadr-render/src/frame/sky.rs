@@ -1,4 +1,4 @@
-//! What large shapes hide of the surroundings, kept while they stay.
+//! Sky occlusion by large shapes, cached while the casters do not move.
 
 use std::sync::Arc;
 
@@ -7,14 +7,14 @@ use crate::light::sky_visibility::{SkyProbe, SkyVisibility};
 use crate::surfaces::posed::PosedObject;
 use leadr_gpu::{Buffer, Gpu, Memory, Result};
 
-/// The last volume that was made, and what it is about.
+/// The last volume, with the casters it was made for.
 #[derive(Default)]
-pub struct SkyPast {
+pub struct SkyCache {
     last: Option<(Columns, SkyVisibility, Buffer)>,
 }
 
-impl SkyPast {
-    /// The volume about what throws shadows, on the device; `None` without any. It is made anew where that has moved.
+impl SkyCache {
+    /// The volume around the shadow casters, on the device; `None` without casters. It is remade after the casters move.
     pub fn around(&mut self, gpu: &Arc<Gpu>, casters: &[&PosedObject]) -> Result<Option<Buffer>> {
         let Some(columns) = Columns::of(casters.iter().flat_map(|posed| posed.triangles())) else { return Ok(None) };
         if let Some((known, _, buffer)) = &self.last
@@ -30,7 +30,7 @@ impl SkyPast {
         Ok(Some(buffer))
     }
 
-    /// The nodes of the last volume.
+    /// The probes of the last volume.
     pub fn probes(&self) -> Vec<SkyProbe> {
         self.last.iter().flat_map(|(_, volume, _)| volume.probes()).collect()
     }

@@ -1,33 +1,33 @@
-//! Image targets of a frame.
+//! Render targets of a frame.
 
 use std::sync::Arc;
 
 use crate::passes::targets::{JoinedEdges, MultisampleTargets, RADIANCE_FORMAT, SampleTargets};
 use leadr_gpu::{Gpu, Image, ImageDesc, Result};
 
-/// Edge samples and what they add up to. Clones share the images.
+/// Targets of edge samples and their sums. Clones share the images.
 #[derive(Clone)]
 pub struct EdgeTargets {
     /// An image of edge samples.
     pub samples: SampleTargets,
-    /// What the edge samples of each pixel add up to.
+    /// Joined sums of each pixel's edge samples.
     pub joined: JoinedEdges,
-    /// Edge samples along a side of a pixel in one image.
+    /// Edge samples along one side of a pixel, in one image.
     pub grid: u32,
 }
 
-/// What decides the images of a frame.
+/// The parameters that determine a frame's images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TargetShape {
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Edge samples along a side of a pixel in one image, if there are any.
+    /// Edge samples along one side of a pixel in one image, if there are any.
     pub grid: Option<u32>,
-    /// Samples of the geometry in each pixel.
+    /// Geometry samples per pixel.
     pub msaa: u32,
-    /// Whether anything goes through the G-buffer.
+    /// Whether the G-buffer is used.
     pub gbuffer: bool,
-    /// Suns with shadows.
+    /// Number of shadow-casting suns.
     pub sun_maps: u32,
 }
 
@@ -35,11 +35,11 @@ pub struct TargetShape {
 #[derive(Clone)]
 pub struct Targets {
     shape: TargetShape,
-    /// The samples that the pixels' own surfaces are shaded by.
+    /// Samples of the pixels' own surfaces.
     pub pixels: SampleTargets,
-    /// Where the geometry is multisampled.
+    /// Multisampled geometry, if enabled.
     pub multisample: Option<MultisampleTargets>,
-    /// Where there are edge samples.
+    /// Edge samples, if enabled.
     pub edges: Option<EdgeTargets>,
     /// The mean of the samples.
     pub mean: Image,
@@ -53,7 +53,7 @@ impl EdgeTargets {
 }
 
 impl Targets {
-    /// Images of a shape. `mean`: that of another frame, which may be kept.
+    /// Makes images of a shape. `mean`: the mean of an earlier frame to reuse, if it fits.
     pub fn new(gpu: &Arc<Gpu>, shape: TargetShape, mean: Option<Image>) -> Result<Self> {
         let TargetShape { size, grid, msaa, gbuffer, sun_maps } = shape;
         let multisample = (msaa > 1).then(|| MultisampleTargets::new(gpu, size, msaa)).transpose()?;
@@ -69,10 +69,10 @@ impl Targets {
         Ok(Self { shape, pixels, multisample, edges, mean })
     }
 
-    /// Whether they serve frames of a shape.
-    pub fn suit(&self, shape: TargetShape) -> bool {
+    /// Whether they fit frames of this shape.
+    pub fn fits(&self, shape: TargetShape) -> bool {
         let TargetShape { size, sun_maps, .. } = shape;
         (TargetShape { sun_maps, ..self.shape }) == shape
-            && self.edges.as_ref().is_none_or(|edges| edges.joined.suit(size, sun_maps))
+            && self.edges.as_ref().is_none_or(|edges| edges.joined.fits(size, sun_maps))
     }
 }

@@ -1,41 +1,41 @@
-//! How passes are run: each under its label, with a timestamp after it, once or as often as a measurement asks for.
+//! Runs passes with a label and a timestamp after each, once or repeatedly for measurements.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use leadr_gpu::{Commands, Gpu, Result, Timestamps};
 
-/// Most passes of one submission.
+/// Maximum number of passes in one submission.
 pub const MAX_PASSES: u32 = 31;
 
-/// The time a pass took on the device, summed over the samples of a frame.
+/// Device time of a pass, summed over the samples of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
     /// Name of the pass.
     pub pass: String,
-    /// Milliseconds of running it once.
+    /// Milliseconds per run.
     pub milliseconds: f64,
 }
 
-/// What a frame cost the processor: milliseconds of the clock on the wall.
+/// CPU cost of a frame: wall-clock milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CpuTime {
-    /// Posing the scene, choosing what is drawn and how finely, and writing buffers.
+    /// Posing the scene, selecting patches and tessellation, and writing buffers.
     pub prepare: f64,
     /// Recording commands.
     pub record: f64,
-    /// From the end of the recording until the device is done.
+    /// From the end of recording until the device has finished.
     pub wait: f64,
 }
 
-/// What drawing a frame cost. Nothing was read back.
+/// The cost of drawing a frame, without readback.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameCost {
-    /// Time of each pass on the device, of running it once.
+    /// Device time per run of each pass.
     pub passes: Vec<PassTime>,
-    /// Time of the processor, with all repetitions of the passes.
+    /// CPU time, including all repetitions of the passes.
     pub cpu: CpuTime,
-    /// Upper bound on the triangles of one sample, all views together.
+    /// Upper bound on the triangles of one sample, over all views.
     pub triangles: u64,
     /// Patches drawn for the camera.
     pub patches: u32,
@@ -46,7 +46,7 @@ pub(super) fn since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1000.0
 }
 
-/// Adds the times of further passes to those of passes of the same names.
+/// Adds `more` to the times of passes with the same names.
 pub(super) fn add_times(times: &mut Vec<PassTime>, more: Vec<PassTime>) {
     for PassTime { pass, milliseconds } in more {
         match times.iter_mut().find(|time| time.pass == pass) {
@@ -56,28 +56,28 @@ pub(super) fn add_times(times: &mut Vec<PassTime>, more: Vec<PassTime>) {
     }
 }
 
-/// Submits passes and reads how long they took.
+/// Submits passes and measures their times.
 #[derive(Clone)]
 pub(super) struct PassTimer {
     gpu: Arc<Gpu>,
     timestamps: Timestamps,
-    /// How often a pass is recorded that can be repeated.
+    /// How often each repeatable pass is recorded.
     repeats: u32,
 }
 
 impl PassTimer {
-    /// A timer of passes that run once each.
+    /// A timer that runs each pass once.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self { gpu: gpu.clone(), timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?, repeats: 1 })
     }
 
-    /// The same timer for passes that are repeated, at least once, so that a fast device's clock can measure them.
+    /// The same timer with repeated passes, at least once each, for devices too fast for their clock.
     pub fn repeating(&self, repeats: u32) -> Self {
         Self { repeats: repeats.max(1), ..self.clone() }
     }
 
-    /// Submits what `record` runs, waits for it, and returns the time of each pass for running it once. Times of passes of
-    /// the same name are added. Adds the processor's time to `cpu`.
+    /// Submits the passes of `record`, waits, and returns the device time per run of each pass. Times of passes with the same name
+    /// are added. CPU time is added to `cpu`.
     pub fn submit(&self, cpu: &mut CpuTime, record: impl FnOnce(&mut Passes<'_>)) -> Result<Vec<PassTime>> {
         let start = Instant::now();
         let mut recorded = 0.0;
@@ -103,14 +103,14 @@ impl PassTimer {
 pub(super) struct Passes<'a> {
     cmd: &'a mut Commands,
     timestamps: &'a Timestamps,
-    /// How often a pass is recorded that can be repeated.
+    /// How often each repeatable pass is recorded.
     repeats: u32,
     /// How often each pass was recorded.
     counts: Vec<u32>,
 }
 
 impl<'a> Passes<'a> {
-    /// Records passes, and gives how often each was.
+    /// Records passes, and returns the number of runs of each.
     pub fn record(
         cmd: &'a mut Commands,
         timestamps: &'a Timestamps,
@@ -124,15 +124,14 @@ impl<'a> Passes<'a> {
         passes.counts
     }
 
-    /// Runs a pass that leaves the same behind however often it is repeated, and that orders its repetitions by its own
-    /// barriers.
+    /// Runs an idempotent pass. Its own barriers must order repetitions.
     pub fn run(&mut self, name: &str, record: impl Fn(&mut Commands)) {
         let repeats = self.repeats;
         self.cmd.label_times(name, repeats, record);
         self.finish(name, repeats);
     }
 
-    /// Runs a pass that cannot be repeated, such as one that does nothing the second time.
+    /// Runs a pass that cannot be repeated.
     pub fn run_once(&mut self, name: &str, record: impl FnOnce(&mut Commands)) {
         self.cmd.label(name, record);
         self.finish(name, 1);

@@ -1,55 +1,55 @@
-//! The bright spots of a panorama, and the places at which they are densest.
+//! The bright spots of a panorama, and the maxima of their density.
 
 use glam::DVec3;
 
 use super::texels::{Texels, texel_luminance};
 use leadr_maps::RgbImage;
 
-/// Spots are blocks of texels, at most so many around the horizon.
+/// Spots are blocks of texels, at most this many around the horizon.
 const BLOCKS: usize = 1024;
-/// Bands of the sphere from whose cells the search for places starts.
+/// Bands of the sphere with the cells from which the search for maxima starts.
 const BANDS: usize = 60;
-/// Most places that are looked at.
-const MOST_PLACES: usize = 48;
-/// Steps towards the middle of a place; they shrink geometrically.
+/// Maximum number of density maxima.
+const MOST_MAXIMA: usize = 48;
+/// Mean-shift steps towards a maximum; they shrink geometrically.
 const STEPS: usize = 200;
 
-/// 0 up to 0, 1 from 1 on, smooth between.
+/// 0 for x ≤ 0, 1 for x ≥ 1, smooth between.
 pub fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// 1 up to the first of the ends, 0 from the second on, smooth between.
-pub fn falls(x: f64, [from, to]: [f64; 2]) -> f64 {
+/// 1 up to `from`, 0 from `to`, smooth between.
+pub fn falloff(x: f64, [from, to]: [f64; 2]) -> f64 {
     1.0 - smooth((x - from) / (to - from))
 }
 
-/// By the angle to the middle of a place in degrees: wholly inside it up to the first, not at all from the second on.
+/// Angles to a maximum in degrees: fully inside up to the first, outside from the second.
 const INSIDE: [f64; 2] = [7.0, 12.0];
-/// What is not inside counts as around it up to the first angle, and no longer from the second on.
+/// Light that is not inside counts as surroundings up to the first angle, and no longer from the second.
 const AROUND: [f64; 2] = [18.0, 25.0];
-/// Deviation in degrees of the density whose maxima are the places. Two spots have one maximum up to twice this distance: so close,
-/// they are wholly inside of its middle, and apart they are outside each other's.
+/// Standard deviation in degrees of the density kernel. Two spots closer than twice this distance share a maximum and are fully
+/// inside its area. Spots further apart are outside each other's area.
 const DEVIATION: f64 = 5.0;
 /// Radius of the inside, radians.
 pub const REACH: f64 = INSIDE[1].to_radians();
 /// Radius of the surroundings, radians.
 pub const FAR: f64 = AROUND[1].to_radians();
 
-/// Angle in degrees; exact for small ones.
+/// Angle in degrees; accurate for small angles.
 fn angle(a: DVec3, b: DVec3) -> f64 {
     2.0 * (0.5 * a.distance(b)).min(1.0).asin().to_degrees()
 }
 
-/// Weight inside a place, 0 to 1.
+/// Weight of a direction as inside a maximum, 0 to 1.
 pub fn inside(middle: DVec3, direction: DVec3) -> f64 {
-    falls(angle(middle, direction), INSIDE)
+    falloff(angle(middle, direction), INSIDE)
 }
 
-/// Weight around a place, 0 to 1.
+/// Weight of a direction as surroundings of a maximum, 0 to 1.
 pub fn around(middle: DVec3, direction: DVec3) -> f64 {
-    let near = falls(angle(middle, direction), AROUND);
+    let near = falloff(angle(middle, direction), AROUND);
     if near > 0.0 { near * (1.0 - inside(middle, direction)) } else { 0.0 }
 }
 
@@ -68,15 +68,15 @@ pub struct Spot {
 
 /// All bright spots of a panorama.
 pub struct Spots {
-    /// In the order of the image.
+    /// The spots, in image order.
     pub spots: Vec<Spot>,
-    /// Which cell each is in.
+    /// The cell of each spot.
     cells: Vec<usize>,
     cell_count: usize,
 }
 
 impl Spots {
-    /// What exceeds the threshold.
+    /// The spots above the threshold.
     pub fn above(image: &RgbImage, sphere: &Texels, threshold: f64) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let block = width.div_ceil(BLOCKS).max(1);
@@ -110,12 +110,12 @@ impl Spots {
         Self { spots, cells, cell_count: numbers.len() }
     }
 
-    /// Where the spots are densest, one after another: each place is a maximum of the density of the spots that earlier ones leave.
-    /// Ends when a place has less than `least` flux about it.
-    pub fn places(&self, least: f64) -> Vec<DVec3> {
+    /// Maxima of the spots' density, found one after another. Each uses the spots that earlier ones leave. Stops when a maximum has
+    /// less than `least` flux around it.
+    pub fn maxima(&self, least: f64) -> Vec<DVec3> {
         let mut flux: Vec<f64> = self.spots.iter().map(|spot| spot.flux).collect();
-        let mut places = Vec::new();
-        while places.len() < MOST_PLACES {
+        let mut maxima = Vec::new();
+        while maxima.len() < MOST_MAXIMA {
             let mut sums = vec![(DVec3::ZERO, 0.0); self.cell_count];
             for ((spot, &cell), &flux) in self.spots.iter().zip(&self.cells).zip(&flux) {
                 sums[cell].0 += flux * spot.direction;
@@ -136,12 +136,12 @@ impl Spots {
             if taken < least {
                 break;
             }
-            places.push(middle);
+            maxima.push(middle);
         }
-        places
+        maxima
     }
 
-    /// The maximum of the density above a place, by mean shift.
+    /// The density maximum reached from a direction by mean shift.
     fn climb(&self, from: DVec3, flux: &[f64]) -> DVec3 {
         let mut at = from;
         for _ in 0..STEPS {
@@ -157,7 +157,7 @@ impl Spots {
     }
 }
 
-/// Cells of about equal size.
+/// Index of the cell of a direction; cells have about equal areas.
 fn cell_of(direction: DVec3) -> usize {
     let from_top = direction.truncate().length().atan2(direction.z) / std::f64::consts::PI;
     let band = ((from_top * BANDS as f64) as usize).min(BANDS - 1);

@@ -1,35 +1,35 @@
-//! What throws shadows, as columns of solid matter: coarse, without bumps, and found anew for every frame.
+//! The shadow casters as columns of solid matter. The columns are coarse, omit bumps, and are recomputed for every frame.
 
 use glam::{Vec2, Vec3};
 
-/// Columns along the longer side of what there is.
+/// Columns along the longer side of the casters.
 const COLUMNS: f32 = 64.0;
-/// Most pieces of matter in a column; further ones are joined to the lowest.
+/// Maximum number of spans of matter in a column; further ones are merged into the lowest.
 const MOST_SPANS: usize = 4;
 
-/// Lowest and highest place of a piece of matter.
+/// Bottom and top of a span of matter.
 pub type Span = [f32; 2];
 
-/// Upright columns over the world's xy, each with the matter along its middle.
+/// Vertical columns over the world's xy plane, each with the matter along its axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// The corner of the first column.
+    /// Corner of the first column.
     pub origin: Vec2,
-    /// Side of a column, metres.
+    /// Width of a column, metres.
     pub cell: f32,
-    /// Columns along x and y.
+    /// Number of columns along x and y.
     pub size: [usize; 2],
-    /// Lowest and highest place of all matter.
+    /// Bottom and top of all matter.
     pub height: Span,
     spans: Vec<[Span; MOST_SPANS]>,
 }
 
-/// No matter: its lowest place is above its highest.
+/// No matter: the bottom is above the top.
 const EMPTY: Span = [f32::INFINITY, f32::NEG_INFINITY];
 
 impl Columns {
-    /// Columns through the solids that these triangles bound, which run counter-clockwise seen from outside. What is open is as thick as
-    /// a column is wide. `None` without triangles.
+    /// Columns through the solids bounded by these triangles, which run counter-clockwise seen from outside. Open surfaces are as
+    /// thick as a column is wide. `None` without triangles.
     pub fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
         let (low, high) = triangles
             .clone()
@@ -51,9 +51,9 @@ impl Columns {
         Some(columns)
     }
 
-    /// Adds where a triangle crosses the middles of columns, and whether it faces up there.
+    /// Adds the intersections of a triangle with the column axes, and whether it faces up there.
     fn cross(&self, triangle: [Vec3; 3], crossings: &mut [Vec<(f32, bool)>]) {
-        // In columns from the middle of the first.
+        // In columns, relative to the axis of the first column.
         let [a, b, c] = triangle.map(|p| ((p.truncate() - self.origin) / self.cell - 0.5).extend(p.z));
         let twice = (b - a).truncate().perp_dot((c - a).truncate());
         if twice == 0.0 {
@@ -78,21 +78,21 @@ impl Columns {
         }
     }
 
-    /// The matter of a column, from above; columns beside all of them have none.
-    pub fn spans_at(&self, place: Vec2) -> impl Iterator<Item = Span> + use<'_> {
-        let at = ((place - self.origin) / self.cell).floor();
+    /// The matter of a column, from the top. Points outside the columns have none.
+    pub fn spans_at(&self, position: Vec2) -> impl Iterator<Item = Span> + use<'_> {
+        let at = ((position - self.origin) / self.cell).floor();
         let inside = at.cmpge(Vec2::ZERO).all() && at.x < self.size[0] as f32 && at.y < self.size[1] as f32;
         let index = if inside { at.y as usize * self.size[0] + at.x as usize } else { usize::MAX };
         self.spans.get(index).into_iter().flatten().copied().take_while(|span| span[0] <= span[1])
     }
 
-    /// Whether a place is inside matter.
-    pub fn is_solid(&self, place: Vec3) -> bool {
-        self.spans_at(place.truncate()).any(|[low, high]| low <= place.z && place.z <= high)
+    /// Whether a point is inside matter.
+    pub fn is_solid(&self, position: Vec3) -> bool {
+        self.spans_at(position.truncate()).any(|[low, high]| low <= position.z && position.z <= high)
     }
 }
 
-/// The matter between the crossings of a column.
+/// The matter between the intersections of a column.
 fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
     crossings.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut spans, mut count, mut inside) = ([EMPTY; MOST_SPANS], 0usize, false);
@@ -103,17 +103,17 @@ fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
                     count += 1;
                     spans[count - 1][1] = z;
                 }
-                // Open below, until something says otherwise.
+                // Open below, until a lower intersection closes it.
                 spans[count - 1][0] = z - thin;
                 inside = true;
             }
-            // What lies within something else.
+            // Inside another solid.
             (true, true) => {}
             (false, true) => {
                 spans[count - 1][0] = z;
                 inside = false;
             }
-            // Several solids end here one after the other, or one without a top.
+            // Several solids end here, or one has no top.
             (false, false) if count > 0 => spans[count - 1][0] = z,
             (false, false) => {
                 (count, spans[0]) = (1, [z, z + thin]);

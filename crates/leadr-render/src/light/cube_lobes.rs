@@ -1,8 +1,8 @@
-//! The pass that blurs the environment for few lookups: a second cube whose levels have a smooth, round kernel
-//! ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the one before by 19 lookups per texel. Among
-//! pixels that nothing has smoothed, those of the first level would leave gaps, so closer ones come before, at its size.
+//! The pass that blurs the environment for a few lookups per pixel: a second cube whose levels have a smooth, round kernel
+//! ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the previous one by 19 lookups per texel. The lookups
+//! of the first level would leave gaps in an unsmoothed environment, so a pass with a denser lattice precedes it at the same size.
 //!
-//! Its texels are halves where those can hold the environment: hardware looks up 32 bits four times as slowly.
+//! Texels are half floats if these can hold the environment: hardware filters 32 bits four times as slowly.
 
 use std::sync::Arc;
 
@@ -24,42 +24,42 @@ shared_struct! {
     }
 }
 
-/// Squared distance from the middle, in spacings of the lattice, of the six lookups of every star.
+/// Squared distance from the centre, in lattice spacings, of the six lookups of each star.
 const STARS: [f64; 3] = [1.0, 3.0, 4.0];
-/// Deviation of the weights in spacings.
+/// Standard deviation of the weights, in spacings.
 const DEVIATION: f64 = 1.1;
-/// Variance that the lattice adds to what the first level is made from, in squared texels of the finest. With less, samples as
-/// far apart as the texels of the first level would make the power of a bright pixel depend on where it lies.
+/// Variance added by the lattice before the first level, in squared texels of the finest. With less, samples as far apart as the
+/// first level's texels would make the power of a bright pixel depend on its position.
 const SMOOTHING: f64 = 0.65;
 
-/// Radiances whose brightest is in this range are stored as halves, to a two-thousandth of each, or to 3e-8 below 6e-5.
+/// Peak radiances that are stored as half floats: precise to a two-thousandth of the value, or to 3e-8 below 6e-5.
 const OF_HALVES: std::ops::Range<f32> = 1e-3..6e4;
 
-/// A dispatch. Its places are indices of [`CubeLobes::places`].
+/// One dispatch. Its source and target are indices of [`CubeLobes::views`].
 struct Step {
-    /// None: the environment.
+    /// `None` reads the environment.
     source: Option<usize>,
     target: usize,
     push: Push,
 }
 
-/// The cube, always in [`Use::Sampled`] between recordings, and its pass.
+/// The blurred cube and its pass. The cube is always in [`Use::Sampled`] between recordings.
 pub struct CubeLobes {
     /// The blurred levels, for `samplerCube`.
     pub cube: Image,
-    /// What the first level is made from, unless the environment is smooth.
+    /// The source of the first level; `None` for a smooth environment.
     smoothed: Option<Image>,
-    /// Every level, and what is smoothed, as faces to write and as a cube to look up.
-    places: Vec<[ImageView; 2]>,
+    /// Views of every level and the smoothed source: as array faces to write, and as a cube to sample.
+    views: Vec<[ImageView; 2]>,
     steps: Vec<Step>,
     pipeline: ComputePipeline,
     sampler: Sampler,
 }
 
 impl CubeLobes {
-    /// The pass for environments with faces of `environment_size` texels. The faces of the cube have `size` texels, no more
-    /// than those. `smooth`: whether the environment has no detail as small as two texels of the cube. `brightest`: its largest
-    /// radiance. The cube is undefined until it is recorded.
+    /// The pass for environments with faces of `environment_size` texels. The cube's faces have `size` texels, at most
+    /// `environment_size`. `smooth`: whether the environment has no detail as small as two texels of the cube. `brightest`: its
+    /// peak radiance. The cube is undefined until recorded.
     pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool, brightest: f32) -> Result<Self> {
         let levels = kernel_levels(size);
         let mip = (environment_size / size).max(1).ilog2();
@@ -72,39 +72,39 @@ impl CubeLobes {
             let desc = ImageDesc::new(format, size, size).cube().mips(levels).storage();
             Image::new(gpu, name, desc)
         };
-        let place = |image: &Image, mip| Ok([image.mip_array(mip)?, image.mip_cube(mip)?]);
+        let view = |image: &Image, mip| Ok([image.mip_array(mip)?, image.mip_cube(mip)?]);
         let cube = image("environment lobes", size, levels)?;
-        let mut places = (0..levels).map(|level| place(&cube, level)).collect::<Result<Vec<_>>>()?;
+        let mut views = (0..levels).map(|level| view(&cube, level)).collect::<Result<Vec<_>>>()?;
         let smoothed = if smooth { None } else { Some(image("smoothed environment", (size / 2).max(1), 1)?) };
         if let Some(smoothed) = &smoothed {
-            places.push(place(smoothed, 0)?);
+            views.push(view(smoothed, 0)?);
         }
         Ok(Self {
             cube,
             smoothed,
-            places,
+            views,
             steps: steps(mip, size, smooth),
             pipeline: ComputePipeline::new(gpu, shader, &[], &[Push::LAYOUT])?,
             sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
 
-    /// Fills the cube from `environment`, a cube with box mips in [`Use::Sampled`].
+    /// Fills the cube from `environment`, a cube with box-filtered mips in [`Use::Sampled`].
     pub fn record(&self, cmd: &mut Commands, environment: &Image) {
         let between = |cmd: &mut Commands, image: &Image, mip: u32, from: Use, to: Use| {
             cmd.mip_barrier(image, mip..mip + 1, 0..6, from, to);
         };
-        // The remembered use of the whole; each part is brought back to it below.
+        // Track the use of the whole image; each part returns to it below.
         for image in [Some(&self.cube), self.smoothed.as_ref()].into_iter().flatten() {
             cmd.image_barrier(image, Use::Undefined, Use::Sampled);
         }
         for step in &self.steps {
             let (image, mip) = match &self.smoothed {
-                Some(smoothed) if step.target + 1 == self.places.len() => (smoothed, 0),
+                Some(smoothed) if step.target + 1 == self.views.len() => (smoothed, 0),
                 _ => (&self.cube, step.target as u32),
             };
-            let faces = &self.places[step.target][0];
-            let source = step.source.map_or(environment.whole(), |place| &self.places[place][1]);
+            let faces = &self.views[step.target][0];
+            let source = step.source.map_or(environment.whole(), |view| &self.views[view][1]);
             let resources =
                 [("source", Descriptor::Sampled(source, &self.sampler)), ("level", Descriptor::StorageImage(faces))];
             between(cmd, image, mip, Use::Sampled, Use::ComputeWrite);
@@ -117,7 +117,7 @@ impl CubeLobes {
     }
 }
 
-/// All dispatches for a cube with faces of `size` texels, whose finest level is as large as mip `mip` of the environment.
+/// All dispatches for a cube with faces of `size` texels. Its finest level has the size of mip `mip` of the environment.
 fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     let levels = kernel_levels(size) as usize;
     let as_it_is =
@@ -126,7 +126,7 @@ fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     for target in 1..levels {
         let texel = |level: usize| 2.0 / f64::from(size >> level);
         let wanted = kernel_variance(target as u32, size);
-        // Of bilinear lookups, in squared texels: alone, and of box mips.
+        // Variances in squared texels: of bilinear lookups, and of box-filtered mips.
         let (bilinear, of_box) = (1.0 / 6.0, 0.25);
         let push = if target > 1 {
             let seen = lookup_variance(target as f64 - 1.0, f64::from(size));
@@ -151,11 +151,11 @@ fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     steps
 }
 
-/// The lattice that adds a variance. `shrinks`: variance of the lookups that shrinks with the texels of the source.
+/// A lattice that adds `variance`. `shrinks`: the part of the lookups' variance that scales with the source's texels.
 fn lattice(variance: f64, shrinks: f64) -> Push {
     let weights = STARS.map(|square| (-0.5 * square / (DEVIATION * DEVIATION)).exp());
     let sum = 1.0 + 6.0 * weights.iter().sum::<f64>();
-    // The lookups' mean cosine is that of a kernel of this variance.
+    // The mean cosine of the lookups equals that of a kernel of this variance.
     let cosine = |spacing: f64| {
         let rings: f64 =
             weights.iter().zip(STARS).map(|(weight, square)| weight * (spacing * square.sqrt()).cos()).sum();
@@ -179,9 +179,9 @@ fn lattice(variance: f64, shrinks: f64) -> Push {
 mod tests {
     use super::*;
 
-    /// A lattice coarser than the smoothness of what it looks up would show.
+    /// A lattice coarser than the smoothness of its source would be visible.
     #[test]
-    fn lookups_are_no_farther_apart_than_what_they_see_is_wide() {
+    fn lookup_spacing_is_within_lookup_width() {
         for size in [16, 256] {
             for Step { source, target, push } in steps(0, size, false).into_iter().skip(1) {
                 let texel = 2.0 / f64::from(size);

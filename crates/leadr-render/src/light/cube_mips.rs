@@ -1,4 +1,4 @@
-//! The cube mip pass: makes every level of a float cube map from its finest, by means weighted by solid angle.
+//! The cube mip pass: makes all levels of a float cube map from the finest, weighted by solid angle.
 
 use std::sync::Arc;
 
@@ -6,8 +6,7 @@ use leadr_gpu::{Commands, ComputePipeline, Descriptor, Gpu, ImageView, Result, S
 
 /// The pass.
 pub struct CubeMips {
-    /// For large and for small texels. A processor without a graphics card would go both ways to their solid angle if one
-    /// shader had the choice.
+    /// For large and for small texels. In a shared shader, software rasterisers would compute both variants of the solid angle.
     pipelines: [ComputePipeline; 2],
 }
 
@@ -19,8 +18,8 @@ impl CubeMips {
         Ok(Self { pipelines: [pipeline(false)?, pipeline(true)?] })
     }
 
-    /// Fills `levels[1..]` from `levels[0]`, which a compute pass has just written. The levels are array views of the
-    /// single mips of an RGBA32F cube whose size is a power of two, in [`Use::ComputeReadWrite`].
+    /// Fills `levels[1..]` from `levels[0]`, written by a preceding compute pass. The levels are array views of the single mips of
+    /// an RGBA32F cube with a power-of-two size, in [`Use::ComputeReadWrite`].
     pub fn record(&self, cmd: &mut Commands, levels: &[ImageView]) {
         for pair in levels.windows(2) {
             let [width, height] = pair[1].extent();

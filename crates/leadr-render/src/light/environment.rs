@@ -1,9 +1,9 @@
-//! The environment: a cube map of radiance with all mips, from an equirectangular image or from the analytic sky.
+//! The environment: a cube map of radiance with all mips, from an equirectangular image or the analytic sky.
 //!
-//! The texels are RGBA32F, from which means and irradiance are found to rounding: measured environments hold suns brighter than 65504,
-//! which half floats would clamp or turn into infinity. Alpha is 1. What most pixels look up are the [`CubeLobes`].
+//! The texels are RGBA32F with alpha 1, so means and irradiance are exact up to rounding. Measured environments contain suns
+//! brighter than 65504, which half floats would clamp or make infinite. Most pixels sample the [`CubeLobes`] instead.
 //!
-//! Directions are world directions (z up), used directly with a cube sampler; faces are in Vulkan's order.
+//! Directions are world directions (z up), used directly with a cube sampler. Faces are in Vulkan's order.
 
 use std::sync::Arc;
 
@@ -19,12 +19,12 @@ use leadr_gpu::vk::Format;
 use leadr_gpu::{Commands, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Use};
 use leadr_maps::RgbImage;
 
-/// Most texels along an edge of a face of the analytic sky's [`CubeLobes`], which are made anew whenever the sun moves. Its
-/// finest detail is the horizon, as wide as 1.3 of them: [`HORIZON`](super::constants::HORIZON).
+/// Largest face size in texels of the analytic sky's [`CubeLobes`], which are remade whenever the sun moves. The finest detail is
+/// the horizon, 1.3 texels wide: [`HORIZON`](super::constants::HORIZON).
 const SKY_LOBES: u32 = 128;
 
-/// More than the radiance of the analytic sky anywhere, at intensity 1 (measured: 4.3). Halves have room for later skies of hundreds of
-/// times that intensity.
+/// Upper bound on the radiance of the analytic sky at intensity 1 (measured: 4.3). Half floats leave room for later intensities in
+/// the hundreds.
 const BRIGHTEST_SKY: f32 = 100.0;
 
 /// A cube map of radiance with all mips, always in `Use::Sampled` between recordings.
@@ -34,20 +34,20 @@ pub struct Environment {
     mips: CubeMips,
     lobes: CubeLobes,
     rest: IrradianceRest,
-    /// Fills the cube, unless an image has.
+    /// Fills the cube; `None` for an image.
     sky: Option<SkyPass>,
-    /// The sky that the cube shows.
+    /// The sky currently in the cube.
     shown: Option<Sky>,
     lights: Vec<EnvironmentLight>,
-    /// The cube with its lights, where it has any: one level, for what is seen behind all surfaces.
+    /// The cube including its extracted lights, if it has any: one level, for the background.
     background: Option<Image>,
 }
 
 impl Environment {
-    /// Default edge of a face in texels: 0.35° per texel, as in a 1024-texel panorama.
+    /// Default face size in texels: 0.35° per texel, as in a 1024-texel panorama.
     pub const FACE_SIZE: u32 = 256;
 
-    /// The analytic sky; the cube is filled before this returns.
+    /// The analytic sky. The cube is filled on return.
     ///
     /// # Errors
     /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
@@ -58,14 +58,14 @@ impl Environment {
         Ok(environment)
     }
 
-    /// An equirectangular panorama: its top row is +z, its centre +x, and its columns run clockwise seen from above. Its
-    /// texels must be finite, as the loaders of `maps` guarantee. Up to four small and bright places of it become directional
-    /// [`lights`](Self::lights), which throw shadows; the cube holds the rest.
+    /// An equirectangular panorama. Its top row is +z, its centre +x, and its columns run clockwise seen from above. Texels must be
+    /// finite, as the loaders of `maps` guarantee. Up to four small, bright regions become directional [`lights`](Self::lights)
+    /// that cast shadows; the cube contains the rest.
     pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
         Self::from_panorama(gpu, face_size, image, LightExtraction::default())
     }
 
-    /// The same, with a say in what becomes a light.
+    /// As `from_equirect`, with parameters for the light extraction.
     pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
         let pass = EquirectPass::new(gpu)?;
         let parts = split(image, lights);
@@ -100,10 +100,10 @@ impl Environment {
     }
 
     fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, sky: Option<SkyPass>) -> Result<Self> {
-        // A sky is smooth, and may move every frame.
+        // A sky is smooth and may change every frame.
         let rest_size = if sky.is_some() { 8 } else { 16 };
         if !face_size.is_power_of_two() {
-            let fault = format!("faces of {face_size} texels cannot be halved evenly: choose a power of two");
+            let fault = format!("a face size of {face_size} texels is not a power of two");
             return Err(GpuError::usage("environment", fault));
         }
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().full_mips().storage();
@@ -113,9 +113,9 @@ impl Environment {
         Ok(Self { cube, levels, mips, lobes, rest, sky, shown: None, lights: Vec::new(), background: None })
     }
 
-    /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
-    /// frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must be
-    /// submitted. An environment made from an image ignores the call.
+    /// Records the sky pass and the mips if `sky` differs from the cube's content. Call it every frame. Returns whether it recorded
+    /// anything. The cube then counts as up to date, so the commands must be submitted. No effect for an environment made from an
+    /// image.
     #[doc(hidden)]
     pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         let moved = self.begin_sky(cmd, sky);
@@ -125,8 +125,8 @@ impl Environment {
         moved
     }
 
-    /// The first half of [`update_sky`](Self::update_sky), the finest level. Where it returns true, record
-    /// [`make_mips`](Self::make_mips) before the cube is read.
+    /// The first half of [`update_sky`](Self::update_sky): the finest level. If it returns true, record
+    /// [`make_mips`](Self::make_mips) before reading the cube.
     #[doc(hidden)]
     pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         let Some(pass) = self.sky.as_ref().filter(|_| self.shown != Some(*sky)) else { return false };
@@ -135,12 +135,13 @@ impl Environment {
         true
     }
 
-    /// What was recorded may not have been drawn: the next [`update_sky`](Self::update_sky) draws the sky anew.
-    pub(crate) fn forget_sky(&mut self) {
+    /// Marks the cube as outdated, in case recorded commands were not executed. The next [`update_sky`](Self::update_sky) redraws
+    /// the sky.
+    pub(crate) fn invalidate_sky(&mut self) {
         self.shown = None;
     }
 
-    /// The second half: makes the mips, the blurred levels and the rest of the irradiance from the finest level.
+    /// The second half: mips, blurred levels and irradiance remainder from the finest level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
@@ -149,20 +150,20 @@ impl Environment {
         self.rest.record(cmd, &self.levels);
     }
 
-    /// Overwrites the finest level with what `record` writes.
+    /// Records `record`, which overwrites the finest level.
     fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
-        // the old content is not needed, but its readers must be done
+        // discard the old content, but wait for its readers
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
         record(cmd, &self.levels[0]);
     }
 
-    /// The directional lights that were taken out of its picture; the cube holds the rest. None under the analytic sky,
-    /// whose sun never is in the cube.
+    /// The directional lights extracted from the image; the cube contains the rest. Empty for the analytic sky, whose sun is never
+    /// in the cube.
     pub fn lights(&self) -> &[EnvironmentLight] {
         &self.lights
     }
 
-    /// The cube map as it looks behind all surfaces, its lights included; only the finest level is meant to be read.
+    /// The cube map for the background, including the extracted lights. Read only the finest level.
     #[doc(hidden)]
     pub fn background(&self) -> &ImageView {
         self.background.as_ref().unwrap_or(&self.cube).whole()
@@ -174,19 +175,19 @@ impl Environment {
         self.cube.whole()
     }
 
-    /// The same environment with levels blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)): a cube map.
+    /// The environment blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)): a cube map.
     #[doc(hidden)]
     pub fn lobes(&self) -> &Image {
         &self.lobes.cube
     }
 
-    /// What order 2 leaves out of its irradiance, a cube map to be added to that of order 2 at the same normal.
+    /// The irradiance beyond order 2: a cube map to add to the order-2 irradiance at the same normal.
     #[doc(hidden)]
     pub fn irradiance_rest(&self) -> &Image {
         &self.rest.cube
     }
 
-    /// The image behind it.
+    /// The image of the cube.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.cube
@@ -198,13 +199,13 @@ impl Environment {
         &self.levels[(mip as usize).min(self.levels.len() - 1)]
     }
 
-    /// Number of mip levels, down to 1².
+    /// Number of mip levels, down to 1 × 1.
     #[doc(hidden)]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32
     }
 
-    /// Edge of a face in texels.
+    /// Face size in texels.
     #[doc(hidden)]
     pub fn face_size(&self) -> u32 {
         self.cube.desc().width

@@ -1,11 +1,11 @@
-//! The equirect pass: turns an equirectangular image into the faces of a cube map.
+//! The equirect pass: resamples an equirectangular image to the faces of a cube map.
 //!
-//! Convention, world z up: row 0 of the image lies at +z, its centre looks along +x, and columns run clockwise seen
-//! from above (to the right of a viewer): `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
+//! Convention, world z up: row 0 is at +z, the centre is +x, and columns run clockwise seen from above (to the right of a viewer):
+//! `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
 //!
-//! A sun one pixel wide must keep its power. The image is therefore first resampled, in 64 bits and weighted by solid
-//! angle, to a size that the cube can hold, with texels about square on the sphere even near the poles. Then every cube
-//! texel averages at least four samples per image texel and axis, weighted by solid angle.
+//! A sun one pixel wide must keep its power. The image is therefore first resampled, in 64 bits and weighted by solid angle, to a
+//! size that the cube can hold. Its texels are then about square on the sphere even near the poles. Then every cube texel averages
+//! at least four samples per image texel and axis, weighted by solid angle.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -18,14 +18,13 @@ use leadr_gpu::{
 };
 use leadr_maps::RgbImage;
 
-/// Widest equirectangular image worth sampling for cube faces of this size; it bounds the sampler's footprint.
+/// Largest useful width of the equirectangular image for this face size. Bounds the sampler's footprint.
 fn widest(face_size: u32) -> u32 {
     (8 * face_size).max(8)
 }
 
-/// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to texels
-/// about square on the sphere. Every row keeps its power, whatever its texels hold (sums are 64-bit). `instead`: texels that are not
-/// as in the image, by rising index.
+/// The input of the pass: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to texels about square on
+/// the sphere. Every row keeps its power for any content (sums are 64-bit). `instead`: replacement texels, by ascending index.
 pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
     let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
     let source_width = image.width as usize;
@@ -33,7 +32,7 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
     let mut wide = vec![DVec3::ZERO; source_width];
     let mut changed = Vec::new();
     for j in 0..h {
-        // rows: mean by the solid angle of each band
+        // rows: mean weighted by the solid angle of each band
         let scale = f64::from(image.height) / f64::from(h);
         let (top, bottom) = (f64::from(j) * scale, f64::from(j + 1) * scale);
         let cos = |row: f64| (PI * row / f64::from(image.height)).cos();
@@ -59,7 +58,7 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
                 *sum += weight * Vec3::from(texel).as_dvec3();
             }
         }
-        // columns: boxes as wide as a target texel or, where meridians converge, as wide as a texel is high
+        // columns: boxes as wide as a target texel, or near the poles as wide as a texel is high
         let sin = (PI * (f64::from(j) + 0.5) / f64::from(h)).sin();
         let texel_width = f64::from(image.width) / f64::from(w);
         let box_width = (texel_width * (1.0 / sin).max(1.0)).min(f64::from(image.width));
@@ -73,7 +72,7 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
     (w, h, texels)
 }
 
-/// Prefix sums of a row that wraps around the sphere, from 0 to that of the whole row.
+/// Prefix sums of a row that wraps around the sphere, from 0 to the sum of the row.
 struct RunningSums(Vec<DVec3>);
 
 impl RunningSums {
@@ -86,7 +85,7 @@ impl RunningSums {
         Self(sums)
     }
 
-    /// The integral from column 0 to `x`, which may be any real number.
+    /// The integral from column 0 to `x`, for any real `x`.
     fn until(&self, x: f64) -> DVec3 {
         let Self(sums) = self;
         let n = sums.len() - 1;
@@ -97,7 +96,7 @@ impl RunningSums {
     }
 
     fn mean(&self, from: f64, to: f64) -> DVec3 {
-        // beside a bright sun a difference of sums may come out slightly negative
+        // rounding near a bright sun can make a difference of sums slightly negative
         ((self.until(to) - self.until(from)) / (to - from)).max(DVec3::ZERO)
     }
 }
@@ -124,11 +123,11 @@ impl EquirectPass {
         })
     }
 
-    /// Fills `faces` (mip 0 of a cube as an array, in [`Use::ComputeWrite`](leadr_gpu::Use)) from `equirect` (made by
-    /// [`prepare`], in [`Use::Sampled`](leadr_gpu::Use)).
+    /// Fills `faces` (mip 0 of a cube as an array, in [`Use::ComputeWrite`](leadr_gpu::Use)) from `equirect` (made by [`prepare`],
+    /// in [`Use::Sampled`](leadr_gpu::Use)).
     pub fn record(&self, cmd: &mut Commands, equirect: &ImageView, faces: &ImageView) {
         let (source, size) = (equirect.extent()[0], faces.extent()[0]);
-        // image texels across a cube texel at the middle of a face, where cube texels are largest
+        // image texels per cube texel at the centre of a face, where cube texels are largest
         let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
         let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
         cmd.bind(

@@ -1,5 +1,5 @@
-//! The exposure for a picture of a scene. Under the sky it follows the height of the sun as an eye adapts, but not all the
-//! way, so that dusk is dimmer than noon and night is dark. Under a panorama, whose unit nobody tells, it is metered.
+//! The exposure of an image. Under the sky it follows the sun's elevation like a partly adapted eye: dusk is dimmer than noon and
+//! night is dark. Under a panorama, which has no known unit, it is metered.
 
 use super::sky::Sky;
 use super::texels::Texels;
@@ -25,24 +25,24 @@ const LEVEL: [(f32, f32); 16] = [
     (38.0, 2.559),
 ];
 
-/// Share of the difference in brightness, in stops, that the exposure makes up for.
+/// Fraction of the brightness difference, in stops, that the exposure compensates.
 const ADAPTATION: f32 = 0.68;
 
-/// Factor on the radiance of a picture under `sky`: 1 from a mid-morning sun upwards, some hundreds at night.
+/// Factor on the radiance under `sky`: 1 from a mid-morning sun upwards, several hundred at night.
 pub fn exposure(sky: &Sky) -> f32 {
     let elevation = sky.sun_direction.normalize_or(glam::Vec3::Z).z.clamp(-1.0, 1.0).asin().to_degrees();
     (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
 }
 
-/// Factor on the radiance of a picture under a panorama with which level ground looks as under the sky from mid-morning on; 1 under a
-/// panorama that does not light it.
+/// Factor on the radiance under a panorama. It makes level ground as bright as under the sky from mid-morning on. 1 for a panorama
+/// that does not light the ground.
 pub fn metered(panorama: &RgbImage) -> f32 {
     let irradiance = Texels::new(panorama).integral(panorama, |z| z.max(0.0));
     let factor = f64::from(LEVEL[LEVEL.len() - 1].1) / irradiance;
     if (1e-30..=1e30).contains(&factor) { factor as f32 } else { 1.0 }
 }
 
-/// The table at an elevation in degrees, linear in the logarithm and extrapolated at its ends.
+/// Luminance at an elevation in degrees, log-linear in the table and extrapolated at its ends.
 fn level(elevation: f32) -> f32 {
     let next = LEVEL.partition_point(|entry| entry.0 <= elevation);
     if next == 0 || next == LEVEL.len() {
@@ -72,14 +72,14 @@ mod tests {
 
     #[test]
     fn panoramas_are_exposed_for_level_ground() {
-        // An even sphere of radiance L gives level ground an irradiance of pi L.
+        // A uniform sphere of radiance L gives level ground an irradiance of pi L.
         let even = |radiance: f32| RgbImage::new(64, 32, vec![[radiance; 3]; 64 * 32]).unwrap();
         for radiance in [1e-4, 1.0, 3e5] {
             let lit = f64::from(metered(&even(radiance)) * radiance) * std::f64::consts::PI;
             assert!((lit / f64::from(LEVEL[15].1) - 1.0).abs() < 2e-3, "{radiance}: {lit}");
         }
         assert_eq!(metered(&even(0.0)), 1.0);
-        // What shines from below lights no ground.
+        // Light from below does not reach the ground.
         let mut below = even(1.0);
         below.texels[..64 * 16].fill([0.0; 3]);
         assert_eq!(metered(&below), 1.0);

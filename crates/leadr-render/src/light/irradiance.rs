@@ -1,11 +1,10 @@
-//! The irradiance pass: computes the environment's nine order-2 spherical harmonics coefficients, every frame (LEADR
-//! section 5.3, Algorithm 2).
+//! The irradiance pass: computes the environment's nine order-2 spherical harmonics coefficients every frame (LEADR section 5.3,
+//! Algorithm 2).
 //!
-//! The coefficients are of *radiance*, in world space, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22 (one
-//! `vec4` each, w = 0). The cosine lobe's factors `A_l` are not applied; `sh_irradiance` of `leadr/integrals/sh.glsl` does
-//! that.
+//! The coefficients are of *radiance*, in world space, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22 (one `vec4`
+//! each, w = 0). The cosine lobe's factors `A_l` are applied by `sh_irradiance` of `leadr/integrals/sh.glsl`, not here.
 //!
-//! Sums are taken in a fixed order: the same cube gives the same bytes on every run.
+//! Sums are in a fixed order: the same cube always gives the same bytes.
 
 use std::sync::Arc;
 
@@ -15,8 +14,8 @@ use leadr_gpu::{
     Use, shared_struct,
 };
 
-/// Faces of at most this many texels are projected. Order-2 harmonics cannot resolve anything finer: the levels have the
-/// same means, and a sun is displaced by less than a texel, 1.4°.
+/// Largest projected face size in texels. Order-2 harmonics do not resolve finer detail: the levels have equal means, and a sun
+/// moves by less than a texel, 1.4°.
 const FACE_SIZE: u32 = 64;
 
 shared_struct! {
@@ -72,7 +71,7 @@ impl IrradiancePass {
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
 
-    /// The mip level that is projected.
+    /// The mip level to project.
     pub fn level(&self, environment: &Environment) -> u32 {
         (environment.face_size() / FACE_SIZE).max(1).ilog2()
     }

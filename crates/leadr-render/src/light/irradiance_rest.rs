@@ -1,5 +1,5 @@
-//! What order 2 leaves out of the irradiance, in a small cube: lamps that are neither taken out of a panorama nor wide make order 2 err by
-//! several percent. Harmonics of the clamped cosine fall off so fast from band 4 on that few texels hold them.
+//! The irradiance beyond order 2, in a small cube. With bright, narrow lamps left in a panorama, order 2 is off by several percent.
+//! The harmonics of the clamped cosine fall off so fast from band 4 that few texels suffice.
 
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use leadr_gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, ImageDesc, ImageView, Result, Sampler, Use,
 };
 
-/// Texels of a face of the environment's level that is summed.
+/// Face size of the environment level to integrate.
 const SOURCE_SIZE: u32 = 16;
 
-/// The cube, always in [`Use::Sampled`] between recordings, and its pass.
+/// The cube and its pass. The cube is always in [`Use::Sampled`] between recordings.
 pub struct IrradianceRest {
-    /// Irradiance to be added to that of order 2 at the same normal, for `samplerCube`.
+    /// Irradiance to add to the order-2 irradiance at the same normal, for `samplerCube`.
     pub cube: Image,
     faces: ImageView,
     pipeline: ComputePipeline,
@@ -21,8 +21,8 @@ pub struct IrradianceRest {
 }
 
 impl IrradianceRest {
-    /// The pass, and a cube with `face_size` texels along an edge, undefined until it is recorded. Lookups between texels flatten
-    /// what lies between them: under one bright side of a picture of the sky, irradiance is 0.8 % too dark with 8, 0.3 with 16.
+    /// The pass and a cube with `face_size` texels per face edge, undefined until recorded. Interpolation flattens detail between
+    /// texels: under an image of the sky with one bright side, irradiance is 0.8 % too dark with 8 texels and 0.3 % with 16.
     pub fn new(gpu: &Arc<Gpu>, face_size: u32) -> Result<Self> {
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
         let cube = Image::new(gpu, "irradiance rest", desc)?;

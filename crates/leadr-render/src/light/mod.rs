@@ -1,4 +1,4 @@
-//! What lights a scene: the sky, environments as cube maps, their spherical harmonics, and the exposure that suits them.
+//! The lighting of a scene: the sky, environment cube maps, their spherical harmonics, and the exposure.
 
 mod atmosphere;
 mod bright_spots;

@@ -1,9 +1,9 @@
-//! A panorama as an image and its suns. Light that comes from a few small places serves better as directional lights: they throw
-//! shadows, and neither a few probes nor nine harmonics can miss them. What is taken out is missing in the image, texel by texel.
+//! A panorama as an image and extracted suns. Small bright regions work better as directional lights: they cast shadows, and
+//! neither few probes nor nine harmonics can miss them. The extracted light is subtracted from the image per texel.
 //!
-//! Nothing in here decides by yes or no, so that pictures that differ little give lights that differ little. A place counts by
-//! what exceeds the threshold within it; it becomes a light to the degree to which it is small and round, alone, and worth it, and
-//! to which it is brighter than the first that there is no room for. Whatever is not a light stays in the image.
+//! All criteria are continuous, so similar images give similar lights. A region counts by its excess over the threshold. It
+//! becomes a light to the degree that it is small, round, isolated and strong. Its lead over the first region beyond the maximum
+//! number counts too. The remainder stays in the image.
 
 use std::f64::consts::PI;
 
@@ -11,37 +11,37 @@ use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
-use super::bright_spots::{self, FAR, REACH, Spots, falls, smooth};
+use super::bright_spots::{self, FAR, REACH, Spots, falloff, smooth};
 use super::texels::{Texels, texel_luminance};
 use leadr_maps::RgbImage;
 use leadr_reflectance::color::luminance;
 
-/// Most lights that can be taken out of a panorama.
+/// Maximum number of lights extracted from a panorama.
 pub const MAX_ENVIRONMENT_LIGHTS: u32 = crate::constants::MAX_ENVIRONMENT_LIGHTS as u32;
 
-/// A directional light taken out of a panorama.
+/// A directional light extracted from a panorama.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentLight {
-    /// Unit direction towards its middle, world.
+    /// Unit direction towards its centre, world.
     pub direction: Vec3,
     /// Irradiance on a plane facing it, linear rgb.
     pub irradiance: Vec3,
-    /// Variance of the directions that its light comes from, radians², along each of two axes across `direction`.
+    /// Variance of the light's directions, radians², along each of two axes perpendicular to `direction`.
     pub variance: f32,
 }
 
 impl EnvironmentLight {
-    /// Angular radius in radians of an even disk with the same variance.
+    /// Angular radius in radians of a uniform disk with the same variance.
     pub fn radius(&self) -> f32 {
         2.0 * self.variance.max(0.0).sqrt()
     }
 
-    /// The same in degrees.
+    /// Angular radius in degrees of a uniform disk with the same variance.
     pub fn radius_degrees(&self) -> f32 {
         self.radius().to_degrees()
     }
 
-    /// A direction from which its light comes, by a point of the unit square: uniform on an even disk with its variance.
+    /// A direction of the light for a point of the unit square: uniform on a disk with its variance.
     pub fn direction_within(&self, u: [f32; 2]) -> Vec3 {
         let radius = self.radius() * u[0].sqrt();
         let (sine, cosine) = (std::f32::consts::TAU * u[1]).sin_cos();
@@ -61,72 +61,74 @@ impl Serialize for EnvironmentLight {
     }
 }
 
-/// What may be taken out of a panorama. Written as JSON, its fields have the names of the command's flags.
+/// Parameters of the light extraction. Serialised under the names of the command line flags.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LightExtraction {
-    /// Most lights, 0 to 4; at 0 everything stays in the image.
+    /// Maximum number of lights, 0 to 4. With 0 everything stays in the image.
     #[serde(rename = "environment_lights")]
     pub count: u32,
-    /// Radiance from which on a place can belong to a light, as a multiple (above 0) of the panorama's mean radiance.
+    /// Lowest radiance of a light, as a multiple (above 0) of the panorama's mean radiance.
     #[serde(rename = "environment_light_threshold")]
     pub threshold: f32,
 }
 
 impl Default for LightExtraction {
-    /// Up to four lights, of what is eight times as bright as the mean.
+    /// Up to four lights, from eight times the mean radiance.
     fn default() -> Self {
         Self { count: MAX_ENVIRONMENT_LIGHTS, threshold: 8.0 }
     }
 }
 
-/// A panorama taken apart.
+/// A panorama split into lights and a remaining image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Split {
-    /// Its lights, the brightest first.
+    /// The lights, brightest first.
     pub lights: Vec<EnvironmentLight>,
-    /// The texels that the lights leave darker: index and remaining radiance, by rising index.
+    /// The texels darkened by the extraction: index and remaining radiance, by ascending index.
     pub rest: Vec<(usize, [f32; 3])>,
 }
 
-/// Deviations of a light's directions in degrees, across its middle and times √2: up to the first it counts as small, from the
-/// second on as large.
+/// Angular spread of a light in degrees (standard deviation per axis times √2): small up to the first, large from the second.
 const SIZE: [f64; 2] = [3.5, 6.0];
-/// The same for how much longer it is than wide.
+/// The same measure of the variance difference between its axes: round up to the first, elongated from the second.
 const LENGTH: [f64; 2] = [2.5, 4.0];
-/// Bright light around it over its own: up to the first it counts as alone, from the second on as a part of something larger.
+/// Bright surrounding light relative to the light's own: isolated up to the first, part of a larger region from the second.
 const SURROUNDINGS: [f64; 2] = [0.1, 0.5];
-/// Irradiance over that of an even environment of the panorama's mean: up to the first it is not worth a light.
+/// Irradiance relative to a uniform environment of the panorama's mean: ignored up to the first, fully counted from the second.
 const WORTH: [f64; 2] = [0.01, 0.04];
-/// By how much a light has to exceed the first that there is no room for.
+/// Relative lead over the first light beyond the maximum number from which a light counts fully.
 const AHEAD: f64 = 0.5;
 
-/// What is a light to this degree at most is none, so that no shadow map is drawn for next to nothing.
+/// Smallest degree of a light; avoids shadow maps for negligible lights.
 const LEAST_DEGREE: f64 = 0.02;
 
-/// A place that may become a light.
+/// A region that may become a light.
 struct Candidate {
     middle: DVec3,
     flux: f64,
-    /// How much of it becomes a light, 0 to 1.
+    /// Fraction extracted as a light, 0 to 1.
     degree: f64,
 }
 
-/// Takes the lights out of an equirectangular panorama (as [`Environment::from_equirect`] expects it). Image and lights together
-/// have the power of the panorama, and the same panorama gives the same bytes.
+/// Extracts lights from an equirectangular panorama (as [`Environment::from_equirect`] expects it). Image and lights together keep
+/// the power of the panorama. The result is deterministic.
 ///
 /// [`Environment::from_equirect`]: super::environment::Environment::from_equirect
 pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     let count = how.count.min(MAX_ENVIRONMENT_LIGHTS) as usize;
     let sphere = Texels::new(image);
     let mean = sphere.integral(image, |_| 1.0) / (4.0 * PI);
-    // Comparisons are written so that what is not a number fails them.
+    // Comparisons are written so that NaN fails them.
     if count == 0 || !(mean > 0.0 && mean.is_finite() && how.threshold > 0.0) {
         return Split::default();
     }
     let threshold = f64::from(how.threshold) * mean;
     let spots = Spots::above(image, &sphere, threshold);
-    let mut candidates: Vec<Candidate> =
-        spots.places(WORTH[0] * PI * mean).into_iter().map(|place| candidate(&spots, place, PI * mean)).collect();
+    let mut candidates: Vec<Candidate> = spots
+        .maxima(WORTH[0] * PI * mean)
+        .into_iter()
+        .map(|direction| candidate(&spots, direction, PI * mean))
+        .collect();
     candidates.sort_by(|a, b| (b.degree * b.flux).total_cmp(&(a.degree * a.flux)));
     let left_over = candidates.get(count).map_or(0.0, |next| next.degree * next.flux);
     candidates.truncate(count);
@@ -139,7 +141,7 @@ pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     if candidates.is_empty() { Split::default() } else { take(image, &sphere, threshold, &candidates) }
 }
 
-/// How much of the light around a place, which has `even` times the worth of one, becomes a light.
+/// The candidate around a density maximum. `even`: irradiance of a uniform environment of the panorama's mean luminance.
 fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     let (x, y) = middle.any_orthonormal_pair();
     let (mut flux, mut around, mut first, mut second) = (0.0, 0.0, DVec2::ZERO, [0.0; 3]);
@@ -161,14 +163,14 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     let half = 0.5 * (xx + yy);
     let apart = (half * half - DMat2::from_cols_array(&[xx, xy, xy, yy]).determinant()).max(0.0).sqrt();
     let degrees = |variance: f64| (2.0 * variance.max(0.0)).sqrt().to_degrees();
-    let degree = falls(degrees(half + apart), SIZE)
-        * falls(degrees(2.0 * apart), LENGTH)
-        * falls(around * per, SURROUNDINGS)
-        * (1.0 - falls(flux / even, WORTH));
+    let degree = falloff(degrees(half + apart), SIZE)
+        * falloff(degrees(2.0 * apart), LENGTH)
+        * falloff(around * per, SURROUNDINGS)
+        * (1.0 - falloff(flux / even, WORTH));
     Candidate { middle, flux, degree }
 }
 
-/// Takes the candidates out of every texel above the threshold, down to what is around them.
+/// Subtracts the candidates from every texel above the threshold, down to the radiance of their surroundings.
 fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candidate]) -> Split {
     let bases: Vec<f64> = candidates.iter().map(|c| surroundings(image, sphere, threshold, c.middle)).collect();
     let mut sums = vec![Sum::default(); candidates.len()];
@@ -190,7 +192,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
             if candidates.iter().all(|c| c.middle.dot(direction) <= lowest) {
                 continue;
             }
-            // Just above the threshold everything stays; far above it, as much as there is around the light.
+            // Just above the threshold everything stays; far above it, only the radiance of the surroundings.
             let mut whole = 0.0;
             for ((share, c), base) in shares.iter_mut().zip(candidates).zip(&bases) {
                 let kept = base + (threshold - base) * (threshold / l);
@@ -204,7 +206,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
                 continue;
             }
             let left = texel.map(|v| (f64::from(v) * (1.0 - taken)) as f32);
-            // What is taken is what is missing, to the last bit.
+            // Extracted light equals the removed light exactly.
             let missing: [f64; 3] = std::array::from_fn(|c| f64::from(texel[c]) - f64::from(left[c]));
             for (sum, share) in sums.iter_mut().zip(&shares) {
                 sum.add(missing, direction, share * scale / taken, sphere.solid_angles[row]);
@@ -217,7 +219,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
     Split { lights, rest }
 }
 
-/// Mean radiance around a light, cut at the threshold.
+/// Mean radiance around a light, clamped at the threshold.
 fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3) -> f64 {
     let step = (image.width as usize).div_ceil(2048).max(1);
     let (mut sum, mut weights) = (0.0, 1e-300);
@@ -233,13 +235,13 @@ fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3
     (sum / weights).min(threshold)
 }
 
-/// What was taken for one light.
+/// Sums of the radiance extracted for one light.
 #[derive(Clone, Default)]
 struct Sum {
     irradiance: DVec3,
     direction: DVec3,
     flux: f64,
-    /// Variance of the light within its texels, times flux.
+    /// Variance within its texels, times flux.
     within: f64,
 }
 
@@ -258,7 +260,7 @@ impl Sum {
         if length <= 0.0 {
             return None;
         }
-        // The mean cosine to the mean direction is 1 less half the sum of both variances.
+        // The mean cosine to the mean direction is 1 minus half the sum of both variances.
         let variance = (1.0 - length / self.flux).max(0.0) + self.within / self.flux;
         Some(EnvironmentLight {
             direction: (self.direction / length).as_vec3().normalize(),

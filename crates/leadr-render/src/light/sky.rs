@@ -1,14 +1,14 @@
-//! An analytic clear sky with a movable sun: Rayleigh and aerosol scattering and ozone over a spherical Earth. Single
-//! scattering is integrated numerically, and the higher orders are an isotropic series (Hillaire 2020, "A Scalable and
-//! Production Ready Sky and Atmosphere Rendering Technique"). Below a soft horizon lies lambertian ground.
+//! An analytic clear sky with a movable sun: Rayleigh scattering, aerosol scattering and ozone over a spherical Earth. Single
+//! scattering is integrated numerically, and higher orders are an isotropic series (Hillaire 2020, "A Scalable and Production Ready
+//! Sky and Atmosphere Rendering Technique"). Below a soft horizon is Lambertian ground.
 //!
-//! This file documents the model and computes it in 64 bits; `shaders-glsl/passes/light/sky.glsl` is the same in 32 bits
-//! with the same names, and `tests/render/environment.rs` compares the two. The sun's disk is not in the sky: it is the
-//! directional light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
+//! This file documents the model and computes it in 64 bits. `shaders-glsl/passes/light/sky.glsl` is the same in 32 bits with the
+//! same names, and `tests/render/environment.rs` compares them. The sky does not contain the sun's disk: it is the directional
+//! light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
 //!
-//! Three small tables separate the integrals from the picture: the isotropic multiple scattering by altitude, the
-//! scattering integrals without their phase functions by view direction (smooth, so 64×16 entries are enough), and the
-//! light on the ground. The phase functions are applied per texel, so the glow around the sun is not blurred by the tables.
+//! Three small tables hold the integrals: isotropic multiple scattering by altitude, scattering integrals without phase functions
+//! by view direction (smooth, so 64×16 entries suffice), and the light on the ground. Phase functions are applied per texel, so the
+//! tables do not blur the glow around the sun.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ pub const COLUMNS: usize = constants::COLUMNS as usize;
 /// Entries of the multiple scattering table.
 pub const ALTITUDES: usize = constants::ALTITUDES as usize;
 
-/// Sunlight above the atmosphere: white (pictures are balanced for it), scaled so that a mid-morning sun gives about 3.
+/// Sunlight above the atmosphere: white, scaled so that a mid-morning sun gives an irradiance of about 3.
 const SUNLIGHT: DVec3 = DVec3::splat(4.8);
 /// A clear sky over flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,7 @@ pub struct Sky {
     pub turbidity: f32,
     /// Linear albedo of the ground, `[0, 1]`.
     pub ground_albedo: [f32; 3],
-    /// Scale of sun and sky; at 1 the mid-morning sun gives an irradiance of about 3.
+    /// Scale of sun and sky. At 1 the mid-morning sun gives an irradiance of about 3.
     pub intensity: f32,
 }
 
@@ -48,7 +48,7 @@ impl Default for Sky {
 }
 
 impl Sky {
-    /// The default air and ground with the sun at `elevation` and `azimuth` (from +x towards +y), radians.
+    /// The default atmosphere and ground, with the sun at `elevation` and `azimuth` (from +x towards +y), radians.
     pub fn with_sun(elevation: f32, azimuth: f32) -> Self {
         let (se, ce) = elevation.sin_cos();
         let (sa, ca) = azimuth.sin_cos();
@@ -60,12 +60,12 @@ impl Sky {
         }
     }
 
-    /// RGB irradiance of the sun on a surface that faces it, at the ground; fades to 0 as the disk sets.
+    /// RGB irradiance of the sun on a surface facing it, at the ground. Fades to 0 as the disk sets.
     pub fn sun_irradiance(&self) -> [f32; 3] {
         (self.sunlight() * sun_transmittance(0.0, self.sun().z, self.haze())).to_array().map(|x| x as f32)
     }
 
-    /// Integrates the tables, which takes some 30 ms on one core. The GPU pass does the same every time the sun moves.
+    /// Integrates the tables: about 30 ms on one core. The GPU pass does the same whenever the sun moves.
     pub fn tables(&self) -> SkyTables {
         SkyTables::new(self)
     }
@@ -75,7 +75,7 @@ impl Sky {
         self.sun_direction.as_dvec3().try_normalize().unwrap_or(DVec3::Z)
     }
 
-    /// Aerosol extinction at the ground at 550 nm, per km; turbidity is clamped to 1 to 20.
+    /// Aerosol extinction at the ground at 550 nm, per km. Turbidity is clamped to 1 to 20.
     pub(crate) fn haze(&self) -> f64 {
         (f64::from(self.turbidity).clamp(1.0, 20.0) - 1.0) * AIR_THICKNESS / HAZE_HEIGHT
     }
@@ -124,7 +124,7 @@ impl SkyTables {
                 tables.view.push([ray.air, ray.haze, ray.multiple]);
             }
         }
-        // the sky's irradiance on the ground: midpoint rule between the rows, trapezium rule in azimuth
+        // irradiance of the sky on the ground: midpoint rule between rows, trapezium rule in azimuth
         let mut irradiance = DVec3::ZERO;
         for row in 0..ROWS - 1 {
             let span = FRAC_PI_2_SQUARED_ROWS * (2.0 * row as f64 + 1.0);
@@ -144,7 +144,7 @@ impl SkyTables {
     /// Radiance arriving from a unit world direction, RGB, without the sun's disk.
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let sun = self.sky.sun();
-        // below the horizon: the horizon's radiance at the same azimuth fades into the ground
+        // below the horizon: fade from the horizon's radiance at the same azimuth to the ground
         let mut w = direction;
         w.z = w.z.max(0.0);
         let w = w.try_normalize().unwrap_or(DVec3::X);
@@ -166,7 +166,7 @@ impl SkyTables {
         self.sky.sunlight() * (self.irradiance + PI * NIGHT)
     }
 
-    /// Zenith cosine of a place in the view table, and its cosine to the sun.
+    /// Zenith cosine of a view table position, and its cosine to the sun.
     fn view_cosines(&self, row: f64, column: f64) -> (f64, f64) {
         let s = row / (ROWS - 1) as f64;
         let (mu, level) = (PI / 2.0 * s * s).sin_cos();
@@ -174,7 +174,7 @@ impl SkyTables {
         (mu, mu * sun.z + level * sun.truncate().length() * (PI * column / (COLUMNS - 1) as f64).cos())
     }
 
-    /// Radiance per unit of sunlight at a place in the view table (bilinear) whose cosine to the sun is `nu`.
+    /// Radiance per unit of sunlight at a view table position (bilinear), for the sun cosine `nu`.
     fn scattered(&self, row: f64, column: f64, nu: f64) -> DVec3 {
         let r = (row as usize).min(ROWS - 2);
         let c = (column as usize).min(COLUMNS - 2);
@@ -184,7 +184,7 @@ impl SkyTables {
         phase_of_air(nu) * mix(0) + phase_of_haze(nu) * mix(1) + mix(2)
     }
 
-    /// The multiple scattering table at an altitude, linear in its square root.
+    /// Multiple scattering at an altitude, linear in its square root.
     fn multiple_along(&self, h: f64) -> DVec3 {
         let x = (h / ATMOSPHERE).clamp(0.0, 1.0).sqrt() * (ALTITUDES - 1) as f64;
         let i = (x as usize).min(ALTITUDES - 2);
@@ -192,7 +192,7 @@ impl SkyTables {
     }
 }
 
-/// `(π/2)/(ROWS−1)²`: the elevation spanned by table row k is this times `2k + 1`.
+/// `(π/2)/(ROWS−1)²`: table row k spans this times `2k + 1` in elevation.
 const FRAC_PI_2_SQUARED_ROWS: f64 = PI / 2.0 / ((ROWS - 1) * (ROWS - 1)) as f64;
 
 #[cfg(test)]
@@ -222,8 +222,7 @@ mod tests {
 
     #[test]
     fn the_sky_neither_makes_nor_swallows_much_light() {
-        // the air absorbs only through ozone and aerosol, so sun and sky together on level ground must stay below the
-        // sunlight that enters, and above half of it
+        // only ozone and aerosol absorb, so level ground must receive between half and all of the incoming sunlight
         for elevation in [20.0f32, 40.0, 80.0] {
             let sky = Sky { ground_albedo: [0.0; 3], ..Sky::with_sun(elevation.to_radians(), 0.0) };
             let sun = Vec3::from(sky.sun_irradiance()).as_dvec3() * sky.sun().z;

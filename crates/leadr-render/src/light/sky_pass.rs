@@ -10,7 +10,7 @@ use leadr_gpu::{
 
 shared_struct! {
     struct Push for "Push" {
-        /// Toward the sun; w: extinction of the haze.
+        /// Direction toward the sun; w: extinction of the haze.
         sun: [f32; 4],
         albedo: [f32; 4],
         sunlight: [f32; 4],
@@ -19,7 +19,7 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// The tables, which exist on the device only.
+    /// The tables, on the device only.
     struct SkyTablesGpu for "SkyTables" {
         multiple: [[f32; 4]; ALTITUDES],
         ground: [f32; 4],

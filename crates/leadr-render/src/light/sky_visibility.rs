@@ -1,11 +1,11 @@
-//! How much of its surroundings a place sees past large shapes: a volume of visibility about all that throws shadows.
+//! Large-scale ambient occlusion of the environment: a volume of visibility around all shadow casters.
 //!
-//! Each node holds the visibility of all directions to first order, `v(ω) = a + b·ω`: by its mean, `a`, and its mean times the direction,
-//! a third of `b`. A surface with normal `n` sees the share `a + ⅔ b·n` of a constant environment, weighted by the cosine: of half
-//! the directions this is exact. Matter is that of [`Columns`], which know the mesh without its relief, so what bumps hide from each
-//! other is left to slope statistics and horizons.
+//! Each node stores the visibility of all directions to first order, `v(ω) = a + b·ω`. The mean visibility is `a`; the mean of
+//! visibility times direction is a third of `b`. A surface with normal `n` sees the cosine-weighted fraction `a + ⅔ b·n` of a
+//! constant environment. This is exact if a half space is visible. The occluders are the [`Columns`], which omit the relief,
+//! because slope statistics and horizons handle the occlusion by bumps.
 //!
-//! From a node, columns are walked outwards by azimuth; what of the elevations they hide is kept as bits (as in Therrien et al. 2023).
+//! Each node marches through the columns by azimuth, and stores the occluded elevations as bits (as in Therrien et al. 2023).
 
 use std::f32::consts::TAU;
 
@@ -16,37 +16,37 @@ use super::casters::Columns;
 use crate::constants::{SKY_LAYERS, SKY_LAYERS_BELOW, SKY_NODES};
 use leadr_gpu::shared_struct;
 
-/// Nodes along x and y together at most.
+/// Maximum number of nodes per layer, along x times y.
 const MOST_ACROSS: f32 = (SKY_NODES / SKY_LAYERS) as f32;
 const LAYERS: usize = SKY_LAYERS as usize;
-/// Azimuths of a node; every other node has those between.
+/// Azimuths of a node; every other node uses the azimuths in between.
 const AZIMUTHS: usize = 8;
 /// Growth of steps, in metres per metre of distance.
 const GROWTH: f32 = 0.2;
-/// How far the volume reaches beside what it is about, in its heights, and above and below its lowest place.
+/// Extent of the volume beyond the casters, as a multiple of their height: to the sides, and above and below their lowest point.
 const ASIDE: f32 = 0.9;
 const ABOVE: f32 = 1.4;
 const BELOW: f32 = 0.4;
 
 shared_struct! {
-    /// The head of the volume on the device.
+    /// The header of the volume on the device.
     pub struct SkyVisibilityGpu for "SkyVisibility" {
         /// Its lowest corner and its floor, metres.
         sky_corner: [f32; 4],
-        /// Nodes per metre across; one over the reach of the layers above and below the floor.
+        /// Nodes per metre across; reciprocal reach of the layers above and below the floor.
         sky_rates: [f32; 4],
         /// Nodes across.
         sky_across: [f32; 2],
     }
 }
 
-/// The volume.
+/// The visibility volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyVisibility {
     /// Its lowest corner, and the height of the densest layer.
     origin: Vec2,
     floor: f32,
-    /// Distance of nodes across, metres, and their number.
+    /// Horizontal spacing of the nodes, metres, and their number.
     step: Vec2,
     size: [usize; 2],
     /// Reach of the layers above and below the floor, metres.
@@ -55,19 +55,19 @@ pub struct SkyVisibility {
     nodes: Vec<[f32; 4]>,
 }
 
-/// What a place sees of its surroundings past large shapes: in the unit direction `ω` the share `mean + lean·ω`.
+/// Visibility of the environment at a point past large shapes: `mean + lean·ω` in the unit direction `ω`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyProbe {
-    /// The place, metres.
-    pub place: Vec3,
-    /// Share of all directions, 0 to 1.
+    /// The position, metres.
+    pub position: Vec3,
+    /// Mean visibility of all directions, 0 to 1.
     pub mean: f32,
-    /// Where more of them are seen.
+    /// Gradient towards the more visible directions.
     pub lean: Vec3,
 }
 
 impl SkyVisibility {
-    /// The volume about some columns.
+    /// The volume around some columns.
     pub fn around(columns: &Columns) -> Self {
         let tall = (columns.height[1] - columns.height[0]).max(columns.cell);
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
@@ -75,7 +75,7 @@ impl SkyVisibility {
         let step = (extent.x * extent.y / MOST_ACROSS).sqrt();
         let across = |side: f32| ((side / step) as usize + 1).max(2);
         let mut size = [across(extent.x), across(extent.y)];
-        // Rounding may take one row too many.
+        // Rounding may add one row too many.
         while size[0] * size[1] > MOST_ACROSS as usize {
             let longer = usize::from(size[1] > size[0]);
             size[longer] -= 1;
@@ -95,33 +95,34 @@ impl SkyVisibility {
             .into_par_iter()
             .map(|i| {
                 let (k, y, x) = index(i);
-                let place = (volume.origin + step * Vec2::new(x as f32, y as f32)).extend(volume.layer(k));
-                // Just above the ground that it stands on.
-                let place = if k == SKY_LAYERS_BELOW as usize { place.with_z(floor + 1e-3 * tall) } else { place };
-                (!columns.is_solid(place)).then(|| bins.seen(columns, place, (x + y + k) % 2 == 1))
+                let position = (volume.origin + step * Vec2::new(x as f32, y as f32)).extend(volume.layer(k));
+                // Just above the ground.
+                let position =
+                    if k == SKY_LAYERS_BELOW as usize { position.with_z(floor + 1e-3 * tall) } else { position };
+                (!columns.is_solid(position)).then(|| bins.seen(columns, position, (x + y + k) % 2 == 1))
             })
             .collect();
         volume.nodes = filled(seen, size);
         volume
     }
 
-    /// Height of a layer: the nearer to the floor, the denser.
+    /// Height of a layer. Layers are denser near the floor.
     fn layer(&self, k: usize) -> f32 {
         let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
         let k = k as f32 - below;
         self.floor + if k < 0.0 { -self.reach[1] * (k / below).powi(2) } else { self.reach[0] * (k / above).powi(2) }
     }
 
-    /// Its nodes.
+    /// The nodes.
     pub fn probes(&self) -> impl Iterator<Item = SkyProbe> + use<'_> {
         let [across, down] = self.size;
         self.nodes.iter().enumerate().map(move |(i, &[x, y, z, mean])| {
-            let place = self.origin + self.step * Vec2::new((i % across) as f32, (i / across % down) as f32);
-            SkyProbe { place: place.extend(self.layer(i / (across * down))), mean, lean: Vec3::new(x, y, z) }
+            let position = self.origin + self.step * Vec2::new((i % across) as f32, (i / across % down) as f32);
+            SkyProbe { position: position.extend(self.layer(i / (across * down))), mean, lean: Vec3::new(x, y, z) }
         })
     }
 
-    /// As `passes/shade/sky_visibility.glsl` reads it: the head, then the nodes, eight bits for each number.
+    /// The layout of `passes/shade/sky_visibility.glsl`: header, then nodes with eight bits per number.
     pub fn bytes(&self) -> Vec<u8> {
         let [rate, above_and_below] = [self.step, Vec2::from(self.reach)].map(Vec2::recip);
         let head = SkyVisibilityGpu {
@@ -135,17 +136,18 @@ impl SkyVisibility {
         [bytemuck::bytes_of(&head), nodes.as_flattened()].concat()
     }
 
-    /// Visibility to first order at a place, `b` and `a`, between nodes: the twin of `sky_seen` in `passes/shade/sky_visibility.glsl`.
+    /// First-order visibility at a point, `b` and `a`, interpolated between nodes. Matches `sky_seen` in
+    /// `passes/shade/sky_visibility.glsl`.
     #[cfg(test)]
-    fn seen(&self, place: Vec3) -> [f32; 4] {
+    fn seen(&self, position: Vec3) -> [f32; 4] {
         let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
-        let up = place.z - self.floor;
+        let up = position.z - self.floor;
         let layer = if up < 0.0 {
             below - (-up / self.reach[1]).sqrt() * below
         } else {
             below + (up / self.reach[0]).sqrt() * above
         };
-        let at = ((place.truncate() - self.origin) / self.step).extend(layer);
+        let at = ((position.truncate() - self.origin) / self.step).extend(layer);
         let last = Vec3::new(self.size[0] as f32, self.size[1] as f32, LAYERS as f32) - 1.0;
         let at = at.clamp(Vec3::ZERO, last - 1e-3);
         let (base, part) = (at.floor(), at.fract());
@@ -161,12 +163,12 @@ impl SkyVisibility {
     }
 }
 
-/// Elevations as bits, evenly by their sines, and sums over them.
+/// Elevations as bits, uniform in their sines, with prefix sums.
 struct Elevations {
-    /// Sums from the lowest on: of sines, and of cosines.
+    /// Prefix sums of sines and of cosines, from the lowest elevation.
     sines: [f32; 65],
     cosines: [f32; 65],
-    /// Azimuths of every other node, and of those between.
+    /// Azimuths of every other node, and the azimuths in between.
     azimuths: [[Vec2; AZIMUTHS]; 2],
 }
 
@@ -183,21 +185,21 @@ impl Elevations {
         Self { sines, cosines, azimuths }
     }
 
-    /// What a place sees of all directions: `b` and `a`.
-    fn seen(&self, columns: &Columns, place: Vec3, between: bool) -> [f32; 4] {
+    /// Visibility of all directions from a point: `b` and `a`.
+    fn seen(&self, columns: &Columns, position: Vec3, between: bool) -> [f32; 4] {
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
         let (low, high) = (columns.origin, columns.origin + matter);
         let (mut hidden, mut towards) = (0.0f32, Vec3::ZERO);
         for direction in self.azimuths[usize::from(between)] {
-            // Where the ray is above or below matter at all.
-            let (a, b) = ((low - place.truncate()) / direction, (high - place.truncate()) / direction);
+            // The segment of the ray within the xy extent of the columns.
+            let (a, b) = ((low - position.truncate()) / direction, (high - position.truncate()) / direction);
             let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
             let mut bits = 0u64;
             let mut t = near + 0.35 * columns.cell;
             while t < far {
                 let step = (0.8 * columns.cell).max(GROWTH * t);
-                for [bottom, top] in columns.spans_at(place.truncate() + direction * t) {
-                    let sine = |z: f32| (z - place.z) / ((z - place.z).powi(2) + t * t).sqrt();
+                for [bottom, top] in columns.spans_at(position.truncate() + direction * t) {
+                    let sine = |z: f32| (z - position.z) / ((z - position.z).powi(2) + t * t).sqrt();
                     let [from, to] = [bottom, top].map(|z| (sine(z) * 32.0 + 32.5).clamp(0.0, 64.0) as u32);
                     if to > from {
                         bits |= (u64::MAX >> (64 - (to - from))) << from;
@@ -220,8 +222,7 @@ impl Elevations {
     }
 }
 
-/// Gives nodes within matter, which see nothing, the mean of those around them that see something, so that places between do not
-/// darken.
+/// Gives nodes inside matter the mean of their visible neighbours, so that interpolation does not darken nearby points.
 fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f32; 4]> {
     let around = |seen: &[Option<[f32; 4]>], i: usize| {
         let (x, y, k) = ((i % width) as isize, (i / width % depth) as isize, (i / (width * depth)) as isize);
@@ -242,7 +243,7 @@ fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f
         let found: Vec<(usize, [f32; 4])> = missing.filter_map(|i| Some((i, around(&seen, i)?))).collect();
         found.into_iter().for_each(|(i, node)| seen[i] = Some(node));
     }
-    // Deep inside, where nothing looks.
+    // Deep inside matter, where nothing is shaded.
     seen.into_iter().map(|node| node.unwrap_or([0.0, 0.0, 0.0, 1.0])).collect()
 }
 
@@ -255,20 +256,20 @@ mod tests {
         (a + 2.0 / 3.0 * Vec3::new(x, y, z).dot(n)).clamp(0.0, 1.0)
     }
 
-    /// The share of a hemisphere above a floor that a sphere hides: exact while it is above the horizon.
-    fn truth(place: Vec2, height: f32, radius: f32) -> f32 {
-        1.0 - radius * radius * height / (place.length_squared() + height * height).powf(1.5)
+    /// The fraction of the hemisphere above a floor that a sphere hides. Exact while the sphere is above the horizon.
+    fn truth(position: Vec2, height: f32, radius: f32) -> f32 {
+        1.0 - radius * radius * height / (position.length_squared() + height * height).powf(1.5)
     }
 
     #[test]
-    fn a_floor_sees_past_a_sphere_what_is_left() {
+    fn floor_visibility_past_a_sphere_matches_closed_form() {
         for height in [1.0f32, 1.6] {
             let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z * height, 1.0).into_iter()).unwrap());
             let (mut square, mut without, mut count) = (0.0, 0.0, 0.0);
             for i in 0..900 {
-                let place = Vec2::new((i % 30) as f32, (i / 30) as f32) * 0.2 - 2.9;
-                let seen = cosine_share(volume.seen(place.extend(0.0)), Vec3::Z);
-                let wanted = truth(place, height, 1.0);
+                let position = Vec2::new((i % 30) as f32, (i / 30) as f32) * 0.2 - 2.9;
+                let seen = cosine_share(volume.seen(position.extend(0.0)), Vec3::Z);
+                let wanted = truth(position, height, 1.0);
                 square += (seen - wanted).powi(2);
                 without += (1.0 - wanted).powi(2);
                 count += 1.0;
@@ -280,20 +281,20 @@ mod tests {
     }
 
     #[test]
-    fn convex_shapes_see_all_they_face() {
+    fn convex_shapes_are_unoccluded() {
         let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
         for i in 0..200 {
             let z = (i as f32 + 0.5) / 100.0 - 1.0;
             let n = (Vec2::from_angle(2.4 * i as f32) * (1.0 - z * z).sqrt()).extend(z);
-            // As far outside as shading looks.
-            let place = Vec3::Z + n + n * volume.step.max_element();
-            let seen = cosine_share(volume.seen(place), n);
+            // At the offset that shading uses.
+            let position = Vec3::Z + n + n * volume.step.max_element();
+            let seen = cosine_share(volume.seen(position), n);
             assert!(seen > 0.95, "{n}: {seen}");
         }
     }
 
     #[test]
-    fn far_places_see_everything() {
+    fn distant_points_are_unoccluded() {
         let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
         let rim = volume.nodes.iter().take(volume.size[0]).map(|node| cosine_share(*node, Vec3::Z));
         assert!(rim.into_iter().all(|seen| seen > 0.9));

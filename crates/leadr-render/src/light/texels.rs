@@ -1,4 +1,4 @@
-//! The texels of an equirectangular panorama, whose rows run from +z to −z and whose columns run clockwise seen from above.
+//! The texels of an equirectangular panorama. Rows run from +z to −z, columns clockwise seen from above.
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub struct Texels {
 }
 
 impl Texels {
-    /// The texels of an image of that size.
+    /// The texels of an image of this size.
     pub fn new(image: &RgbImage) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let edge = |row: usize| (PI * row as f64 / height as f64).cos();
@@ -36,19 +36,19 @@ impl Texels {
         }
     }
 
-    /// Unit direction of the middle of a texel.
+    /// Unit direction of a texel's centre.
     pub fn direction(&self, row: usize, column: usize) -> DVec3 {
         let (sin, cos) = self.rows[row];
         (sin * self.columns[column]).extend(cos)
     }
 
-    /// Whether the middles of a row's texels can be within `reach` radians of a direction.
+    /// Whether texel centres of a row can lie within `reach` radians of a direction.
     pub fn row_meets(&self, row: usize, direction: DVec3, reach: f64) -> bool {
         let (sin, cos) = self.rows[row];
         (sin * direction.truncate().length() + cos * direction.z).min(1.0).acos() <= reach
     }
 
-    /// Integral of the luminance over the sphere, weighted by the height `z` of directions.
+    /// Integral of the luminance over the sphere. `weight`: of a direction's height `z`.
     pub fn integral(&self, image: &RgbImage, weight: impl Fn(f64) -> f64) -> f64 {
         let rows = image.texels.chunks_exact(image.width as usize).zip(self.rows.iter().zip(&self.solid_angles));
         rows.map(|(texels, (&(_, z), solid_angle))| {

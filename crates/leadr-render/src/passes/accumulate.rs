@@ -10,41 +10,41 @@ use leadr_gpu::{
 
 shared_struct! {
     struct Weights for "Weights" {
-        /// Weight of the sample when it is mixed into the mean.
+        /// Weight of the sample in the new mean.
         weight: f32,
-        /// Number of edge samples in each pixel.
+        /// Edge samples per pixel.
         edge_samples: f32,
     }
 }
 
-/// What a sample of a pixel is put together from.
+/// The parts that make up a sample of a pixel.
 #[derive(Clone, Copy)]
 pub enum Parts<'a> {
-    /// Its own surface alone.
+    /// Only the pixel's own surface.
     One,
-    /// All surfaces that samples of its geometry see.
+    /// All surfaces at the geometry samples.
     Multisampled(&'a MultisampleTargets),
-    /// Its own surface and edge samples.
+    /// The pixel's own surface and edge samples.
     Edges {
-        /// The joined sums of the edge samples.
+        /// Joined sums of the edge samples.
         joined: &'a JoinedEdges,
-        /// Number of edge samples in each pixel.
+        /// Edge samples per pixel.
         samples: u32,
     },
 }
 
-/// What the samples of a frame are put together from.
+/// The kind of parts that make up a frame's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PartsKind {
     /// [`Parts::One`].
     One,
-    /// [`Parts::Multisampled`], with so many samples of the geometry in each pixel.
+    /// [`Parts::Multisampled`] with this many geometry samples per pixel.
     Multisampled(u32),
     /// [`Parts::Edges`].
     Edges,
 }
 
-/// The accumulation of samples that are put together from one kind of parts.
+/// The accumulation pass for one kind of parts.
 #[derive(Clone)]
 pub struct AccumulatePass {
     pipeline: ComputePipeline,
@@ -63,8 +63,7 @@ impl AccumulatePass {
         })
     }
 
-    /// Mixes the radiance of a `sample`, put together from its `parts`, which are of the pass's kind, into the `mean` of the
-    /// samples `before` it.
+    /// Adds a `sample` to the `mean` of the samples `before` it. The `parts` of the sample must match the pass's kind.
     pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, parts: Parts<'_>, mean: &Image, before: u32) {
         let radiance = &sample.radiance;
         cmd.transition(radiance, Use::Sampled);
@@ -73,7 +72,7 @@ impl AccumulatePass {
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
-        // Pipelines without a part still need some image bound in its place.
+        // Pipelines without a part still need an image bound in its place.
         let (plain, visible) = ([radiance, radiance], &sample.visible.surface);
         let ([others, shares], slots) = match parts {
             Parts::One => (plain, visible),
@@ -99,7 +98,7 @@ impl AccumulatePass {
     }
 }
 
-/// The mean of a frame's samples, accumulated in 64 bits from the means of groups of samples.
+/// The mean of a frame's samples, accumulated in 64 bits from means of groups.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accumulation {
     sums: Vec<[f64; 4]>,
@@ -107,10 +106,10 @@ pub struct Accumulation {
 }
 
 impl Accumulation {
-    /// Adds the mean `color` of `samples` samples, as [`render_range`](crate::frame::Renderer::render_range) gives it.
+    /// Adds the mean `color` of `samples` samples, as returned by [`render_range`](crate::frame::Renderer::render_range).
     ///
     /// # Panics
-    /// When the pictures differ in their number of pixels.
+    /// If the images differ in their number of pixels.
     pub fn add(&mut self, color: &[[f32; 4]], samples: u32) {
         if self.sums.is_empty() {
             self.sums = vec![[0.0; 4]; color.len()];
@@ -141,7 +140,7 @@ mod tests {
     use super::*;
     use crate::sampling::jitter;
 
-    /// Compares the running mean of `passes/accumulate.comp`, in 32 bits, with the sum in 64 bits.
+    /// Compares the 32-bit running mean of `passes/accumulate.comp` with a 64-bit sum.
     #[test]
     fn thousands_of_samples_do_not_wear_out_32_bits() {
         for (scale, count) in [(1.0f32, 4096u32), (1e4, 65_536)] {

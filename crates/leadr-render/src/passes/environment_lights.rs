@@ -1,8 +1,7 @@
-//! Lights drawn at random from the environment: each sample of the reference is lit from a few directions of it.
+//! Random lights from the environment: each sample of the reference is lit from a few environment directions.
 //!
-//! A shadow map serves a single light, not a whole sky, but a sky is the mean of lights drawn from it. Directions are drawn
-//! in proportion to the luminance of the cube's texels and to the cosines at which the surfaces in view see them, so that every
-//! draw brings about the same light.
+//! A shadow map serves one light, but a sky is the mean of many lights drawn from it. The draws are importance-sampled:
+//! proportional to texel luminance and to the cosines at the visible surfaces, so every draw contributes about the same light.
 
 use glam::{Vec2, Vec3};
 
@@ -10,12 +9,11 @@ use crate::light::environment::Environment;
 use leadr_gpu::Result;
 use leadr_reflectance::color::luminance;
 
-/// Lights are drawn from faces of at most this many texels: 0.35° a texel.
+/// Largest face size to draw lights from: 256 texels, 0.35° each.
 const FACE_SIZE: u32 = 256;
-/// Share of the draws that is spread evenly over the sphere, so that colours without luminance count too.
+/// Fraction of uniform draws over the sphere, which also reach colours without luminance.
 const EVEN: f64 = 0.05;
-/// Number of bands of equal area on the sphere, so that points spread evenly over a square are spread evenly over the
-/// sphere.
+/// Number of bands of equal area on the sphere. They map uniform points in a square to uniform points on the sphere.
 const BANDS: usize = 48;
 
 /// A light drawn from an environment.
@@ -23,10 +21,10 @@ const BANDS: usize = 48;
 pub struct DrawnLight {
     /// Unit direction towards it, world.
     pub direction: Vec3,
-    /// Its irradiance on a plane that faces it, divided by the probability of the draw, so that the mean over the draws is
-    /// the environment's irradiance.
+    /// Irradiance on a plane facing it, divided by the probability of the draw. The mean over the draws is the environment's
+    /// irradiance.
     pub irradiance: Vec3,
-    /// Density of the draw by solid angle.
+    /// Density of the draw per solid angle.
     pub density: f32,
 }
 
@@ -35,17 +33,17 @@ pub struct DrawnLight {
 pub struct EnvironmentLights {
     size: u32,
     texels: Vec<Vec3>,
-    /// Indices of the texels, ordered into [`BANDS`] bands by the height of their centres, and by azimuth in each band.
+    /// Texel indices, sorted into [`BANDS`] bands by the height of their centres, and by azimuth within a band.
     order: Vec<u32>,
-    /// Running sums of probability in that order.
+    /// Cumulative probability in that order.
     cumulative: Vec<f64>,
-    /// Where each band ends in the order.
+    /// The end of each band in the order.
     ends: Vec<usize>,
 }
 
 impl EnvironmentLights {
-    /// Reads an environment back from the device, which must be idle; `None` if it is black. `receiving` says how well a world
-    /// direction lights what is seen, in any unit, above 0.
+    /// Reads an environment back from the device, which must be idle; `None` if it is black. `receiving`: weight of a world
+    /// direction for lighting the visible surfaces, above 0, in any unit.
     pub fn read(environment: &Environment, receiving: impl Fn(Vec3) -> f64) -> Result<Option<Self>> {
         let mip = (environment.face_size() / FACE_SIZE).max(1).ilog2().min(environment.levels() - 1);
         let mut texels = Vec::new();
@@ -66,11 +64,11 @@ impl EnvironmentLights {
         assert_eq!(texels.len(), 6 * (size * size) as usize, "texels of six faces");
         let centre = |i: u32| {
             let (face, texel) = (i / (size * size), i % (size * size));
-            let place = Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5;
-            face_direction(face as usize, place * (2.0 / size as f32) - 1.0).normalize()
+            let position = Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5;
+            face_direction(face as usize, position * (2.0 / size as f32) - 1.0).normalize()
         };
         let luminance = |c: Vec3| luminance(c.max(Vec3::ZERO).as_dvec3());
-        // Solid angles, as much as they are worth to what receives their light.
+        // Solid angles, weighted by how much the receivers gain from each texel.
         let angles: Vec<f64> =
             (0..texels.len()).map(|i| solid_angle(size, i) * receiving(centre(i as u32)).max(0.0)).collect();
         let total: f64 = texels.iter().zip(&angles).map(|(&c, a)| luminance(c) * a).sum();
@@ -96,8 +94,8 @@ impl EnvironmentLights {
         Some(Self { size, texels, order, cumulative, ends })
     }
 
-    /// The light at a point of the unit square: the first coordinate chooses the band, the second the texel in it, and the
-    /// remainders of both choose the position within the texel.
+    /// The light at a point of the unit square. The first coordinate selects the band, the second the texel, and the remainders the
+    /// position in the texel.
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
         let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
         let last = before(self.order.len());
@@ -112,9 +110,9 @@ impl EnvironmentLights {
         let within = Vec2::new(across as f32, down as f32).clamp(Vec2::ZERO, Vec2::ONE);
         let texel = self.order[index];
         let (face, on_face) = (texel / (self.size * self.size), texel % (self.size * self.size));
-        let place = Vec2::new((on_face % self.size) as f32, (on_face / self.size) as f32);
-        let point = face_direction(face as usize, (place + within) * (2.0 / self.size as f32) - 1.0);
-        // The position is uniform on the face, so the solid angle is that at the point, not that of the texel.
+        let corner = Vec2::new((on_face % self.size) as f32, (on_face / self.size) as f32);
+        let point = face_direction(face as usize, (corner + within) * (2.0 / self.size as f32) - 1.0);
+        // The position is uniform on the face, so use the solid angle at the point instead of the texel's.
         let area = 4.0 / f64::from(self.size * self.size);
         let angle = area / f64::from(point.length()).powi(3);
         DrawnLight {
@@ -124,8 +122,8 @@ impl EnvironmentLights {
         }
     }
 
-    /// Radiance and density of draws at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face of
-    /// side 2: by solid angle they are this times the cube of the distance at which the direction meets that face.
+    /// Radiance and density at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face of side
+    /// 2. Multiply by the cubed distance to the face along the direction for the density per solid angle.
     pub fn table(&self) -> Vec<[f32; 4]> {
         let area = 4.0 / f64::from(self.size * self.size);
         let last = self.cumulative.last().copied().unwrap_or(1.0);
@@ -152,7 +150,7 @@ fn solid_angle(size: u32, index: usize) -> f64 {
     4.0 / f64::from(size * size) / (1.0 + s * s + t * t).powf(1.5)
 }
 
-/// The point of a cube's face, in [−1, 1]², that Vulkan's cube map lookup has at `st`.
+/// The point on a cube's face that Vulkan's cube lookup maps to `st`, in [−1, 1]².
 fn face_direction(face: usize, st: Vec2) -> Vec3 {
     let Vec2 { x: s, y: t } = st;
     match face {
@@ -165,14 +163,13 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
     }
 }
 
-/// The point of the unit square with which sample `index` draws its light: the first two dimensions of Sobol's sequence,
-/// their digits scrambled by the seed. Among the first `2ⁿ` points, each of `2ⁿ` equal boxes of any shape contains one.
+/// The point of the unit square for the light of sample `index`: the first two dimensions of the Sobol sequence, with digits
+/// scrambled by the seed. Among the first `2ⁿ` points, each of `2ⁿ` equal boxes of any shape contains one.
 ///
-/// It is independent of the offsets inside the pixel ([`jitter`](crate::sampling::jitter)), so a pixel's samples
-/// fill all four dimensions.
+/// It is independent of the pixel offsets ([`jitter`](crate::sampling::jitter)), so a pixel's samples fill all four dimensions.
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
     let mut state = seed.wrapping_mul(0xd605_1ccb_05a6_2b0f) ^ 0x2545_f491_4f6c_dd1d;
-    let mut turn = || {
+    let mut scramble = || {
         state ^= state >> 29;
         state = state.wrapping_mul(0x94d0_49bb_1331_11eb);
         state ^= state >> 32;
@@ -186,7 +183,7 @@ pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
         }
         direction ^= direction >> 1;
     }
-    [index.reverse_bits() ^ turn(), second ^ turn()].map(|digits| (f64::from(digits) + 0.5) / 4_294_967_296.0)
+    [index.reverse_bits() ^ scramble(), second ^ scramble()].map(|digits| (f64::from(digits) + 0.5) / 4_294_967_296.0)
 }
 
 #[cfg(test)]
@@ -226,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn bright_places_are_drawn_more_often_and_colours_without_luminance_at_all() {
+    fn bright_texels_are_sampled_more_often() {
         let sun = Vec3::new(0.2, 0.6, 0.7).normalize();
         let lights = sky(64, |d| if d.dot(sun) > 0.999 { Vec3::splat(1e4) } else { Vec3::new(0.0, 0.0, 1e-6) });
         let near = (0..1000).filter(|&i| lights.draw(light_point(i, 0)).direction.dot(sun) > 0.995).count();
@@ -235,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_receives_light_moves_draws_and_leaves_their_mean() {
+    fn receiver_normal_changes_samples_not_their_mean() {
         let (size, normal) = (16u32, Vec3::new(0.6, 0.0, 0.8));
         let n = (size * size) as usize;
         let facing = |d: Vec3| 0.05 + f64::from(d.dot(normal).max(0.0));
@@ -259,13 +256,13 @@ mod tests {
         for index in 0..500 {
             let light = lights.draw(light_point(index, 9));
             let d = light.direction;
-            // The face is the one whose axis the direction is nearest to; find its texel by trying all.
+            // The direction is nearest to the axis of its face. Find its texel by exhaustive search.
             let at = |i: usize| (2 * i + 1) as f32 / 16.0 - 1.0;
             let nearest = (0..6 * n as usize).max_by(|&a, &b| {
                 let centre = |i: usize| {
                     let point = face_direction(i / n as usize, Vec2::new(at(i % 16), at(i % n as usize / 16)));
                     let scale = d.abs().max_element();
-                    // Distance on the face, infinite on the others.
+                    // Distance on this face, infinite on the others.
                     let on_face = (d / scale).dot(face_direction(i / n as usize, Vec2::ZERO)) > 0.9999;
                     if on_face { -(d / scale - point).abs().max_element() } else { f32::NEG_INFINITY }
                 };
@@ -287,7 +284,7 @@ mod tests {
             let bits = [p.x > 0.0, p.y > 0.0, q[0] > 0.5, q[1] > 0.5];
             boxes[bits.iter().fold(0, |a, &b| 2 * a + usize::from(b))] += 1;
         }
-        // 64 points each; random numbers would be off by 16 in one of them.
+        // 64 points per box; random numbers would be off by 16 in one of them.
         assert!(boxes.iter().all(|&n| (53..=76).contains(&n)), "{boxes:?}");
     }
 }

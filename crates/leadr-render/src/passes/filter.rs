@@ -1,5 +1,5 @@
-//! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel, and shades it if nothing else needs
-//! them.
+//! Filter pass: fetches slope statistics and material under each pixel, and also shades the pixel if no other pass needs these
+//! inputs.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -26,17 +26,17 @@ use leadr_gpu::{
     Sampler, SharedStruct, SpecValue, StructLayout, Topology,
 };
 
-/// What becomes of what a filter pass finds under the pixels.
+/// The output of a filter pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FilterInto {
-    /// It goes into the G-buffer, where edge samples are joined to it and other passes shade it.
+    /// The G-buffer, where edge samples are joined before other passes shade it.
     GBuffer,
-    /// The pass shades it.
+    /// Shaded radiance.
     Radiance(ShadeKind),
 }
 
 impl FilterInto {
-    /// Formats of the images that the pass writes.
+    /// Formats of the output images.
     pub fn formats(self) -> &'static [vk::Format] {
         match self {
             Self::GBuffer => &GBuffer::FORMATS,
@@ -44,7 +44,7 @@ impl FilterInto {
         }
     }
 
-    /// How it picks the pixels of its surface; into the G-buffer its fragment stage does.
+    /// How the pass selects the pixels of its surface. For the G-buffer, the fragment stage selects them.
     #[must_use]
     pub fn depth(self) -> Option<Depth> {
         match self {
@@ -53,7 +53,7 @@ impl FilterInto {
         }
     }
 
-    /// What its vertices form: the tiles that show its surface, or a triangle that covers the screen.
+    /// The geometry of the pass: tiles that contain the surface, or a screen-covering triangle.
     #[must_use]
     pub fn topology(self) -> Topology {
         match self {
@@ -62,7 +62,7 @@ impl FilterInto {
         }
     }
 
-    /// Structs that its fragment stage reads, but for those about the surface.
+    /// Structs of the fragment stage, except those of the surface.
     pub fn structs(self) -> &'static [StructLayout] {
         match self {
             Self::GBuffer => &[],
@@ -70,8 +70,8 @@ impl FilterInto {
         }
     }
 
-    /// Specialization constants of its fragment stage, but for those about the surface. `bases`: those of what it
-    /// filters; `relief_color`: whether its colours follow its relief.
+    /// Specialisation constants of the fragment stage, except those of the surface. `bases`: the base materials; `relief_color`:
+    /// whether colours follow the relief.
     #[must_use]
     pub fn spec(self, needs: Needs, bases: Bases, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
@@ -86,7 +86,7 @@ impl FilterInto {
         }
     }
 
-    /// Of two names, of shaders or of pipelines, the one for this.
+    /// The shader or pipeline name for this output.
     pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
         match self {
             Self::GBuffer => gbuffer,
@@ -95,10 +95,10 @@ impl FilterInto {
     }
 }
 
-/// Rows of taps across the footprint, in the maps of slopes and of the material. One row blurs a pixel with its neighbours, which
-/// shows where two roughnesses meet.
+/// Rows of taps across the footprint in the slope and material maps. A single row would blur a pixel with its neighbours, which
+/// shows at boundaries between two roughnesses.
 fn tap_rows(kind: SurfaceKind) -> i32 {
-    if kind.has.bases.mixed { 3 } else { 1 }
+    if kind.features.bases.mixed { 3 } else { 1 }
 }
 
 /// Pipelines of the filter pass.
@@ -109,8 +109,8 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// The pass for the inputs that a technique needs, and for objects of these kinds. `relief_drawn`: whether the geometry
-    /// is displaced by as much as the maps say.
+    /// The pass for a technique's inputs and these kinds of objects. `relief_drawn`: whether the geometry is displaced by the full
+    /// heights of the maps.
     pub fn new(
         gpu: &Arc<Gpu>,
         needs: Needs,
@@ -119,7 +119,7 @@ impl FilterPass {
         objects: impl Iterator<Item = SurfaceKind>,
         numbering: Numbering,
     ) -> Result<Self> {
-        // Drivers take a quarter of a second and more for a pipeline that shades.
+        // Make pipelines in parallel: drivers take a quarter of a second or more for one that shades.
         let kinds: HashSet<SurfaceKind> = objects.collect();
         let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind, numbering)?));
         Ok(Self {
@@ -141,7 +141,7 @@ impl FilterPass {
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
             ("COLORED", SpecValue::Bool(kind.colored)),
-            ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
+            ("REFLECTS_BY_MAP", SpecValue::Bool(kind.features.f0)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("TAP_ROWS", SpecValue::I32(tap_rows(kind))),
             ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
@@ -158,8 +158,8 @@ impl FilterPass {
             ("DETAIL", SpecValue::U32(kind.detail.mapping)),
             ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),
             ("DETAIL_MASKED", SpecValue::Bool(kind.detail.masked)),
-            ("EMITS", SpecValue::Bool(kind.has.emission)),
-            ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
+            ("EMITS", SpecValue::Bool(kind.features.emission)),
+            ("OCCLUDED", SpecValue::Bool(kind.features.occlusion)),
             ("CHARTED", SpecValue::Bool(kind.charted)),
         ];
         let structs = [
@@ -175,8 +175,8 @@ impl FilterPass {
             RestVertexGpu::LAYOUT,
         ];
         if into == FilterInto::GBuffer {
-            // Where it shades, that says so.
-            has.extend(kind.has.bases.spec());
+            // A pass that shades already sets this constant.
+            has.extend(kind.features.bases.spec());
         }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
@@ -184,7 +184,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs, kind.has.bases, kind.follows.any())[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.features.bases, kind.follows.any())[..], &has].concat(),
             structs: &[&structs[..], into.structs()].concat(),
             ..Default::default()
         };
@@ -197,8 +197,8 @@ impl FilterPass {
         GraphicsPipeline::new(gpu, name, &desc)
     }
 
-    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `light` is the set of the scene, where
-    /// the pass shades. The pass must know the kinds of all objects.
+    /// Filters the maps of `objects` into the active targets, at the pixels of a view that show them. `light`: the set of the scene,
+    /// if the pass shades. The pass must have been made for the kinds of all objects.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -218,7 +218,7 @@ impl FilterPass {
                 views,
                 ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ];
-            // Who shades covers the screen, and needs no tiles.
+            // A pass that shades covers the screen and needs no tiles.
             cmd.bind(&self.pipelines[&posed.object.kind], if light.is_some() { &pixels[..6] } else { &pixels });
             cmd.bind_set(&posed.object.set);
             if let Some(scene) = light {

@@ -1,4 +1,4 @@
-//! Geometry pass: tessellates, displaces and rasterises; for each pixel it stores the visible surface.
+//! Geometry pass: tessellates, displaces and rasterises. It stores the visible surface of each pixel.
 
 use std::sync::Arc;
 
@@ -12,16 +12,16 @@ use leadr_gpu::{
     Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SharedStruct, SpecValue, Topology,
 };
 
-/// What the geometry pass writes for the samples of an image.
+/// The output of the geometry pass for the samples of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GeometryKind {
-    /// What each pixel sees in its middle.
+    /// The surface at each pixel's sample.
     Pixels,
-    /// The same for each of several samples of a pixel.
+    /// The surface at each of this many samples per pixel.
     Multisampled(u32),
-    /// The same for edge samples, with what joins them.
+    /// The surface at each edge sample, with the data for joining.
     Edges,
-    /// What each pixel sees of the edges of triangles alone.
+    /// Triangle edges only.
     Wires,
 }
 
@@ -35,7 +35,7 @@ impl GeometryKind {
         }
     }
 
-    /// Samples of each texel of the targets.
+    /// Samples per texel of the targets.
     pub fn samples(self) -> u32 {
         match self {
             Self::Multisampled(count) => count,
@@ -43,7 +43,7 @@ impl GeometryKind {
         }
     }
 
-    /// The constant of that name in the shaders.
+    /// The specialisation constant `PIXELS` of the shaders.
     pub fn pixels(self) -> (&'static str, SpecValue) {
         let kind = match self {
             Self::Pixels | Self::Wires => PIXELS_ARE_SAMPLES,
@@ -58,14 +58,14 @@ impl GeometryKind {
 #[derive(Clone)]
 pub struct GeometryPass(PatchPipelines);
 
-/// The pipelines that draw patches into one kind of target; shared with the shadow passes.
+/// The pipelines that draw patches into one kind of target. The shadow passes share them.
 #[derive(Clone)]
 pub(crate) struct PatchPipelines(Vec<(DrawnAs, PipelineSet)>);
 
-/// The fragment stage of depths of surfaces with holes.
-pub(crate) const DEPTH_OF_HOLES: &str = "passes/geometry/depth_holes.frag";
+/// The depth-only fragment stage of cutout surfaces.
+pub(crate) const CUTOUT_DEPTH: &str = "passes/geometry/depth_cutout.frag";
 
-/// How the patches of a surface are divided.
+/// How the patches of a surface are tessellated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// Quads of any shape.
@@ -81,60 +81,60 @@ impl Shape {
     const ALL: [Self; 3] = [Self::Curved, Self::Flat, Self::Triangles];
 }
 
-/// What tells the pipelines of surfaces apart.
+/// The properties that select a surface's pipeline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct DrawnAs {
     /// Only the front is drawn.
     pub front_only: bool,
-    /// It has holes.
-    pub holes: bool,
-    /// Its maps are shown by the shaders that show them without their repeats.
+    /// It has an alpha mask or partial coverage.
+    pub cutout: bool,
+    /// Its maps are tiled by example.
     pub by_example: bool,
-    /// How its patches are divided.
+    /// How its patches are tessellated.
     pub shape: Shape,
 }
 
 impl DrawnAs {
-    /// Surfaces of a kind whose both sides are drawn.
+    /// The kind with both sides drawn.
     fn both_sides(kind: SurfaceKind) -> Self {
         let shape = match kind {
             SurfaceKind { flat: true, .. } => Shape::Flat,
             SurfaceKind { triangles: true, .. } => Shape::Triangles,
             _ => Shape::Curved,
         };
-        let (holes, by_example) = (kind.has.holes.is_some(), kind.displaced_by_example());
-        Self { front_only: false, holes, by_example, shape }
+        let (cutout, by_example) = (kind.features.cutout.is_some(), kind.displaced_by_example());
+        Self { front_only: false, cutout, by_example, shape }
     }
 }
 
-/// What there is among the casters of a scene: both their sides throw shadows.
+/// The kinds of shadow casters in a scene. Both sides cast shadows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct CasterKinds {
-    /// A bit for each of [`all`](Self::all).
+    /// One bit per item of [`all`](Self::all).
     present: u16,
 }
 
 impl CasterKinds {
-    /// All that there can be.
+    /// All possible kinds.
     fn all() -> impl Iterator<Item = DrawnAs> {
         let tiled = |shape| [false, true].map(|by_example| (shape, by_example));
-        let drawn = |(shape, by_example), holes| DrawnAs { front_only: false, holes, by_example, shape };
-        Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|holes| drawn(tiled, holes)))
+        let drawn = |(shape, by_example), cutout| DrawnAs { front_only: false, cutout, by_example, shape };
+        Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|cutout| drawn(tiled, cutout)))
     }
 
-    /// A caster of such a kind.
+    /// The set with only this kind.
     pub fn of(kind: SurfaceKind) -> Self {
         let drawn = DrawnAs::both_sides(kind);
         Self { present: Self::all().position(|other| other == drawn).map_or(0, |bit| 1 << bit) }
     }
 
-    /// What there is in either.
+    /// The union of two sets.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self { present: self.present | other.present }
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub fn is_empty(self) -> bool {
         self.present == 0
     }
@@ -144,12 +144,12 @@ impl CasterKinds {
     }
 }
 
-/// For what patches are drawn.
+/// The purpose of drawing patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PatchMode {
-    /// To be seen; back faces in a marker colour or not.
+    /// Visible surfaces, with back faces optionally in a marker colour.
     Seen { mark_inside: bool },
-    /// To throw shadows.
+    /// Shadow casters.
     Caster,
 }
 
@@ -157,18 +157,18 @@ pub(crate) enum PatchMode {
 struct PipelineSet {
     undivided: GraphicsPipeline,
     divided: GraphicsPipeline,
-    /// With a vertex at each texel of the heights; of planes alone.
+    /// One vertex per height texel; planes only.
     at_texels: Option<GraphicsPipeline>,
 }
 
 impl PatchPipelines {
-    /// Pipelines whose vertex and tessellation stages are those of patches, for surfaces of these kinds. `holes`: the fragment stage of what
-    /// has holes.
+    /// Pipelines with the vertex and tessellation stages of patches, for surfaces of these kinds. `cutout`: the fragment stage of
+    /// cutout surfaces.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
         desc: &GraphicsDesc<'_>,
-        holes: &str,
+        cutout: &str,
         kinds: impl Iterator<Item = DrawnAs>,
     ) -> Result<Self> {
         let mut sets = Vec::new();
@@ -176,22 +176,22 @@ impl PatchPipelines {
             if sets.iter().any(|(other, _)| *other == drawn) {
                 continue;
             }
-            let fragment = if drawn.holes { Some(holes) } else { desc.fragment };
+            let fragment = if drawn.cutout { Some(cutout) } else { desc.fragment };
             let count = [("SAMPLES", SpecValue::I32(desc.samples as i32))];
-            let multisampled = drawn.holes && holes != DEPTH_OF_HOLES;
-            // Only stages of quads have it.
+            let multisampled = drawn.cutout && cutout != CUTOUT_DEPTH;
+            // Only the stages of quads have this constant.
             let by_example = [("BY_EXAMPLE", SpecValue::Bool(true))];
             let spec =
                 [desc.spec, if multisampled { &count } else { &[] }, if drawn.by_example { &by_example } else { &[] }]
                     .concat();
-            let structs = [&GEOMETRY_STRUCTS[..], if drawn.holes { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
+            let structs = [&GEOMETRY_STRUCTS[..], if drawn.cutout { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
             let desc = GraphicsDesc { fragment, front_only: drawn.front_only, spec: &spec, structs: &structs, ..*desc };
             sets.push((drawn, PipelineSet::new(gpu, name, &desc, drawn.shape)?));
         }
         Ok(Self(sets))
     }
 
-    /// Binds and draws one object, which is of one of the kinds that it was made for.
+    /// Binds and draws one object. Its kind must be among those the pipelines were made for.
     pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mode: PatchMode) {
         let kind = drawn.posed.object.kind;
         let front_only = kind.front_only && mode == PatchMode::Seen { mark_inside: false };
@@ -211,7 +211,7 @@ impl PipelineSet {
                 vertex: "passes/geometry/geometry.vert",
                 tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
                 topology: Topology::Patches(4),
-                // The tessellator counts v downward.
+                // The tessellator counts v downwards.
                 clockwise_front: true,
                 spec: &[desc.spec, &[("FLAT", SpecValue::Bool(flat)), ("AT_TEXELS", SpecValue::Bool(at_texels))]]
                     .concat(),
@@ -266,13 +266,13 @@ impl PipelineSet {
 }
 
 impl GeometryPass {
-    /// The pass for objects of these kinds. It draws both sides of a surface unless that says otherwise: a closed surface hides its own
-    /// inside.
+    /// The pass for objects of these kinds. It draws both sides of a surface unless the object is front-only. A closed surface
+    /// hides its own inside.
     pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind], numbering: Numbering) -> Result<Self> {
         let desc = GraphicsDesc {
             fragment: Some("passes/geometry/geometry.frag"),
             colors: &GeometryTargets::FORMATS,
-            // Single samples of a picture have no footprint of their own.
+            // Single samples store no footprint.
             kept_colors: usize::from(matches!(kind, GeometryKind::Pixels | GeometryKind::Wires)),
             depth: Some(Depth::default()),
             samples: kind.samples(),
@@ -286,16 +286,16 @@ impl GeometryPass {
             GeometryKind::Edges => "geometry of edges",
             GeometryKind::Wires => "wires",
         };
-        // Backs are drawn where they are to be marked.
+        // Marking the inside needs the back faces.
         let sides = |kind: &SurfaceKind| {
             let both = DrawnAs::both_sides(*kind);
             [kind.front_only, false].map(|front_only| DrawnAs { front_only, ..both })
         };
         let kinds = objects.iter().flat_map(sides);
-        Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_holes.frag", kinds)?))
+        Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_cutout.frag", kinds)?))
     }
 
-    /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.
+    /// Draws objects into the active targets. `mark_inside` paints back faces in a marker colour.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -310,7 +310,7 @@ impl GeometryPass {
     }
 }
 
-/// Sets a viewport of [`GUARD_BAND`] times the target's size, and a scissor of the target alone.
+/// Sets a viewport of [`GUARD_BAND`] times the target's size, and a scissor of the target's size.
 pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     let [width, height] = target.mip_extent(0);
     let (w, h) = (width as f32, height as f32);
@@ -324,7 +324,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kinds_of_casters_are_kept_apart() {
+    fn caster_kinds_are_separate() {
         let all: Vec<DrawnAs> = CasterKinds::all().collect();
         assert_eq!(all.len(), 12);
         for (bit, drawn) in all.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The passes of a frame, one file each: `new` makes a pass's pipelines, `record` records its commands.
+//! The passes of a frame, one file each. `new` makes a pass's pipelines; `record` records its commands.
 
 use std::sync::Arc;
 
@@ -21,20 +21,20 @@ pub mod shadow;
 pub mod targets;
 pub mod tiles;
 
-/// The passes that every frame has, whatever its settings.
+/// The passes of every frame, independent of settings.
 pub struct CommonPasses {
-    /// The sun's shadow map.
+    /// The shadow maps.
     pub shadow: shadow::ShadowPass,
-    /// The content of each tile of the screen.
+    /// The content of each screen tile.
     pub tiles: tiles::TilePass,
-    /// Which object each pixel shows.
+    /// The object of each pixel, as a depth.
     pub objects: object_depth::ObjectDepthPass,
-    /// The edge samples that see their pixel's own surface.
+    /// Marks edge samples on their pixel's own surface.
     pub edges: edges::EdgePass,
 }
 
 impl CommonPasses {
-    /// Makes the passes of a scene with such casters.
+    /// Makes the passes of a scene with these casters.
     pub fn new(gpu: &Arc<Gpu>, casters: geometry::CasterKinds, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             shadow: shadow::ShadowPass::new(gpu, casters)?,

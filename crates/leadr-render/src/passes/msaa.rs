@@ -1,10 +1,9 @@
-//! Multisampling: finds the surfaces that the samples of each pixel see, so that each of them is shaded once.
+//! Multisampling: finds the surfaces at the samples of each pixel, so that each surface is shaded once.
 //!
-//! The geometry is drawn with several samples in each pixel. Most pixels show one surface; where an outline crosses a pixel, it shows
-//! more, and each of them covers some of the samples. The surface with the most samples is the pixel's own and stays where the pixel
-//! is. The others go into slots of their own below the pixels, so that the passes which filter and shade go over both in the same
-//! draws. [`AccumulatePass`](super::accumulate::AccumulatePass) puts a pixel together from its surfaces, each with the share of the
-//! samples that it covers. What is seen of a surface is worked out for the middle of the pixel, as with a single sample.
+//! The geometry is drawn with several samples per pixel. Most pixels show one surface. At an outline a pixel shows several, and
+//! each covers some of its samples. The surface with the most samples stays at the pixel's position. The others go into slots below
+//! the image, so the same draws filter and shade both. [`AccumulatePass`](super::accumulate::AccumulatePass) then combines the
+//! surfaces of a pixel, weighted by their coverage. A surface is evaluated at the pixel's centre, as with a single sample.
 
 use std::sync::Arc;
 
@@ -34,7 +33,7 @@ pub struct MsaaPass {
 }
 
 impl MsaaPass {
-    /// The pass for so many samples of each pixel.
+    /// The pass for this many samples per pixel.
     pub fn new(gpu: &Arc<Gpu>, samples: u32, numbering: Numbering) -> Result<Self> {
         let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed())), numbering.spec()];
         Ok(Self {
@@ -43,7 +42,7 @@ impl MsaaPass {
         })
     }
 
-    /// Writes the pixels and slots of `visible` from what the geometry passes drew, and leaves them readable.
+    /// Writes the pixels and slots of `visible` from the output of the geometry passes, and leaves them readable.
     pub fn record(&self, cmd: &mut Commands, seen: &MultisampleTargets, visible: &VisibleSurface, view: &View) {
         let written = [&visible.surface, &visible.footprint, &visible.depth, &seen.others];
         for image in written {

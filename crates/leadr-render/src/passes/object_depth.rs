@@ -1,5 +1,5 @@
-//! Object depth: which object each pixel shows, as a depth, so that passes which draw one object after the other skip the pixels of
-//! others before anything runs for them.
+//! Object depth: the object of each pixel, stored as a depth. Passes that draw one object after the other then skip pixels of other
+//! objects with the early depth test.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use leadr_gpu::{
     Sampler, Use,
 };
 
-/// How passes over one object test its pixels.
+/// The depth test of passes over one object.
 pub const OBJECT_TEST: Depth = Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::EQUAL, write: false, bias: None };
 
-/// How a pass over all objects leaves the sky out.
+/// The depth test of passes over all objects, which skips the sky.
 pub const ANY_OBJECT_TEST: Depth = Depth { compare: vk::CompareOp::NOT_EQUAL, ..OBJECT_TEST };
 
 /// The pass that writes the image of objects.
@@ -45,7 +45,7 @@ impl ObjectDepthPass {
         })
     }
 
-    /// Writes the image for a finished geometry pass; `seen`: how its pixels were multisampled, if they were.
+    /// Writes the image after the geometry passes. `seen`: the multisampled targets, if any.
     pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface, seen: Option<&MultisampleTargets>) {
         cmd.image_barrier(&visible.objects, Use::Undefined, Use::DepthTarget);
         cmd.begin_rendering(&[], Some(DepthTarget { view: visible.objects.whole(), clear: Some(0.0) }));

@@ -1,5 +1,5 @@
-//! Present pass: exposes the renderer's linear image and tonemaps it into a window's image with the curves of
-//! [`leadr_maps::tonemap`], so that a window shows the same codes that a PNG would hold.
+//! Present pass: exposes and tonemaps the renderer's linear image into a window's image with the curves of [`leadr_maps::tonemap`].
+//! The codes match those of a PNG.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use leadr_maps::tonemap::Tonemap;
 
 shared_struct! {
     struct Constants for "Constants" {
-        /// A factor.
+        /// Factor on the radiance.
         exposure: f32,
-        /// Share of the width that shows the first picture.
+        /// Fraction of the width that shows the first image.
         split: f32,
     }
 }
@@ -23,24 +23,23 @@ shared_struct! {
 /// The pipeline of the present pass.
 pub struct PresentPass {
     pipeline: GraphicsPipeline,
-    /// For pictures as large as the target, and for others.
+    /// For images of the target's size, and for others.
     samplers: [Sampler; 2],
 }
 
-/// What is shown.
+/// The input of the present pass.
 #[derive(Clone, Copy)]
 pub struct Presented<'a> {
     /// Linear radiance.
     pub image: &'a Image,
-    /// Another picture on the right, and the share of the width on its left.
+    /// A second image on the right, and the fraction of the width left of it.
     pub beside: Option<(&'a Image, f32)>,
-    /// A factor on the radiance.
+    /// Factor on the radiance.
     pub exposure: f32,
 }
 
 impl PresentPass {
-    /// The pass for targets of one format. Targets in an sRGB format encode by themselves; for all others the pass writes
-    /// sRGB codes.
+    /// The pass for targets of one format. sRGB formats encode automatically; for other formats the pass writes sRGB codes.
     pub fn new(gpu: &Arc<Gpu>, format: vk::Format, tonemap: Tonemap) -> Result<Self> {
         let target_encodes = matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB);
         let pipeline = GraphicsPipeline::new(
@@ -59,7 +58,7 @@ impl PresentPass {
         Ok(Self { pipeline, samplers: [sampler(Filter::Nearest)?, sampler(Filter::Bilinear)?] })
     }
 
-    /// Shows pictures over the whole `target`, which ends in [`Use::ColorTarget`]. Those of another size are stretched.
+    /// Draws images over the whole `target`, which ends in [`Use::ColorTarget`]. Images of another size are stretched.
     pub fn record(&self, cmd: &mut Commands, Presented { image, beside, exposure }: Presented<'_>, target: &Image) {
         let (other, split) = beside.unwrap_or((image, 2.0));
         let extent = target.mip_extent(0);
@@ -82,7 +81,7 @@ mod tests {
     use leadr_gpu::{DriverCall, GpuError, GpuOptions, ImageDesc};
     use leadr_maps::tonemap::display_srgb8;
 
-    /// A ramp over 18 stops with both signs, and values that are not numbers.
+    /// A ramp over 18 stops with both signs and non-finite values.
     fn ramp() -> Vec<[f32; 4]> {
         let mut texels: Vec<[f32; 4]> = (0..1020)
             .map(|i| {
@@ -97,7 +96,7 @@ mod tests {
         texels
     }
 
-    /// Largest difference, in codes, between the ramp in a target of one format and the CPU's curve.
+    /// Largest code difference between the ramp in a target of one format and the CPU's curve.
     fn worst_difference(gpu: &Arc<Gpu>, format: vk::Format, shader: Tonemap, exposure: f32, cpu: Tonemap) -> u8 {
         let texels = ramp();
         let image = Image::new(gpu, "ramp", ImageDesc::new(vk::Format::R32G32B32A32_SFLOAT, 32, 32)).unwrap();
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_shows_the_codes_of_a_png() {
+    fn window_pixels_equal_png_codes() {
         let options = GpuOptions { device: std::env::var("LEADR_DEVICE").ok(), validation: true, ..Default::default() };
         let gpu = match crate::open_gpu(&options) {
             Ok(gpu) => gpu,
@@ -135,7 +134,7 @@ mod tests {
             for tonemap in Tonemap::ALL {
                 for exposure in [1.0, 2.5] {
                     let worst = worst_difference(&gpu, format, tonemap, exposure, tonemap);
-                    // Rounding the same curve in two ways differs by at most half a code.
+                    // Two roundings of the same curve differ by at most half a code.
                     assert!(worst <= 1, "{format:?} {tonemap:?} {exposure}: {worst} codes");
                 }
             }
@@ -147,7 +146,7 @@ mod tests {
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());
     }
 
-    /// Part of the test above, since all pipelines of a process share their shaders.
+    /// Called by the test above, because all pipelines of a process share their shaders.
     fn newer_shaders_are_drawn_with_once_they_fit(gpu: &Arc<Gpu>) {
         use leadr_gpu::shader_watch::CompiledShaders;
 
@@ -172,20 +171,20 @@ mod tests {
             target.read::<[u8; 4]>(0, 0).unwrap()[0]
         };
         assert_eq!(shown(), [188, 188, 188, 255]);
-        // Another order of colours, in the pipeline that there is.
+        // Swapped colours compile into the existing pipeline.
         let red = changed("vec4(display, 1.0)", "vec4(display.r, 0.0, 0.0, 1.0)");
         assert_eq!(gpu.take_shaders(red).unwrap(), 1);
         assert_eq!(shown(), [188, 0, 0, 255]);
-        // One that reads a block of another layout does not fit, and nothing changes.
+        // A shader with another block layout does not fit, and nothing changes.
         let foreign = changed("float split;", "vec4 split4; float split;");
-        let said = gpu.take_shaders(foreign).unwrap_err().to_string();
-        assert!(said.contains("Constants"), "{said}");
+        let message = gpu.take_shaders(foreign).unwrap_err().to_string();
+        assert!(message.contains("Constants"), "{message}");
         assert_eq!(shown(), [188, 0, 0, 255]);
-        // Nor does it when the driver refuses to make the pipeline.
+        // The same holds when the driver refuses the pipeline.
         let back = || changed("vec4(display, 1.0)", "vec4(display, 1.0) ");
         gpu.fail_after(0, DriverCall::Pipeline);
-        let said = gpu.take_shaders(back()).unwrap_err().to_string();
-        assert!(said.contains("present"), "{said}");
+        let message = gpu.take_shaders(back()).unwrap_err().to_string();
+        assert!(message.contains("present"), "{message}");
         assert_eq!(shown(), [188, 0, 0, 255]);
         assert_eq!(gpu.take_shaders(back()).unwrap(), 1);
         assert_eq!(shown(), [188, 188, 188, 255]);

@@ -1,17 +1,17 @@
-//! The reference with relief shadows: supersampled displacement that blocks its own lights.
+//! The reference with relief shadows: supersampled displacement that shadows itself.
 //!
-//! Every sample lights the facets it sees by the sun, the point lights, the lights of the panorama, and a few directions of the
-//! rest of the environment: some drawn for the whole picture ([`environment_lights`](super::environment_lights)), others for each pixel
-//! from its own mirrors and hemisphere. The mean over the samples is the environment with true visibility.
+//! Every sample lights the visible facets by the sun, the point lights, the lights of the panorama, and a few directions of the
+//! remaining environment. Some directions are drawn for the whole image ([`environment_lights`](super::environment_lights)), others
+//! per pixel from its specular lobe and hemisphere. The mean over the samples is the environment with true visibility.
 //!
-//! What the relief hides is found in one of two ways. Casters that are all displaced in one direction are a height field: its
-//! depth map, seen along that direction, is searched from each pixel in any direction. Other casters are drawn into a depth map for
-//! each light of the sample ([`relief_shadow`](super::relief_shadow)); then what the environment would give if nothing were hidden comes
-//! from all draws, and what is hidden from those that have maps.
+//! Visibility uses one of two methods. If all casters are displaced in one direction, they form a height field: its depth map along
+//! that direction is searched from each pixel in any direction. Other casters are drawn into one depth map per light of the sample
+//! ([`relief_shadow`](super::relief_shadow)). Then all draws estimate the unoccluded environment, and the draws with maps estimate
+//! the occluded part.
 //!
-//! Blocked directions are black: light is reflected only once. With a map for each light, base materials smoother than
-//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the viewer's rays: lights with
-//! maps would almost never fall into such a narrow lobe.
+//! Blocked directions are black: light is reflected only once. With per-light maps, base materials smoother than
+//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the viewer's rays: lights
+//! with maps would almost never fall into such a narrow lobe.
 
 use std::sync::Arc;
 
@@ -48,14 +48,14 @@ shared_struct! {
         /// Its inverse.
         pub world_from_texture: [[f32; 4]; 4],
         /// Direction towards it, or its position; w 1 for a point light.
-        pub place: [f32; 4],
+        pub position: [f32; 4],
         /// Irradiance or intensity; w one of the `LIGHT_` constants.
         pub power: [f32; 4],
         /// [`PointLight::falloff`](crate::scene::PointLight).
         pub falloff: [f32; 4],
-        /// One over the square of its range, or 0.
+        /// One over the squared range, or 0.
         pub range: [f32; 4],
-        /// Layer, world size of a texel, density of the draw by solid angle, 1 if it has a map.
+        /// Layer, world size of a texel, density of the draw per solid angle, 1 if it has a map.
         pub map: [f32; 4],
     }
 }
@@ -68,41 +68,41 @@ shared_struct! {
         pub field_from_world: [[f32; 4]; 4],
         /// Rays through the image; the last w is the near plane.
         pub rays: [[f32; 4]; 3],
-        /// Position of the viewer, and the radiance of an emission of 1.
+        /// Position of the camera, and the radiance of an emission of 1.
         pub camera_position: [f32; 4],
         /// Width and height of the image, face size of the environment.
         pub viewport: [f32; 4],
-        /// Of a height field: world size of a texel of its map, depth of its highest point, its size in texels.
+        /// Of a height field: world size of a map texel, depth of the highest point, map size in texels.
         pub field: [f32; 4],
-        /// Numbers of lights and of those drawn, face size of the environment's texels, index of the sample.
+        /// Number of lights, number of drawn lights, face size of the environment's texels, index of the sample.
         pub counts: [i32; 4],
-        /// Seed of the draws.
+        /// Random seed of the draws.
         pub seed: [u32; 4],
         /// The lights.
         pub lights: [ReliefLightGpu; MAX_LIGHTS],
     }
 }
 
-/// What the reference shades.
+/// The pipeline key of the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ReferenceKind {
-    /// Terms of the light.
+    /// Light terms.
     pub terms: Terms,
-    /// Whether the base is rough in the frame of the facets, instead of that of the macrosurface.
+    /// Whether the base roughness applies in the frame of the facets instead of the macrosurface.
     pub facet_frame: bool,
     /// Bases of the surfaces.
     pub bases: Bases,
-    /// What there is among the casters.
+    /// The kinds of casters.
     pub casters: CasterKinds,
     /// Whether heights move the surface.
     pub displaced: bool,
-    /// Whether the casters are a height field.
+    /// Whether the casters form a height field.
     pub height_field: bool,
-    /// Whether directions of the environment are drawn.
+    /// Whether environment directions are drawn.
     pub drawn: bool,
 }
 
-/// The pipelines of the reference: its shading, and the shadow maps that it reads.
+/// The pipelines of the reference: shading and shadow maps.
 #[derive(Clone)]
 pub struct ReferencePass {
     pipeline: GraphicsPipeline,
@@ -112,7 +112,7 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// The pass for such pictures.
+    /// The pass of one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
@@ -140,12 +140,12 @@ impl ReferencePass {
         })
     }
 
-    /// Draws the shadow maps of the sample for which `lights` were last pointed.
+    /// Draws the shadow maps of the sample that `lights` last selected.
     pub fn record_maps(&self, cmd: &mut Commands, lights: &ReliefLights, casters: &[&PosedObject]) {
         self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Shades every pixel of the sample's G-buffer into its begun radiance. `scene`: its set, for measured materials.
+    /// Shades every pixel of the sample's G-buffer into its active radiance target. `scene`: the scene's set, for measured materials.
     pub fn draw(
         &self,
         cmd: &mut Commands,
@@ -176,10 +176,10 @@ impl ReferencePass {
     }
 }
 
-/// The lights of a frame, with maps of the parts that the relief hides from them.
+/// The lights of a frame, with maps of their occlusion by the relief.
 pub struct ReliefLights {
     block: Buffer,
-    /// Radiance of the environment and density of its draws, texel by texel.
+    /// Environment radiance and draw density per texel.
     texels: Buffer,
     maps: ReliefMaps,
     environment: Option<EnvironmentLights>,
@@ -187,13 +187,13 @@ pub struct ReliefLights {
     face_size: u32,
     /// Bounding sphere of the casters, if there are any.
     bounds: Option<Sphere>,
-    /// The casters as a height field, if they are one.
+    /// The casters as a height field, if they form one.
     field: Option<HeightFieldAxis>,
-    /// Size of a map in texels along a side.
+    /// Texels along one side of a map.
     size: u32,
 }
 
-/// The direction in which all casters are displaced, and how far they reach in it.
+/// The common displacement direction of all casters, and their extent along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct HeightFieldAxis {
     axis: Vec3,
@@ -201,7 +201,7 @@ struct HeightFieldAxis {
 }
 
 impl HeightFieldAxis {
-    /// `None` if casters are displaced in several directions, or there are none.
+    /// `None` without casters or with several displacement directions.
     fn of(casters: &[&PosedObject]) -> Option<Self> {
         let axis = casters.first()?.vertices.displaced_along().first()?.normalize_or_zero();
         let mut top = f32::NEG_INFINITY;
@@ -218,7 +218,7 @@ impl HeightFieldAxis {
 }
 
 impl ReliefLights {
-    /// The lights of a frame on its casters. The device must be idle, and the environment must show the frame's sky.
+    /// The lights of a frame and its casters. The device must be idle, and the environment must show the frame's sky.
     pub fn new(
         gpu: &Arc<Gpu>,
         state: &FrameState,
@@ -240,7 +240,7 @@ impl ReliefLights {
         let (face_size, environment) = (environment.face_size(), EnvironmentLights::read(environment, receiving)?);
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS);
         let draws = if environment.is_some() { ENVIRONMENT_DRAWS as usize } else { 0 };
-        let lights = usize::from(state.sun.is_some()) + panorama.len() + draws + points;
+        let lights = usize::from(state.sun().is_some()) + panorama.len() + draws + points;
         let maps = match (bounds, field) {
             (None, _) => 0,
             (Some(_), Some(_)) => 1,
@@ -262,18 +262,18 @@ impl ReliefLights {
         })
     }
 
-    /// Whether the casters are a height field.
+    /// Whether the casters form a height field.
     pub const fn is_height_field(&self) -> bool {
         self.field.is_some()
     }
 
-    /// Whether directions of the environment are drawn.
+    /// Whether environment directions are drawn.
     pub const fn are_drawn(&self) -> bool {
         self.environment.is_some()
     }
 
-    /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` for which the lights
-    /// were made. The device must be idle.
+    /// Selects the lights of sample `index` in `view`, and points their maps at the `casters` given to `new`. The device must be
+    /// idle.
     pub fn point(
         &mut self,
         state: &FrameState,
@@ -299,7 +299,7 @@ impl ReliefLights {
             seed: [(settings.seed ^ settings.seed >> 32) as u32, 0, 0, 0],
             ..Default::default()
         };
-        // Maps are moved independently of the sample's position in the pixel.
+        // The map offset is independent of the sample's position in the pixel.
         let [u, v] = light_point(index, !settings.seed);
         let shift = Vec2::new(u as f32, v as f32) - 0.5;
         let mut views: Vec<ShadowView> = Vec::new();
@@ -312,11 +312,11 @@ impl ReliefLights {
             views.push(view);
         }
         for (light, slot) in lights.iter().zip(&mut block.lights) {
-            let (place, point) = match light.caster {
+            let (position, point) = match light.caster {
                 Caster::Directional(direction) => (direction, 0.0),
                 Caster::Point(position) => (position, 1.0),
             };
-            slot.place = place.extend(point).to_array();
+            slot.position = position.extend(point).to_array();
             slot.power = light.power.extend(light.kind as f32).to_array();
             slot.falloff = light.falloff;
             slot.range = [light.inverse_square_range, 0.0, 0.0, 0.0];
@@ -345,11 +345,11 @@ impl ReliefLights {
         };
         let light = |caster, power, kind| shaped(caster, power, kind, &everywhere);
         let mut lights = Vec::new();
-        if let Some(sun) = state.sun {
+        if let Some(sun) = state.sun() {
             let direction = sun.direction.normalize_or(Vec3::Z);
             lights.push(light(Caster::Directional(direction), sun.irradiance, LIGHT_OF_SCENE));
         }
-        // Each sample sees a panorama's light from another place of its disk.
+        // Each sample draws a different direction from the disk of a panorama light.
         for (number, taken) in self.panorama.iter().enumerate() {
             let [u, v] = light_point(index, settings.seed ^ (number as u64 + 1) << 32);
             let direction = taken.direction_within([u as f32, v as f32]);
@@ -375,18 +375,18 @@ struct SampleLight {
     power: Vec3,
     /// One of the `LIGHT_` constants.
     kind: i32,
-    /// Density by solid angle of a light that was drawn.
+    /// Density per solid angle of a drawn light.
     density: f32,
     falloff: [f32; 4],
     inverse_square_range: f32,
 }
 
-/// What a direction that lights no smooth surface in view is worth, relative to one that lights all of them: bumps may face it.
+/// Weight of a direction that lights no visible smooth surface, relative to one that lights all: bumps may face it.
 const LEAST_RECEIVED: f64 = 0.15;
-/// Most normals that [`seen_normals`] returns.
+/// Maximum number of normals returned by [`seen_normals`].
 const SEEN_NORMALS: usize = 64;
 
-/// Normals of vertices that face the viewer, some of them.
+/// A subset of the vertex normals that face the viewer.
 fn seen_normals(eye: Vec3, casters: &[&PosedObject]) -> Vec<Vec3> {
     let vertices = casters.iter().flat_map(|posed| posed.vertices.positions.iter().zip(&posed.vertices.normals));
     let seen: Vec<Vec3> = vertices.filter(|&(&p, n)| n.dot(eye - p) > 0.0).map(|(_, &n)| n).collect();
@@ -400,7 +400,7 @@ mod tests {
     use crate::light::panorama::EnvironmentLight;
 
     #[test]
-    fn directions_of_a_panoramas_light_have_its_spread() {
+    fn panorama_light_directions_have_its_spread() {
         let light = EnvironmentLight {
             direction: Vec3::new(0.3, -0.4, 0.8).normalize(),
             irradiance: Vec3::ONE,
@@ -415,7 +415,7 @@ mod tests {
             square += f64::from(d.reject_from(light.direction).length_squared()) / f64::from(n);
         }
         assert!(sum.normalize().angle_between(light.direction) < 2e-4, "{sum}");
-        // Two axes, each of the variance.
+        // The squared distance sums the variance of two axes.
         assert!((square / 8e-4 - 1.0).abs() < 0.01, "{square}");
     }
 }

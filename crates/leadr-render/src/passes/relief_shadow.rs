@@ -1,13 +1,12 @@
-//! Shadows as fine as the relief, for the reference. Each light has a depth map of geometry with a vertex for every texel
-//! of the displacement. The map moves by a part of a texel from sample to sample, so that its resolution errors average
-//! out.
+//! Shadows at the resolution of the relief, for the reference. Each light has a depth map of geometry with one vertex per
+//! displacement texel. The map shifts by part of a texel from sample to sample, so its resolution errors average out.
 
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use leadr_gpu::vk;
 
-use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
+use super::geometry::{CUTOUT_DEPTH, CasterKinds, PatchMode, PatchPipelines, guard_band};
 use super::shadow::ShadowView;
 use crate::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::surfaces::object_view::{DrawnObject, ObjectView, Viewpoint};
@@ -17,30 +16,29 @@ use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 
-/// Texels of a map for each texel of the relief, along a side.
+/// Map texels per relief texel, along one side.
 const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
 /// Smallest and largest size of a map.
 const MAP_SIZES: [u32; 2] = [256, 4096];
 
-/// The light from which a relief map is drawn.
+/// The light of a relief map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Caster {
-    /// Far away in this unit direction.
+    /// At infinity, in this unit direction.
     Directional(Vec3),
-    /// At this place.
+    /// At this position.
     Point(Vec3),
 }
 
-/// The view for a map of `size` texels that covers a sphere, moved by `offset` texels. For a point light,
-/// [`ShadowView::texel`] is the size at distance 1. A point light inside the sphere sees a wide cone about the sphere's
-/// centre.
+/// The view for a map of `size` texels over a sphere, shifted by `offset` texels. For a point light, [`ShadowView::texel`] is the
+/// size at distance 1. A point light inside the sphere covers a wide cone towards the sphere's centre.
 pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
     match caster {
         Caster::Directional(toward) => {
             let Sphere { centre, radius } = sphere;
             let (x, y) = toward.any_orthonormal_pair();
             let texel = 2.0 * radius / size as f32;
-            // Leave one texel of room for the offset.
+            // Leave a margin of one texel for the offset.
             let wider = radius + texel;
             let moved = centre + (x * offset.x + y * offset.y) * texel;
             ShadowView::parallel(toward, Sphere { centre: moved, radius: wider }, size)
@@ -49,10 +47,10 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
     }
 }
 
-/// Size of a map, in texels along a side, that resolves relief texels of `texel` metres on casters within `radius`; an
-/// infinite texel means smooth casters.
+/// Texels along one side of a map that resolves relief texels of `texel` metres on casters within `radius`. An infinite `texel`
+/// means smooth casters.
 pub fn map_size(radius: f32, texel: f32) -> u32 {
-    // Smooth casters only have silhouettes to resolve.
+    // Smooth casters only need resolved silhouettes.
     let texel = if texel.is_finite() { texel } else { radius / 512.0 };
     let wanted = (TEXELS_PER_RELIEF_TEXEL * 2.0 * radius / texel.max(1e-9)).min(1e6) as u32;
     wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
@@ -65,14 +63,13 @@ pub struct ReliefShadowPass {
 }
 
 impl ReliefShadowPass {
-    /// The pass, for such casters.
+    /// The pass for these kinds of casters.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
-        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, kinds.iter())? })
+        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, CUTOUT_DEPTH, kinds.iter())? })
     }
 
-    /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those for which the maps were
-    /// made.
+    /// Draws the maps with their last views, and leaves them readable. `casters` must be those given to [`ReliefMaps::new`].
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
         for ((layer, views), light) in maps.layers.iter().zip(&maps.views).zip(0..) {
@@ -93,16 +90,16 @@ pub struct ReliefMaps {
     image: Image,
     array: ImageView,
     layers: Vec<ImageView>,
-    /// Each object, divided as for the camera.
+    /// The objects, tessellated as for the camera.
     divided: Vec<DividedObject>,
-    /// For each light, the views of each object.
+    /// Per light, the view of each object.
     views: Vec<Vec<ObjectView>>,
     /// The view of each light.
     records: ViewRecords,
 }
 
 impl ReliefMaps {
-    /// Maps of `size`² texels for this many lights of these casters.
+    /// Maps of `size`² texels for this number of lights and these casters.
     pub fn new(gpu: &Arc<Gpu>, casters: &[&PosedObject], size: u32, lights: usize) -> Result<Self> {
         let layers = lights.max(1) as u32;
         let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
@@ -124,7 +121,7 @@ impl ReliefMaps {
         })
     }
 
-    /// Points the maps at the casters for which they were made, with a view for each light. The device must be idle.
+    /// Sets the view of each light for the casters given to `new`. The device must be idle.
     pub fn point(
         &mut self,
         casters: &[&PosedObject],
@@ -140,13 +137,13 @@ impl ReliefMaps {
         self.records.write(0, &from.iter().map(ViewRecordGpu::of_light).collect::<Vec<_>>())?;
         for (from, views) in from.iter().zip(&mut self.views) {
             for ((view, divided), posed) in views.iter_mut().zip(&self.divided).zip(casters) {
-                view.look(posed, divided, from, &settings)?;
+                view.select(posed, divided, from, &settings)?;
             }
         }
         Ok(())
     }
 
-    /// The maps, one layer for each light.
+    /// The maps, one layer per light.
     pub fn array(&self) -> &ImageView {
         &self.array
     }

@@ -1,4 +1,4 @@
-//! Shading: what a fragment stage needs for it, the pass that shades each pixel of the G-buffer, and the sky behind surfaces.
+//! Shading: the inputs of a shading fragment stage, the pass that shades the G-buffer, and the sky behind surfaces.
 
 use std::sync::Arc;
 
@@ -22,44 +22,42 @@ use leadr_gpu::{
 const SUNS: usize = MAX_SUNS as usize;
 const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
 
-/// Angular radius of the frame's own sun, radians: 0.2665°, seen from the mean distance of the earth.
+/// Angular radius of the frame's own sun, radians: 0.2665°, at the mean distance of the Earth.
 pub const SUN_RADIUS: f32 = 4.651e-3;
 
 shared_struct! {
     /// The light block (`Lighting` in `passes/shade/shade.frag`).
     pub struct LightingGpu for "Lighting" {
-        /// Rays through the image, see [`Camera::rays`](crate::camera::Camera::rays); w of the last: the near
-        /// plane.
+        /// Rays through the image, see [`Camera::rays`](crate::camera::Camera::rays). The last w is the near plane.
         pub rays: [[f32; 4]; 3],
-        /// World to shadow texture space, for each light: the frame's own sun, those of the panorama, point lights.
+        /// World to shadow texture space, per light: the frame's own sun, those of the panorama, point lights.
         pub shadow_from_world: [[[f32; 4]; 4]; SHADOW_MAPS],
-        /// Position of the viewer, and the radiance of an emission of 1.
+        /// Position of the camera, and the radiance of an emission of 1.
         pub camera_position: [f32; 4],
-        /// Directions toward the suns, and the variance of the directions that their light comes from.
+        /// Directions toward the suns, and the angular variance of their light.
         pub sun_direction: [[f32; 4]; SUNS],
         /// Their irradiance on a plane facing them, and the tangents of their angular radii.
         pub sun_irradiance: [[f32; 4]; SUNS],
-        /// Positions of the point lights, and one over the squares of their ranges.
+        /// Positions of the point lights, and one over the squared range.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Their intensities.
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
         /// [`PointLight::falloff`](crate::scene::PointLight).
         pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Texels of penumbra in their maps per unit of depth, and texels at distance 1.
+        /// Penumbra texels in the map per unit of depth, and texels at distance 1.
         pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Width and height of the image, and its samples along a side of a pixel.
+        /// Width and height of the image, and samples along one side of a pixel.
         pub viewport: [f32; 4],
-        /// Face size of the cube, 0, world size of a shadow texel, tangent of the lowest elevation at which the
-        /// cube is looked up for the background.
+        /// Face size of the cube, 0, world size of a shadow texel, tangent of the lowest elevation of background lookups in the
+        /// cube.
         pub environment: [f32; 4],
-        /// Index of the sample, and the seed of what is drawn at random in it.
+        /// Index of the sample, and its random seed.
         pub draws: [u32; 4],
     }
 }
 
 impl LightingGpu {
-    /// The block for an image of the scene under an environment. `shadows`: the views of the lights in
-    /// their order, if they throw shadows.
+    /// The block for an image of the scene under an environment. `shadows`: the views of the shadow-casting lights, in order.
     pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
@@ -69,7 +67,7 @@ impl LightingGpu {
             sun_direction[i] = four(light.direction, light.variance);
             sun_irradiance[i] = four(
                 light.irradiance,
-                if i == 0 && state.sun.is_some() { SUN_RADIUS.tan() } else { light.radius().tan() },
+                if i == 0 && state.sun().is_some() { SUN_RADIUS.tan() } else { light.radius().tan() },
             );
         }
         let mut shadow_from_world = [Mat4::IDENTITY.to_cols_array_2d(); SHADOW_MAPS];
@@ -88,7 +86,7 @@ impl LightingGpu {
             point_falloff: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_shadow: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
-            // The maps of all suns show the same sphere, and stand before those of point lights.
+            // The maps of all suns cover the same sphere, and precede those of point lights.
             environment: [environment.face_size() as f32, 0.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
             draws: [0; 4],
         };
@@ -103,60 +101,60 @@ impl LightingGpu {
         block
     }
 
-    /// What the reference draws at random, it draws anew for every sample.
+    /// Sets new random draws for each sample of the reference.
     #[must_use]
     pub fn with_draws(mut self, sample: u32, seed: u64) -> Self {
         self.draws = [sample, (seed ^ seed >> 32) as u32, 0, 0];
         self
     }
 
-    /// Continues the sky's lowest texels below eye level, down to the horizon of a sea, which sinks as the viewer rises.
+    /// Extends the lowest sky texels below eye level to the horizon of a sea, which sinks as the viewer rises.
     #[must_use]
     pub fn with_sea_horizon(mut self) -> Self {
-        // Elevation of the middle of the lowest texels above eye level.
+        // Elevation of the centres of the lowest texels above eye level.
         self.environment[3] = 1.0 / self.environment[0];
         self
     }
 }
 
-/// The lights of a frame. Pipelines are made for each set, so that absent lights cost nothing.
+/// The number of lights in a frame. Each set has its own pipelines, so absent lights cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightSet {
-    /// A sun of the frame's own.
+    /// The frame's own sun.
     pub sun: bool,
     /// Lights taken out of the panorama.
     pub panorama: u32,
     /// Point lights.
     pub points: u32,
-    /// Shadow maps of all these.
+    /// Whether these have shadow maps.
     pub shadows: bool,
 }
 
 impl LightSet {
-    /// The lights of a frame under an environment, with their shadow maps or without.
+    /// The lights of a frame under an environment, with or without shadow maps.
     pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
         let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
-        Self { sun: state.sun.is_some(), panorama, shadows, points }
+        Self { sun: state.sun().is_some(), panorama, shadows, points }
     }
 
-    /// Directional lights that throw shadows.
+    /// Number of directional lights with shadow maps.
     pub fn sun_maps(&self) -> u32 {
         if self.shadows { u32::from(self.sun) + self.panorama } else { 0 }
     }
 
-    /// Lights that throw shadows.
+    /// Number of lights with shadow maps.
     pub fn shadow_maps(&self) -> u32 {
         if self.shadows { self.sun_maps() + self.points } else { 0 }
     }
 }
 
-/// The directional lights of a frame in the order of the shaders: its own sun, without a size, then those of the panorama.
+/// The directional lights of a frame in shader order: its own sun, with zero size, then those of the panorama.
 pub fn suns_of<'a>(
     state: &FrameState,
     environment: &'a Environment,
 ) -> impl Iterator<Item = EnvironmentLight> + use<'a> {
-    let own = state.sun.map(|sun| EnvironmentLight {
+    let own = state.sun().map(|sun| EnvironmentLight {
         direction: sun.direction.normalize_or(Vec3::Z),
         irradiance: sun.irradiance,
         variance: 0.0,
@@ -167,40 +165,40 @@ pub fn suns_of<'a>(
 /// How the shading pass treats edge samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edges {
-    /// The frame has no edge samples.
+    /// No edge samples.
     None = EDGES_ARE_ABSENT as isize,
-    /// It shades edge samples, except those that [`EdgePass`](super::edges::EdgePass) marked.
+    /// Shades edge samples, except those marked by [`EdgePass`](super::edges::EdgePass).
     Shaded = EDGES_ARE_SHADED as isize,
-    /// It shades pixels whose edge samples were joined.
+    /// Shades pixels after their edge samples were joined.
     Joined = EDGES_ARE_JOINED as isize,
 }
 
-/// The options that decide the pipelines of the shading pass.
+/// The pipeline key of the shading pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadeKind {
-    /// How surfaces are shaded; [plain](Shading::plain), since no other setting affects the pipelines.
+    /// How surfaces are shaded. [Plain](Shading::plain), since no other setting affects the pipelines.
     pub shading: Shading,
     /// The lights of the frame.
     pub lights: LightSet,
-    /// With or without edge samples.
+    /// The use of edge samples.
     pub edges: Edges,
     /// Bases of the surfaces.
     pub bases: Bases,
-    /// Whether it tells which shares of the light arrive, in place of radiance.
-    pub tells_light: bool,
+    /// Whether it outputs the fractions of light that arrive, instead of radiance.
+    pub light_visibility: bool,
 }
 
 impl ShadeKind {
-    /// The specialization constants of `passes/shade/settings.glsl`.
+    /// The specialisation constants of `passes/shade/settings.glsl`.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let Self { shading, lights, edges, bases, tells_light } = self;
+        let Self { shading, lights, edges, bases, light_visibility } = self;
         let lit = [
             ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
             ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
             ("MAPPED_SHADOWS", SpecValue::Bool(lights.shadows)),
             ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
             ("EDGES", SpecValue::I32(*edges as i32)),
-            ("TELLS_LIGHT", SpecValue::Bool(*tells_light)),
+            ("TELLS_LIGHT", SpecValue::Bool(*light_visibility)),
         ];
         [shading.spec(), lit.to_vec(), bases.spec().to_vec()].concat()
     }
@@ -236,12 +234,12 @@ impl ShadePass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, nearest: nearest(gpu)? })
     }
 
-    /// Shades the pixels of a filtered sample that show a surface into its begun radiance; of edge samples all that need it.
-    /// `joined`: the sums of each pixel's edge samples, if there are any.
+    /// Shades the surface pixels of a filtered sample into its active radiance target, or the edge samples that need it. `joined`:
+    /// the sums of each pixel's edge samples, if any.
     pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, scene: &ResourceSet, joined: Option<&JoinedEdges>) {
         let SampleTargets { visible, gbuffer, .. } = sample;
         let nearest = &self.nearest;
-        // Pipelines without joined edge samples still need some float image bound in their place.
+        // Pipelines without joined edge samples still need a float image bound in their place.
         let shares = joined.map_or(&visible.depth, |joined| &joined.shares);
         let more_suns = joined.map_or(&visible.depth, |joined| &joined.more_suns);
         let filtered = [
@@ -264,7 +262,7 @@ impl ShadePass {
     }
 }
 
-/// The pipeline that draws the sky behind surfaces, which needs little of what shading needs.
+/// The pipeline of the sky behind surfaces, which needs few of the shading inputs.
 #[derive(Clone)]
 pub struct SkyBehindPass {
     pipeline: GraphicsPipeline,
@@ -272,7 +270,7 @@ pub struct SkyBehindPass {
 }
 
 impl SkyBehindPass {
-    /// The pass, for the slots of multisampled pixels too or not.
+    /// The pass, with or without the slots of multisampled pixels.
     pub fn new(gpu: &Arc<Gpu>, multisampled: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/sky.vert",
@@ -286,7 +284,7 @@ impl SkyBehindPass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade sky", &desc)?, nearest: nearest(gpu)? })
     }
 
-    /// Draws the pixels that show no object into the begun radiance of a sample whose objects are known.
+    /// Draws the sky pixels into the active radiance target of a sample, after the object depth pass.
     pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, scene: &ResourceSet) {
         cmd.bind(&self.pipeline, &[("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest))]);
         cmd.bind_set(scene);

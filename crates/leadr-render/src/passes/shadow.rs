@@ -1,17 +1,17 @@
-//! Shadow pass: the depth of the displaced scene seen from each light.
+//! Shadow pass: the depth of the displaced scene from each light.
 
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use leadr_gpu::vk;
 
-use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
+use super::geometry::{CUTOUT_DEPTH, CasterKinds, PatchMode, PatchPipelines, guard_band};
 use crate::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, Viewer};
 use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 
-/// Widest half angle of the view from a point, radians, used when the point is among the casters. What lies outside is lit.
+/// Widest half angle of a point light's view, radians, for a light among the casters. Directions outside it count as lit.
 const WIDEST: f32 = 1.3;
 
 /// Clip space to texture coordinates.
@@ -22,28 +22,28 @@ const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
     Vec4::new(0.5, 0.5, 0.0, 1.0),
 );
 
-/// The view from which the shadow map is drawn.
+/// The view of a shadow map.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowView {
-    /// World to clip space, depth 1 nearest the light: a parallel projection from suns, in perspective from points.
+    /// World to clip space, with depth 1 nearest the light: orthographic for suns, perspective for points.
     pub clip_from_world: Mat4,
     /// World to texture coordinates (xy) and depth (z).
     pub texture_from_world: Mat4,
-    /// Texels along a side of the map.
+    /// Texels along one side of the map.
     pub size: u32,
-    /// World size of a texel; from a point at distance 1.
+    /// World size of a texel; for points at distance 1.
     pub texel: f32,
-    /// World size of a texel about the middle of what the map shows.
-    pub texel_there: f32,
-    /// Distance of depth 1 from a point; of parallel views 0.
+    /// World size of a texel at the centre of the map's bounding sphere.
+    pub texel_at_centre: f32,
+    /// Distance of depth 1 from a point; 0 for orthographic views.
     pub near: f32,
-    /// Where the light is.
+    /// The position or direction of the light.
     pub viewer: Viewer,
 }
 
 impl ShadowView {
-    /// A view from the sun, whose unit direction is `sun`, of a sphere in a map of `size` texels. The sphere's centre is
-    /// snapped to the texel grid, so that the cast shadows of a moving object do not crawl.
+    /// A view of a sphere from the sun with unit direction `sun`, in a map of `size` texels. The sphere's centre snaps to the texel
+    /// grid, so cast shadows of moving objects do not crawl.
     pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
@@ -73,14 +73,14 @@ impl ShadowView {
             texture_from_world: TEXTURE_FROM_CLIP * clip_from_world,
             size,
             texel,
-            texel_there: texel,
+            texel_at_centre: texel,
             near: 0.0,
             viewer: Viewer::Toward(sun),
         }
     }
 
-    /// A view from a point of a sphere. From outside it holds all of the sphere, so nothing beyond its edges is in shadow; from inside
-    /// a wide cone about the sphere's middle, and the rest counts as lit.
+    /// A view of a sphere from a point. From outside it contains the whole sphere, so nothing beyond its edges is in shadow. From
+    /// inside it covers a wide cone towards the sphere's centre, and everything else counts as lit.
     pub fn from_point(eye: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let distance = eye.distance(centre);
@@ -96,13 +96,13 @@ impl ShadowView {
             texture_from_world: TEXTURE_FROM_CLIP * clip_from_world,
             size,
             texel,
-            texel_there: texel * distance.max(0.5 * radius),
+            texel_at_centre: texel * distance.max(0.5 * radius),
             near,
             viewer: Viewer::At(eye),
         }
     }
 
-    /// The same view with its map moved by so many texels.
+    /// The same view, shifted by this many texels.
     #[must_use]
     pub fn moved(self, texels: Vec2) -> Self {
         let clip_from_world =
@@ -110,7 +110,7 @@ impl ShadowView {
         Self { clip_from_world, texture_from_world: TEXTURE_FROM_CLIP * clip_from_world, ..self }
     }
 
-    /// The viewpoint for casters that are tessellated for the camera's `lens`.
+    /// The viewpoint for casters tessellated for the camera's `lens`.
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint {
             clip_from_world: self.clip_from_world,
@@ -123,8 +123,8 @@ impl ShadowView {
     }
 }
 
-/// Texels along a side of the maps for a picture of so many pixels: twice its longer side, from 1024 to 2048. A picture of a few
-/// hundred pixels does not show more, and a smaller map is drawn and looked up faster.
+/// Texels along one side of the shadow maps: twice the longer side of the picture, from 1024 to 2048. Small pictures do not show
+/// finer shadows, and smaller maps are faster to draw and sample.
 pub fn map_size((width, height): (u32, u32)) -> u32 {
     width.max(height).saturating_mul(2).clamp(1024, 2048).next_power_of_two()
 }
@@ -135,7 +135,7 @@ pub struct ShadowPass {
     maps: Vec<ShadowMaps>,
 }
 
-/// Depth from each light, larger is nearer. Clones share the images.
+/// Reversed depth from each light: larger is nearer. Clones share the images.
 #[derive(Clone)]
 pub struct ShadowMaps {
     image: Image,
@@ -151,22 +151,22 @@ impl ShadowMaps {
         Ok(Self { array: image.array()?, layers, image })
     }
 
-    /// An array with a layer per light.
+    /// An array with one layer per light.
     pub fn array(&self) -> &ImageView {
         &self.array
     }
 }
 
 impl ShadowPass {
-    /// The pass, for such casters.
+    /// The pass for these kinds of casters.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc =
             GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
-        let pipelines = PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, kinds.iter())?;
+        let pipelines = PatchPipelines::new(gpu, "shadow", &desc, CUTOUT_DEPTH, kinds.iter())?;
         Ok(Self { pipelines, maps: Vec::new() })
     }
 
-    /// Maps of `size`² texels for so many lights, which frames share; without any a single texel that nothing reads.
+    /// Maps of `size`² texels for this number of lights, shared by frames. Without lights, a single unused texel.
     pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, lights: u32) -> Result<ShadowMaps> {
         let (size, layers) = if lights == 0 { (1, 1) } else { (size, lights) };
         let kept = |maps: &&ShadowMaps| maps.image.desc().width == size && maps.image.desc().layers >= layers;
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_sees_the_sphere_and_depths_tell_distances() {
+    fn point_shadow_depths_match_distances() {
         let sphere = Sphere { centre: Vec3::new(1.0, 2.0, 3.0), radius: 2.0 };
         let eye = Vec3::new(5.0, -1.0, 7.0);
         let view = ShadowView::from_point(eye, sphere, 512);
@@ -222,7 +222,7 @@ mod tests {
             assert!((s.truncate() - 0.5).length() < 1e-4);
             assert!((view.near / s.z - p.distance(eye)).abs() < 1e-3, "{s}");
         }
-        // From inside, too, what lies ahead is seen.
+        // A view from inside still covers what lies ahead.
         let inside = ShadowView::from_point(sphere.centre + Vec3::Z, sphere, 512);
         let s = inside.texture_from_world.project_point3(sphere.centre - Vec3::Z + Vec3::X);
         assert!(s.min_element() > 0.0 && s.max_element() < 1.0, "{s}");

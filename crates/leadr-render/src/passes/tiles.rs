@@ -1,4 +1,4 @@
-//! Tile pass: records the content of each tile of the screen.
+//! Tile pass: records the content of each screen tile.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ impl TilePass {
         })
     }
 
-    /// Records the content of the tiles of a finished geometry pass.
+    /// Records the tile contents after the geometry passes.
     pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface) {
         let tiles = &visible.tiles;
         cmd.memory_barrier(Use::GraphicsRead, Use::ComputeWrite);

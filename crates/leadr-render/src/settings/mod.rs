@@ -1,4 +1,4 @@
-//! The settings that a picture is made with.
+//! The settings of an image.
 
 pub mod numbers;
 mod option;
@@ -19,17 +19,17 @@ use super::sampling::jitter;
 use super::surfaces::tessellation::TessellationSettings;
 use super::view::Samples;
 
-/// Everything about a picture that is not the scene.
+/// All settings of an image except the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Samples per pixel, at least 1; each is a whole frame with its own offset inside the pixel.
+    /// Samples per pixel, at least 1. Each is a full frame with its own offset in the pixel.
     pub samples: u32,
-    /// Samples of the geometry in each pixel: 1, 2, 4 or 8. With more than one outlines are smooth, and each surface in a pixel is
-    /// still shaded once. Edge samples and the reference make outlines smooth themselves and leave it at 1.
+    /// Geometry samples per pixel: 1, 2, 4 or 8. More than one smooths outlines, and each surface in a pixel is still shaded once.
+    /// Edge samples and the reference smooth outlines themselves and keep it at 1.
     pub msaa: u32,
-    /// Seed of the offsets. A single sample lies in the pixel's centre whatever the seed.
+    /// Seed of the sample offsets. A single sample always lies at the pixel centre.
     pub seed: u64,
     /// The technique and its settings.
     pub shading: Shading,
@@ -37,28 +37,28 @@ pub struct RenderSettings {
     pub tessellation: TessellationSettings,
     /// Whether the sun casts shadows.
     pub shadows: bool,
-    /// Whether heights move the surface. Without displacement the geometry stays smooth, but the slopes of the maps still
-    /// shade it: with [`Technique::Reference`] that is the ground truth of normal mapping (LEADR Figure 8).
+    /// Whether heights move the surface. Without displacement the slopes of the maps still shade the smooth geometry: with
+    /// [`Technique::Reference`] that is the ground truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
-    /// Paints the inside of surfaces in a marker colour; on a closed surface none is visible.
+    /// Paints the inside of surfaces in a marker colour. On a closed surface none is visible.
     pub mark_inside: bool,
 }
 
 impl RenderSettings {
-    /// Checks whether a picture can be made with these settings.
+    /// Checks whether these settings can produce an image.
     ///
     /// # Errors
-    /// A sentence about what is wrong.
+    /// A description of the invalid setting.
     pub fn check(&self) -> Result<(), String> {
         self.shading.check()?;
         let msaa = self.msaa;
         if !msaa.is_power_of_two() || msaa > MOST_MULTISAMPLES {
-            return Err(format!("{msaa} samples of the geometry are not 1, 2, 4 or 8"));
+            return Err(format!("{msaa} geometry samples per pixel are not supported: use 1, 2, 4 or 8"));
         }
         Ok(())
     }
 
-    /// The same picture shaded in another way. The reference smooths outlines by its samples, and its geometry has every texel.
+    /// These settings with another shading. The reference smooths outlines with its samples and has geometry at every texel.
     pub fn shaded_by(&self, shading: Shading) -> Self {
         let reference = shading.technique().is_reference();
         Self {
@@ -69,12 +69,12 @@ impl RenderSettings {
         }
     }
 
-    /// How the samples of the geometry relate to the pixels.
+    /// How the geometry samples map to the pixels.
     pub fn pixel_samples(&self) -> Samples {
         if self.msaa > 1 { Samples::Multisampled { count: self.msaa } } else { Samples::Pixels }
     }
 
-    /// Edge samples per sample; `None` where there is only the sample itself.
+    /// Edge samples per sample; `None` without extra ones.
     pub fn edges(&self) -> Option<u32> {
         Some(self.shading.options().edge_samples).filter(|samples| *samples > 1)
     }
@@ -84,12 +84,12 @@ impl RenderSettings {
         self.shading.options().relief_shadows
     }
 
-    /// Offset of sample `index` from the middle of its pixel, in pixels.
+    /// Offset of sample `index` from its pixel centre, in pixels.
     pub fn sample_offset(&self, index: u32) -> Vec2 {
         jitter(index, self.samples.max(1), self.seed)
     }
 
-    /// The factor on the heights of the geometry, where the factor on those of the maps is `height_scale`.
+    /// The height factor of the geometry, given the height factor of the maps.
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }
     }

@@ -1,9 +1,9 @@
-//! Numbers as they are written on a command line.
+//! Parsers of numbers on the command line.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// A finite number; refuses other text.
+/// Parses a finite number.
 pub fn finite(text: &str) -> Result<f32, String> {
     match text.trim().parse::<f32>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -11,27 +11,27 @@ pub fn finite(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A finite number above zero; refuses other text.
+/// Parses a finite number above zero.
 pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
 }
 
-/// A finite number of zero or more; refuses other text.
+/// Parses a finite number of zero or more.
 pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
 }
 
-/// A part of a whole; refuses other text.
+/// Parses a fraction from 0 to 1.
 pub fn share(text: &str) -> Result<f32, String> {
-    finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be 0 to 1".to_owned()) })
+    finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be from 0 to 1".to_owned()) })
 }
 
-/// A number from `low` to `high`; refuses other text.
+/// Parses a number from `low` to `high`.
 pub fn within<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
     in_range(text, "number", low, high)
 }
 
-/// A whole number from `low` to `high`; refuses other text.
+/// Parses a whole number from `low` to `high`.
 pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
     in_range(text, "whole number", low, high)
 }
@@ -39,11 +39,11 @@ pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T
 fn in_range<T: FromStr + PartialOrd + fmt::Display>(text: &str, kind: &str, low: T, high: T) -> Result<T, String> {
     match text.parse::<T>() {
         Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
-        _ => Err(format!("a {kind} from {low} to {high}")),
+        _ => Err(format!("must be a {kind} from {low} to {high}")),
     }
 }
 
-/// A power of two from `least` to `most`; refuses other text.
+/// Parses a power of two from `least` to `most`.
 pub fn power_of_two(text: &str, least: u32, most: u32) -> Result<u32, String> {
     let known = || (0..32).map(|bit| 1_u32 << bit).filter(|power| (least..=most).contains(power));
     let sentence = || known().map(|power| power.to_string()).collect::<Vec<_>>().join(", ");
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn numbers_have_ends() {
-        assert_eq!(within("0.1", 0.2_f32, 5.0), Err("a number from 0.2 to 5".to_owned()));
+        assert_eq!(within("0.1", 0.2_f32, 5.0), Err("must be a number from 0.2 to 5".to_owned()));
         assert_eq!(power_of_two("64", 8, 128), Ok(64));
         assert!(["0", "4", "65", "256", "x"].iter().all(|text| power_of_two(text, 8, 128).is_err()));
         assert!(

@@ -1,12 +1,12 @@
-//! What an option is: its flag, help, values, JSON key and control in the window. Command line, refusals, window, `--json` and the
-//! guide's tables read these rows; nothing about an option is written anywhere else.
+//! The declaration of an option: flag, help, values, JSON key and window control. The command line, error messages, window,
+//! `--json` and the guide's tables all read these rows, so each option is declared once.
 
 use serde::Serialize;
 
 use super::technique::Technique;
 
-/// Parts of the help and of the guide, and what lies beside each other in the window.
-#[expect(missing_docs, reason = "their words say it")]
+/// Sections of the help and the guide, and groups in the window.
+#[expect(missing_docs, reason = "the names are self-explanatory")]
 pub mod headings {
     pub const SCENE: &str = "Scene and models";
     pub const MATERIAL: &str = "Material of the plane and the sphere";
@@ -18,51 +18,51 @@ pub mod headings {
     pub const QUALITY: &str = "Size and quality";
 }
 
-/// How an option is changed in the window.
+/// The window control of an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Panel {
-    /// By a control that follows from its value.
+    /// The standard control for its value.
     Control,
-    /// By a control of its own, which the panel draws.
+    /// A custom control, drawn by the panel.
     Own,
-    /// Not at all, for this reason.
+    /// No control, for this reason.
     Without(&'static str),
 }
 
-/// What is said about an option, whatever it is an option of.
+/// The description of an option, for any kind of option.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
-    /// Its flag, without dashes.
+    /// The flag, without dashes.
     pub name: &'static str,
-    /// A spelling that is still understood, and not shown.
+    /// Hidden alias of the flag.
     pub old_name: Option<&'static str>,
-    /// What stands for its value in the help; empty for a flag without one.
+    /// Placeholder of the value in the help; empty for a flag without a value.
     pub value_name: &'static str,
-    /// What it does, without default, scenes and techniques, which are added.
+    /// What the option does. Default, scenes and techniques are added automatically.
     pub help: &'static str,
-    /// The default in words; `None` for that of its value.
+    /// The default in words; `None` prints the default value.
     pub default: Option<&'static str>,
-    /// Where it stands in the help: one of the [`headings`].
+    /// The help section: one of the [`headings`].
     pub heading: &'static str,
-    /// Whether the short help has it.
+    /// Whether the short help includes it.
     pub is_common: bool,
-    /// Where its value stands in JSON, with a slash between nested keys; `None` for its name with underscores.
+    /// The JSON path of the value, with a slash between nested keys. `None` uses the name with underscores.
     pub json: Option<&'static str>,
-    /// How the window changes it.
+    /// The window control.
     pub panel: Panel,
 }
 
 impl Spec {
-    /// An option that only the long help shows.
+    /// An option in the long help only.
     pub const fn new(heading: &'static str, name: &'static str, value_name: &'static str, help: &'static str) -> Self {
         let panel = Panel::Control;
         Self { name, old_name: None, value_name, help, default: None, heading, is_common: false, json: None, panel }
     }
 }
 
-/// Changes of a [`Spec`] in a table.
+/// Sets fields of a [`Spec`] in a table.
 #[rustfmt::skip]
-#[expect(missing_docs, reason = "they set the field of the same meaning")]
+#[expect(missing_docs, reason = "each sets one field of the spec")]
 impl Spec {
     pub const fn common(self) -> Self { Self { is_common: true, ..self } }
     pub const fn default(self, words: &'static str) -> Self { Self { default: Some(words), ..self } }
@@ -72,63 +72,63 @@ impl Spec {
 }
 
 impl Spec {
-    /// `--name`.
+    /// The flag: `--name`.
     pub fn flag(&self) -> String {
         format!("--{}", self.name)
     }
 
-    /// Where its value stands in JSON.
+    /// The JSON path of the value.
     pub fn json_key(&self) -> String {
         self.json.map_or_else(|| self.name.replace('-', "_"), str::to_owned)
     }
 
-    /// Its name in words.
+    /// The name with spaces instead of dashes.
     pub fn label(&self) -> String {
         self.name.replace('-', " ")
     }
 }
 
-/// A number that a slider changes.
+/// A slider for a number.
 #[derive(Clone, Copy, Debug)]
 pub struct Slider {
-    /// The least and the most that the slider has; a flag may go beyond. Above 0, equal steps are equal factors.
+    /// Lowest and highest slider position; a flag may exceed them. If the lowest is above 0, the scale is logarithmic.
     pub ends: [f32; 2],
-    /// Decimals that are shown.
+    /// Decimals displayed.
     pub decimals: usize,
-    /// What follows the number.
+    /// Unit printed after the number.
     pub unit: &'static str,
 }
 
-/// Where the value of an option lies in `C`, and how it is written.
+/// Accessor of an option's value in `C`, and its format.
 pub enum Value<C: 'static> {
     /// `on` or `off`.
     Switch(fn(&mut C) -> &mut bool),
-    /// A flag without a value that makes it this.
+    /// A flag without a value. It sets the field to this boolean.
     Flag(fn(&mut C) -> &mut bool, bool),
-    /// A number, read by the function.
+    /// A number, with its parser.
     Number(fn(&mut C) -> &mut f32, fn(&str) -> Result<f32, String>, Slider),
-    /// A whole number from the first to the second.
+    /// A whole number in this range, inclusive.
     Count(fn(&mut C) -> &mut u32, [u32; 2], Slider),
-    /// One of a few names.
+    /// One of a few named values.
     Name(fn(&mut C) -> &mut dyn Named),
-    /// Anything else.
+    /// Any other format.
     Text(Text<C>),
 }
 
-/// A value that is written in a form of its own.
+/// A value with a custom format.
 pub struct Text<C: 'static> {
-    /// Changes it to what is written; refuses what is not understood.
+    /// Parses the text and sets the value.
     pub read: fn(&mut C, &str) -> Result<(), String>,
-    /// How it is written; `None` where another option says it.
+    /// Formats the value; `None` if another option prints it.
     pub write: fn(&C) -> Option<String>,
-    /// In JSON; `None` where it does not appear.
+    /// The value in JSON; `None` to leave it out.
     pub json: fn(&C) -> Option<Json>,
 }
 
 /// A value in JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-#[expect(missing_docs, reason = "the forms of JSON")]
+#[expect(missing_docs, reason = "the JSON types")]
 pub enum Json {
     Bool(bool),
     Number(f32),
@@ -137,17 +137,17 @@ pub enum Json {
     Names(Vec<&'static str>),
 }
 
-/// One of a few values with names.
+/// A type with a few named values.
 pub trait Named {
-    /// Its name on the command line and in JSON.
+    /// The name on the command line and in JSON.
     fn name(&self) -> &'static str;
-    /// All names and what they are, in a line each.
+    /// All names, each with a one-line description.
     fn names(&self) -> Vec<(&'static str, &'static str)>;
-    /// Becomes the one of this name; refuses others.
+    /// Sets the value by name. Unknown names are errors.
     fn choose(&mut self, name: &str) -> Result<(), String>;
 }
 
-/// [`Named`] of types that have `name` and `help`: the type, its default, and all that can be chosen.
+/// Implements [`Named`] for types with `name` and `help`: the type, its default and its values.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! named {
@@ -171,7 +171,7 @@ macro_rules! named {
     };
 }
 
-/// An enumeration that is [`Named`]: each value with its name and what it is.
+/// Declares an enumeration that is [`Named`]: each value with its name and description.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! named_enum {
@@ -203,7 +203,7 @@ macro_rules! named_enum {
 }
 
 impl<C: Copy> Value<C> {
-    /// Changes it to what is written; refuses what is not understood.
+    /// Parses the text and sets the value.
     pub fn read(&self, config: &mut C, text: &str) -> Result<(), String> {
         match self {
             Self::Switch(at) => *at(config) = on_off(text)?,
@@ -216,7 +216,7 @@ impl<C: Copy> Value<C> {
         Ok(())
     }
 
-    /// How it is written on the command line; `None` where it is not: a flag that is not given, or what another option says.
+    /// The value as on the command line. `None` for an absent flag, or if another option prints it.
     pub fn write(&self, mut config: C) -> Option<String> {
         match self {
             Self::Switch(at) => Some(if *at(&mut config) { "on" } else { "off" }.to_owned()),
@@ -228,7 +228,7 @@ impl<C: Copy> Value<C> {
         }
     }
 
-    /// In JSON; `None` where it does not appear.
+    /// The value in JSON; `None` to leave it out.
     pub fn json(&self, mut config: C) -> Option<Json> {
         Some(match self {
             Self::Switch(at) | Self::Flag(at, _) => Json::Bool(*at(&mut config)),
@@ -239,13 +239,13 @@ impl<C: Copy> Value<C> {
         })
     }
 
-    /// Names of its values and what they are, if they are few.
+    /// The named values with their descriptions; empty for other kinds.
     pub fn names(&self, mut config: C) -> Vec<(&'static str, &'static str)> {
         if let Self::Name(at) = self { at(&mut config).names() } else { Vec::new() }
     }
 }
 
-/// Reads `on` or `off`; refuses other words.
+/// Parses `on` or `off`.
 pub fn on_off(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
@@ -254,17 +254,17 @@ pub fn on_off(text: &str) -> Result<bool, String> {
     }
 }
 
-/// Some of the techniques.
+/// A set of techniques.
 #[derive(Clone, Copy, Debug)]
 pub struct Techniques {
-    /// Whether a technique is one of them.
+    /// Whether the set contains a technique.
     pub has: fn(Technique) -> bool,
-    /// Which they are, as the end of "techniques …".
+    /// Description of the set, to follow "techniques …".
     pub which: &'static str,
 }
 
 impl Techniques {
-    /// Names of those there are.
+    /// The names of the techniques.
     pub fn names(&self) -> String {
         Technique::ALL.into_iter().filter(|&t| (self.has)(t)).map(Technique::name).collect::<Vec<_>>().join(", ")
     }

@@ -1,4 +1,4 @@
-//! How surfaces are shaded: a technique together with exactly the settings that it has.
+//! The shading of surfaces: a technique with exactly the settings that apply to it.
 
 use std::fmt;
 
@@ -21,10 +21,10 @@ pub enum Quadrature {
 }
 
 impl Quadrature {
-    /// Most slopes along a side of the grid.
+    /// Maximum number of slopes along one side of the grid.
     pub const MAX_GRID: u32 = 128;
 
-    /// Number of environment lookups per pixel: one for each slope or probe.
+    /// Environment lookups per pixel: one per slope or probe.
     pub const fn samples(self) -> u32 {
         match self {
             Self::Grid(n) => n * n,
@@ -32,13 +32,13 @@ impl Quadrature {
         }
     }
 
-    /// Slopes along a side of the grid, if it is one.
+    /// Slopes along one side of the grid, for a grid.
     #[must_use]
     pub const fn side(self) -> Option<u32> {
         if let Self::Grid(side) = self { Some(side) } else { None }
     }
 
-    /// The probes, if it has them.
+    /// The number of probes, for visible-slope rules.
     #[must_use]
     pub const fn probes(self) -> Option<Probes> {
         if let Self::VisibleSlopes(probes) = self { Some(probes) } else { None }
@@ -53,7 +53,7 @@ impl Quadrature {
     }
 }
 
-/// Number of probes that look the environment up; rules exist for these numbers only.
+/// Number of environment probes. Rules exist for these numbers only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Probes {
     /// 5.
@@ -65,7 +65,7 @@ pub enum Probes {
 }
 
 impl Probes {
-    /// Every number, the smallest first.
+    /// All numbers, smallest first.
     pub const ALL: [Self; 3] = [Self::Five, Self::Nine, Self::Sixteen];
 
     /// The number.
@@ -73,43 +73,43 @@ impl Probes {
         self as u32
     }
 
-    /// The rule of `count` probes, if there is one.
+    /// The rule with `count` probes, if there is one.
     pub fn of(count: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|probes| probes.count() == count)
     }
 }
 
 named_enum! {
-    /// How the light of the sun and of point lights on a diffuse surface is integrated.
+    /// Integration of sun and point lights on the diffuse base.
     pub enum DiffuseLights {
-        /// With the clamped cosine of each slope.
+        /// Clamped cosine of each slope.
         Cosine = "cosine", "The clamped cosine of each slope";
-        /// With order-2 harmonics (Algorithm 2 of the LEADR paper): up to 9 % off.
+        /// Order-2 spherical harmonics (Algorithm 2 of the LEADR paper): up to 9 % off.
         Sh = "sh", "Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off";
     }
 }
 
 named_enum! {
-    /// The frame in which the base material is rough.
+    /// The frame in which the base roughness applies.
     pub enum BaseFrame {
-        /// That of each facet, which a material has (`reflectance::facets::base_roughness`).
-        Facet = "facet", "Each facet's own, as a material has it";
-        /// That of the macrosurface, as in the LEADR paper: steep relief is up to 25 % too dark seen from above, and too bright
-        /// at grazing angles.
-        Macro = "macro", "The smooth surface's, as in the LEADR paper; darker on steep relief";
+        /// The frame of each facet, as on a real material (`reflectance::facets::base_roughness`).
+        Facet = "facet", "The frame of each facet, as on a real material";
+        /// The frame of the macrosurface, as in the LEADR paper. Steep relief is up to 25 % too dark seen from above, and too
+        /// bright at grazing angles.
+        Macro = "macro", "The frame of the smooth surface, as in the LEADR paper; darker on steep relief";
     }
 }
 
-/// A technique together with the options that it has. [`Technique::with`] makes it.
+/// A technique with its options, made by [`Technique::with`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shading {
     technique: Technique,
-    /// Those that the technique does not have are at their defaults.
+    /// Options that the technique does not have are at their defaults.
     options: ShadingOptions,
 }
 
 impl Technique {
-    /// The technique with those of the `options` that apply to it.
+    /// The technique with the `options` that apply to it.
     #[must_use]
     pub fn with(self, options: ShadingOptions) -> Shading {
         Shading { technique: self, options: options.of(self) }
@@ -134,22 +134,22 @@ impl Shading {
         self.technique
     }
 
-    /// Its options; those that it does not have are at their defaults.
+    /// The options; those that the technique does not have are at their defaults.
     pub fn options(&self) -> ShadingOptions {
         self.options
     }
 
-    /// Which light counts: none for techniques without light.
+    /// The enabled light terms; none for unlit techniques.
     pub fn terms(&self) -> Terms {
         if self.technique.is_lit() { self.options.terms } else { Terms::NONE }
     }
 
-    /// Where the integrals are sampled; `None` for techniques without them.
+    /// Where the integrals are sampled; `None` for techniques without integrals.
     pub fn quadrature(&self) -> Option<Quadrature> {
         self.technique.integrates().then_some(self.options.quadrature)
     }
 
-    /// Whether the base is rough in the frame of the facets.
+    /// Whether the base roughness applies in the frame of the facets.
     pub fn facet_frame(&self) -> bool {
         self.technique.has_base_frame() && self.options.base_frame == BaseFrame::Facet
     }
@@ -159,7 +159,7 @@ impl Shading {
         self.technique.needs(self.options)
     }
 
-    /// The specialization constants of the shading pass that depend on it.
+    /// The specialisation constants of the shading pass for this shading.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let ShadingOptions { shadowing, diffuse_lights, .. } = self.options;
         let mut spec = self.needs().spec();
@@ -181,15 +181,14 @@ impl Shading {
                 ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
-                // Few fixed probes would show in the mean of many samples, however many.
-                ("DRAWN_MIRRORS", SpecValue::Bool(visible && self.technique.is_reference())),
+                // A few fixed probes would stay visible even in the mean of many samples.
+                ("DRAWN_SPECULAR", SpecValue::Bool(visible && self.technique.is_reference())),
             ]);
         }
         spec
     }
 
-    /// The same shading with one edge sample and no relief shadows: the key under which the pipelines that shade pixels are
-    /// cached.
+    /// The same shading with one edge sample and no relief shadows: the cache key of the pipelines that shade pixels.
     #[must_use]
     pub fn plain(self) -> Self {
         self.adjusted(|options| ShadingOptions { edge_samples: 1, relief_shadows: false, ..options })
@@ -201,28 +200,28 @@ impl Shading {
         self.technique.with(change(self.options))
     }
 
-    /// Checks whether a picture can be made with this shading.
+    /// Checks whether this shading can produce an image.
     ///
     /// # Errors
-    /// A sentence about what is wrong.
+    /// A description of the invalid setting.
     pub fn check(&self) -> Result<(), String> {
         let ShadingOptions { quadrature, edge_samples, .. } = self.options;
         if let Quadrature::Grid(n) = quadrature
             && !(1..=Quadrature::MAX_GRID).contains(&n)
         {
-            return Err(format!("a grid of {n} is not 1 to {}", Quadrature::MAX_GRID));
+            return Err(format!("a grid of {n} is outside the range of 1 to {}", Quadrature::MAX_GRID));
         }
         let most = ShadingOptions::MAX_EDGE_SAMPLES;
         if (1..=most).contains(&edge_samples) {
             Ok(())
         } else {
-            Err(format!("{edge_samples} edge samples are not 1 to {most}"))
+            Err(format!("{edge_samples} edge samples are outside the range of 1 to {most}"))
         }
     }
 }
 
 impl fmt::Display for Shading {
-    /// The technique and, where it integrates, how.
+    /// The technique and, if it integrates, the quadrature.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.technique.name())?;
         match self.quadrature() {
@@ -235,7 +234,7 @@ impl fmt::Display for Shading {
 }
 
 impl Serialize for Shading {
-    /// Under the names of the flags. Scripts find every key with every technique.
+    /// Serialises under the flag names. Every key exists for every technique.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let rows = ShadingOptions::ALL.iter();
         let values = rows.filter_map(|row| Some((row.spec.json_key(), row.json(self.technique, self.options)?)));
@@ -249,7 +248,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::masking::shadowing::Shadowing;
 
-    /// None of these is a default.
+    /// Options that all differ from the defaults.
     const OPTIONS: ShadingOptions = ShadingOptions {
         terms: Terms::DIFFUSE_LIGHTS,
         quadrature: Quadrature::Grid(7),

@@ -1,4 +1,4 @@
-//! The table of the options of the shading: the one place where such an option is declared.
+//! The table of shading options. Each option is declared only here.
 
 use super::numbers::whole;
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings};
@@ -17,32 +17,32 @@ named! {
     Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
 }
 
-/// What an option needs to see in the scene.
+/// What the scene must contain for an option to have an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// Nothing in particular.
+    /// No requirement.
     Anything,
-    /// Objects: not the waves of a sea.
+    /// Objects, not the waves of a sea.
     Objects,
-    /// Relief that heights displace.
+    /// Relief displaced by heights.
     Relief,
 }
 
-/// An option of the shading: a row of [`ShadingOptions::ALL`].
+/// A shading option: a row of [`ShadingOptions::ALL`].
 pub struct ShadingOption {
-    /// What is said about it.
+    /// The description of the option.
     pub spec: Spec,
-    /// Where its value lies.
+    /// Accessor of the value.
     pub value: Value<ShadingOptions>,
     /// The techniques that have it.
     pub techniques: Techniques,
-    /// What it needs to see in the scene.
+    /// What the scene must contain for it to have an effect.
     pub subject: Subject,
-    /// The value that techniques without it accept, because it changes nothing.
+    /// The value accepted by techniques without the option, because it changes nothing.
     pub neutral: Option<&'static str>,
-    /// The boolean specialisation constant of `passes/shade/settings.glsl` that says whether it is on.
+    /// The boolean specialisation constant of `passes/shade/settings.glsl` that enables it.
     pub(super) constant: Option<&'static str>,
-    /// Its name in JSON for techniques without it, where that is not the default.
+    /// The JSON value for techniques without it, if that is not the default.
     json_without: Option<&'static str>,
 }
 
@@ -63,12 +63,12 @@ impl ShadingOption {
 }
 
 impl ShadingOption {
-    /// Whether a technique has it.
+    /// Whether a technique has this option.
     pub fn applies_to(&self, technique: Technique) -> bool {
         (self.techniques.has)(technique)
     }
 
-    /// Its value in JSON. Techniques without it have switches off, and else the default.
+    /// The value in JSON. For techniques without the option, switches are off and other values default.
     pub fn json(&self, technique: Technique, options: ShadingOptions) -> Option<Json> {
         match (&self.value, self.json_without) {
             _ if self.applies_to(technique) => self.value.json(options),
@@ -95,7 +95,7 @@ const RAYS: Techniques = techniques(Technique::has_relief_shadows, "that sample 
 /// Declares each field once: its type, its default, and its flags.
 macro_rules! shading_options {
     ($($(#[$doc:meta])* $field:ident: $type:ty = $default:expr => [$($row:expr),+ $(,)?];)*) => {
-        /// The options for whichever technique is drawn; each technique takes those that it has ([`Technique::with`]).
+        /// The options for any technique. Each technique takes those that apply to it ([`Technique::with`]).
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub struct ShadingOptions {
             $($(#[$doc])* pub $field: $type,)*
@@ -108,10 +108,10 @@ macro_rules! shading_options {
         }
 
         impl ShadingOptions {
-            /// Every option, in the order of the help.
+            /// All options, in the order of the help.
             pub const ALL: &[ShadingOption] = &[$($($row,)+)*];
 
-            /// Those that `technique` has, and the others at their defaults.
+            /// The options of `technique`, with the others at their defaults.
             pub(super) fn of(self, technique: Technique) -> Self {
                 let default = Self::default();
                 $(let [row, ..] = const { &[$($row),+] };
@@ -154,13 +154,13 @@ shading_options! {
                 json: |options| options.quadrature.probes().map(|probes| Json::Count(probes.count())),
             }), INTEGRALS),
     ];
-    /// Which of the visible facets are lit.
+    /// How visible facets are tested for light.
     shadowing: Shadowing = Shadowing::Correlated => [
         row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").common()
                 .default("correlated; normal-map for a material of normals without heights").formerly("masking").key("masking"),
             Value::Name(|options| &mut options.shadowing), INTEGRALS),
     ];
-    /// Which light counts.
+    /// The enabled light terms.
     terms: Terms = Terms::ALL => [
         row(shading("terms", "all|TERM,...",
                 "Include only some of the light: specular-lights, diffuse-lights, specular-environment, diffuse-environment")
@@ -171,60 +171,60 @@ shading_options! {
                 json: |options| Some(Json::Names(options.terms.names().collect())),
             }), LIT).neutral("all"),
     ];
-    /// How the diffuse light of sun and point lights is integrated.
+    /// How the diffuse term of sun and point lights is integrated.
     diffuse_lights: DiffuseLights = DiffuseLights::Cosine => [
         row(shading("diffuse-lights", "KIND", "Choose how diffuse facets reflect the sun and point lights"),
             Value::Name(|options| &mut options.diffuse_lights), INTEGRALS),
     ];
-    /// The frame in which the base is rough.
+    /// The frame in which the base roughness applies.
     base_frame: BaseFrame = BaseFrame::Facet => [
         ShadingOption { json_without: Some("macro"), ..row(
             shading("base-frame", "KIND", "Choose the frame in which the base material is rough"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
     ];
-    /// Whether the change of the macrosurface's normal across a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019; on
-    /// meshes only), and slopes that face away from the pixel's viewer are widened toward it (`tilt_to_edge`). The LEADR
-    /// paper does neither. The other techniques that integrate always widen slopes.
+    /// Adds the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019; meshes only).
+    /// Also widens slopes that face away from the pixel's viewer toward it (`tilt_to_edge`). The LEADR paper does neither. The
+    /// other techniques that integrate always widen slopes.
     pixel_kernel: bool = true => [
         row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness"),
             Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
     ];
-    /// Whether bumps that are larger than a pixel hide the environment and the lights from each other
-    /// ([`leadr_reflectance::visible::horizon`]). The LEADR paper leaves it out.
+    /// Occlusion of the environment and the lights by bumps larger than a pixel ([`leadr_reflectance::visible::horizon`]). Not in
+    /// the LEADR paper.
     relief_occlusion: bool = true => [
         row(shading("relief-occlusion", "on|off", "Let bumps larger than a pixel occlude the environment and the lights"),
             Value::Switch(|options| &mut options.relief_occlusion), INTEGRALS).about(Subject::Relief),
     ];
-    /// Whether colours that follow the heights or slopes of the relief are those of what is seen and lit
-    /// ([`leadr_reflectance::visible::relief_color`]), instead of the mean. The LEADR paper leaves it out. For objects that
-    /// [keep what it takes](crate::scene::Object::with_relief_color).
+    /// Filters colours that follow the heights or slopes of the relief by visibility and lighting
+    /// ([`leadr_reflectance::visible::relief_color`]), instead of taking the mean. Not in the LEADR paper. Needs
+    /// [`Object::with_relief_color`](crate::scene::Object::with_relief_color).
     relief_color: bool = false => [
         row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit"),
             Value::Switch(|options| &mut options.relief_color), COVARIANCE).about(Subject::Relief),
     ];
-    /// Whether facets of the base light each other ([`leadr_reflectance::materials::energy`],
-    /// [`leadr_reflectance::materials::multiscattering`]). The LEADR paper leaves it out.
+    /// Multiple scattering between facets of the base ([`leadr_reflectance::materials::energy`],
+    /// [`leadr_reflectance::materials::multiscattering`]). Not in the LEADR paper.
     multiscattering: bool = false => [
         row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").common(),
             Value::Switch(|options| &mut options.multiscattering), ENERGY).constant("MULTISCATTERING"),
     ];
-    /// Whether large shapes hide the environment (`render::light::sky_visibility`), where shadows are drawn. The LEADR paper
-    /// leaves it out.
+    /// Ambient occlusion of the environment by large shapes (`render::light::sky_visibility`), if shadows are drawn. Not in the
+    /// LEADR paper.
     sky_occlusion: bool = false => [
         row(shading("sky-occlusion", "on|off", "Let large shapes occlude the environment").default("on; off with --relief-shadows"),
             Value::Switch(|options| &mut options.sky_occlusion), LIT)
             .about(Subject::Objects).neutral("off").constant("SKY_OCCLUSION"),
     ];
-    /// Whether the relief casts shadows on itself, from every light and from the environment (`render::passes::reference`),
-    /// instead of the sun's coarse shadow map alone. Slow.
+    /// Relief shadows from every light and the environment (`render::passes::reference`), instead of the sun's coarse shadow map
+    /// alone. Slow.
     relief_shadows: bool = false => [
         row(shading("relief-shadows", "", "Let bumps cast shadows on each other; slow, needs many samples"),
             Value::Flag(|options| &mut options.relief_shadows, true), RAYS).about(Subject::Relief),
     ];
-    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): positions in the pixel where the
-    /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
-    /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
-    /// (`render::passes::edges`). Multiples of 16 are the fastest. The samples per pixel of the reference smooth silhouettes already.
+    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES). The geometry is sampled again at these
+    /// positions. Samples of another surface than the pixel's own are shaded too, which smooths silhouettes as that many samples
+    /// per pixel would. The inside of a surface does not change (`render::passes::edges`). Multiples of 16 are fastest. The samples
+    /// per pixel of the reference already smooth silhouettes.
     edge_samples: u32 = 1 => [
         row(Spec::new(headings::QUALITY, "edge-samples", "N",
                 "Sample the geometry N times per sample for smooth silhouettes; each surface in a pixel is shaded once. \
@@ -235,6 +235,6 @@ shading_options! {
 }
 
 impl ShadingOptions {
-    /// Largest number of edge samples.
+    /// Maximum number of edge samples.
     pub const MAX_EDGE_SAMPLES: u32 = 256;
 }

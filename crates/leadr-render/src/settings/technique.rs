@@ -1,8 +1,8 @@
-//! The table of techniques: the one place where a technique is declared.
+//! The table of techniques. Each technique is declared only here.
 //!
-//! A new technique needs a row here and a line in `docs/guide/techniques.md`. If no [`Family`] shades it yet, it also needs
-//! a constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys,
-//! report and bench read the table. Shaders are told what a technique needs ([`Needs`]), never which one it is.
+//! A new technique needs a row here and a line in `docs/guide/techniques.md`. If no [`Family`] shades it yet, it also needs a
+//! constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys, report and
+//! bench read the table. Shaders receive the inputs of a technique ([`Needs`]), never its name.
 
 use super::shading_options::ShadingOptions;
 use leadr_gpu::SpecValue;
@@ -10,17 +10,17 @@ use leadr_shaders::families;
 
 /// The table's entry for one technique.
 struct Row {
-    /// Its name on the command line and in JSON.
+    /// The name on the command line and in JSON.
     name: &'static str,
-    /// Its line in `--help`.
+    /// The line in `--help`.
     help: &'static str,
-    /// Its key in the window.
+    /// The key in the window.
     key: char,
     family: Family,
     slopes: Slopes,
-    /// Whether the base material is GGX, not Beckmann.
+    /// Whether the base material is GGX instead of Beckmann.
     ggx: bool,
-    /// Whether it has the setting `pixel_kernel`.
+    /// Whether the setting `pixel_kernel` applies.
     pixel_kernel: bool,
 }
 
@@ -42,28 +42,28 @@ pub enum Family {
     Unlit = families::UNLIT,
     /// A Blinn-Phong lobe about the mean normal.
     BlinnPhong = families::BLINN_PHONG,
-    /// A Blinn-Phong lobe that is rougher the shorter the filtered normal is.
+    /// A Blinn-Phong lobe, rougher for shorter filtered normals.
     Toksvig = families::TOKSVIG,
-    /// A Beckmann lobe of the slopes, without projected areas.
+    /// A Beckmann lobe over the slopes, without projected areas.
     Lean = families::LEAN,
     /// Integrals over the visible slopes.
     Leadr = families::LEADR,
-    /// A GGX lobe about the mean normal, as rough as normals that roughness has shortened are short.
+    /// A GGX lobe about the mean normal. The length of normals shortened by roughness sets its roughness.
     Gloss = families::GLOSS,
 }
 
-/// Which slope statistics of a pixel a technique receives.
+/// The slope statistics that a technique receives per pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slopes {
-    /// Nothing: surfaces are smooth.
+    /// None: surfaces are smooth.
     None,
-    /// Their mean.
+    /// The mean slope.
     Mean,
-    /// Their mean and covariance.
+    /// Mean and covariance.
     Covariance,
-    /// Their mean and one variance for all directions.
+    /// Mean and one variance for all directions.
     Isotropic,
-    /// Those of the finest level of the maps at every distance; filtering is left to the samples per pixel.
+    /// The finest level of the maps at every distance. Filtering is left to the samples per pixel.
     Finest,
 }
 
@@ -76,7 +76,7 @@ macro_rules! techniques {
         }
 
         impl Technique {
-            /// Every technique, the simplest first.
+            /// All techniques, simplest first.
             pub const ALL: [Self; Self::COUNT] = [$(Self::$technique),*];
             const COUNT: usize = [$(Self::$technique),*].len();
 
@@ -90,19 +90,19 @@ macro_rules! techniques {
 }
 
 techniques! {
-    /// Albedo alone, without light: shows the cost of geometry and of filtering the colour.
+    /// Albedo without light. Shows the cost of geometry and colour filtering.
     Constant = row("constant", '9', Family::Unlit, Slopes::None, "Albedo without light");
     /// Mipmapped normals under a normalised Blinn-Phong lobe.
     BlinnPhong = row("blinn-phong", '7', Family::BlinnPhong, Slopes::Mean, "Mipmapped normals, Blinn-Phong");
-    /// Mipmapped normals with LEADR's BRDF, using the mean slope alone.
+    /// Mipmapped normals with the LEADR BRDF, using only the mean slope.
     NormalMip = row("normal-mip", '2', Family::Leadr, Slopes::Mean,
-        "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics");
-    /// Mipmapped normals whose length gives the roughness (Toksvig 2005).
+        "Mipmapped normals, LEADR BRDF without slope statistics");
+    /// Mipmapped normals, with roughness from their length (Toksvig 2005).
     Toksvig = row("toksvig", '6', Family::Toksvig, Slopes::Covariance,
         "Mipmapped normals, roughness from their length");
-    /// Mipmapped normals that are shorter the rougher they are, under a GGX lobe of the roughness that their length stands for (Chan 2018).
+    /// Mipmapped normals shortened by roughness, under a GGX lobe with the roughness of their length (Chan 2018).
     Gloss = row("gloss", 'y', Family::Gloss, Slopes::Covariance,
-        "Normals shortened by roughness, a GGX lobe by their length (Call of Duty: WWII)").ggx();
+        "Normals shortened by roughness, GGX lobe from their length (Call of Duty: WWII)").ggx();
     /// One slope variance for all directions (CLEAN mapping, Baker 2011).
     Clean = row("clean", '5', Family::Lean, Slopes::Isotropic, "One slope variance for all directions (CLEAN mapping)");
     /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
@@ -114,12 +114,12 @@ techniques! {
     /// LEADR mapping of a GGX base, with two lobes.
     LeadrGgx = row("leadr-ggx", '8', Family::Leadr, Slopes::Covariance,
         "LEADR mapping of a GGX base").ggx().pixel_kernel();
-    /// The finest level of the maps without slope statistics: correct with enough samples per pixel.
+    /// The finest level of the maps without slope statistics. Correct with enough samples per pixel.
     Reference = row("reference", '3', Family::Leadr, Slopes::Finest,
-        "The finest maps at every distance: correct with enough samples per pixel");
-    /// The reference of a GGX base: what [`LeadrGgx`](Self::LeadrGgx) is to be compared with.
+        "The finest map level at every distance: correct with enough samples per pixel");
+    /// The reference of a GGX base, to compare with [`LeadrGgx`](Self::LeadrGgx).
     ReferenceGgx = row("reference-ggx", '0', Family::Leadr, Slopes::Finest,
-        "The reference of a GGX base: what leadr-ggx is compared with").ggx();
+        "The reference with a GGX base, for comparison with leadr-ggx").ggx();
 }
 
 impl Technique {
@@ -133,12 +133,12 @@ impl Technique {
         self.row().help
     }
 
-    /// Its key in the window.
+    /// The key in the window.
     pub const fn key(self) -> char {
         self.row().key
     }
 
-    /// Whether light reaches its surfaces at all.
+    /// Whether the technique is lit.
     pub fn is_lit(self) -> bool {
         self.row().family != Family::Unlit
     }
@@ -148,49 +148,49 @@ impl Technique {
         self.row().family == Family::Leadr
     }
 
-    /// Whether it has the setting [`base_frame`](super::ShadingOptions::base_frame).
+    /// Whether the setting [`base_frame`](super::ShadingOptions::base_frame) applies.
     pub fn has_base_frame(self) -> bool {
         self.integrates() && !self.row().ggx
     }
 
-    /// Whether it has the setting [`multiscattering`](super::ShadingOptions::multiscattering).
+    /// Whether the setting [`multiscattering`](super::ShadingOptions::multiscattering) applies.
     pub fn has_multiscattering(self) -> bool {
-        // The lobes of LEADR's GGX base reflect more of an environment at grazing angles than GGX, whose losses the tables know.
+        // Not LEADR's GGX base: its lobes reflect more of the environment at grazing angles than the GGX of the energy tables.
         self.has_base_frame() || self.row().family == Family::Gloss
     }
 
-    /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).
+    /// Whether the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel) applies.
     pub const fn has_pixel_kernel(self) -> bool {
         self.row().pixel_kernel
     }
 
-    /// Whether it takes the finest level of the maps and leaves filtering to the samples per pixel.
+    /// Whether it reads the finest level of the maps and leaves filtering to the samples per pixel.
     pub fn is_reference(self) -> bool {
         self.row().slopes == Slopes::Finest
     }
 
-    /// Whether it has the setting [`relief_shadows`](super::ShadingOptions::relief_shadows).
+    /// Whether the setting [`relief_shadows`](super::ShadingOptions::relief_shadows) applies.
     pub fn has_relief_shadows(self) -> bool {
         self.is_reference() && !self.has_ggx_base()
     }
 
-    /// Whether its base material is GGX, not Beckmann.
+    /// Whether the base material is GGX instead of Beckmann.
     pub fn has_ggx_base(self) -> bool {
         self.row().ggx
     }
 
-    /// The reference of its base material.
+    /// The reference technique with the same base material.
     #[must_use]
     pub fn reference(self) -> Self {
         if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
     }
 
-    /// Whether it has the setting [`relief_color`](super::ShadingOptions::relief_color).
+    /// Whether the setting [`relief_color`](super::ShadingOptions::relief_color) applies.
     pub fn has_relief_color(self) -> bool {
         self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
     }
 
-    /// Its needs with these options.
+    /// The inputs of the technique with these options.
     pub(super) fn needs(self, options: ShadingOptions) -> Needs {
         let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
@@ -205,8 +205,7 @@ impl Technique {
     }
 }
 
-/// The inputs that a technique needs from the passes between filtering and shading. Pipelines that depend on nothing else
-/// can be cached under this key.
+/// The inputs of a technique from the passes between filtering and shading. A cache key for pipelines that depend on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Needs {
     family: Family,
@@ -219,7 +218,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// The specialization constants of `passes/technique.glsl`.
+    /// The specialisation constants of `passes/technique.glsl`.
     #[must_use]
     pub fn spec(self) -> Vec<(&'static str, SpecValue)> {
         let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
@@ -257,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_change_only_the_techniques_that_have_them() {
+    fn settings_affect_only_their_techniques() {
         let off = ShadingOptions { pixel_kernel: true, relief_occlusion: false, ..Default::default() };
         for technique in Technique::ALL {
             let differs = |options| technique.needs(options) != technique.needs(off);

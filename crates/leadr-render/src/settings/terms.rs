@@ -1,10 +1,10 @@
-//! Which light a picture contains.
+//! The light terms of an image.
 
 use std::fmt;
 
 use crate::constants;
 
-/// The parts of the light transport that a picture contains: a set.
+/// A set of light terms: the parts of the light transport in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Terms(i32);
 
@@ -21,7 +21,7 @@ impl Terms {
     pub const ALL: Self = Self(
         Self::SPECULAR_LIGHTS.0 | Self::DIFFUSE_LIGHTS.0 | Self::SPECULAR_ENVIRONMENT.0 | Self::DIFFUSE_ENVIRONMENT.0,
     );
-    /// No light: the picture is black.
+    /// No light: the image is black.
     pub const NONE: Self = Self(0);
 
     /// Each term with its name on the command line.
@@ -32,7 +32,7 @@ impl Terms {
         (Self::DIFFUSE_ENVIRONMENT, "diffuse-environment"),
     ];
 
-    /// Whether it contains all of `other`.
+    /// Whether the set contains all of `other`.
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
@@ -48,10 +48,10 @@ impl Terms {
         self.0
     }
 
-    /// `all`, or the terms of these names, with commas between.
+    /// Parses `all` or a comma-separated list of terms.
     ///
     /// # Errors
-    /// A name that is no term.
+    /// An unknown name.
     pub fn named(text: &str) -> Result<Self, String> {
         if text == "all" {
             return Ok(Self::ALL);
@@ -63,7 +63,7 @@ impl Terms {
         })
     }
 
-    /// The names of its members.
+    /// The names of the terms in the set.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Self::NAMES.into_iter().filter(move |(term, _)| self.contains(*term)).map(|(_, name)| name)
     }
@@ -78,7 +78,7 @@ impl std::ops::BitOr for Terms {
 }
 
 impl fmt::Display for Terms {
-    /// As [`named`](Self::named) reads it.
+    /// Formats the set as [`named`](Self::named) parses it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if *self == Self::ALL { f.write_str("all") } else { f.write_str(&self.names().collect::<Vec<_>>().join(",")) }
     }

@@ -1,5 +1,5 @@
-//! How much device memory the maps of objects need, asked before any of it is taken: drivers report late, or not at all, that there is
-//! too little.
+//! Device memory needed by the maps of objects. It is checked before allocation because drivers report insufficient memory late or
+//! not at all.
 
 use super::atlas::levels::CoarseShape;
 use super::displacement::{Border, HeightField};
@@ -10,13 +10,13 @@ use super::relief_color::{ReliefColors, skipped_levels};
 use crate::scene::Object;
 use leadr_gpu::{Gpu, MemoryRoom, Result};
 
-/// What the targets of a frame, the environment and staging need beside the maps.
+/// Memory for the targets of a frame, the environment and staging.
 const RESERVE: u64 = 192 << 20;
 
-/// Bytes of a texel of the horizons.
+/// Bytes per texel of the horizon maps.
 const HORIZON: u64 = 10;
 
-/// With all levels of detail.
+/// Bytes including all mips.
 fn with_mips(bytes: u64) -> u64 {
     bytes / 3 * 4
 }
@@ -32,7 +32,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
         let coarse = match field.border {
             Border::Tiles(layout) => {
                 let texels: u64 = CoarseShape::new(layout).size().map(u64::from).iter().product();
-                // Moments in 32 bits, and halves of whatever the material has.
+                // 32-bit moments, and half floats of the material's images.
                 let material = object.material.as_ref().map_or(0, |map| {
                     let light = map.emission.is_some() || map.occlusion.is_some();
                     8 * (1 + [map.f0.is_some(), map.two_lobes.is_some(), light].map(u64::from).iter().sum::<u64>())
@@ -55,7 +55,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     relief + material + weighted
 }
 
-/// Bytes of the largest image of an object's maps: the means and squares of its slopes, or its colours.
+/// Bytes of the largest image of an object's maps: its slope moments or its colours.
 fn largest_image(object: &Object, format: MomentFormat) -> u64 {
     let slopes = object.heights.as_ref().map_or(0, |field| {
         let texels = u64::from(field.map.width) * u64::from(field.map.height);
@@ -65,33 +65,33 @@ fn largest_image(object: &Object, format: MomentFormat) -> u64 {
     slopes.max(colors)
 }
 
-/// Bytes that a scene of these objects needs; none without maps.
+/// Bytes needed by a scene of these objects; 0 without maps.
 fn needed(objects: &[Object], format: MomentFormat) -> u64 {
     let own = objects.iter().zip(with_same_maps(objects)).filter(|(_, earlier)| earlier.is_none());
     let maps: u64 = own.map(|(object, _)| map_bytes(object, format)).sum();
     if maps == 0 { 0 } else { maps + RESERVE }
 }
 
-/// The memory of a device that is left for maps.
+/// Device memory available for maps.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// How slopes are kept.
+    /// Storage format of the slopes.
     format: MomentFormat,
-    /// What the device has left.
+    /// Free memory of the device.
     device: MemoryRoom,
 }
 
 impl Room {
-    /// What is left now, for maps whose slopes are kept in this format.
+    /// The memory now available for maps in this format.
     pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
         Self { format, device: gpu.memory_room() }
     }
 
-    /// Refuses objects whose maps do not fit; only the sizes of the maps matter, so they may be empty still.
+    /// Checks that the maps of these objects fit. Only their sizes are used, so the texels may be missing.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`](leadr_gpu::GpuError::TooLarge) or [`GpuError::InOnePiece`](leadr_gpu::GpuError::InOnePiece), which
-    /// name the object with the largest maps.
+    /// [`GpuError::TooLarge`](leadr_gpu::GpuError::TooLarge) or [`GpuError::InOnePiece`](leadr_gpu::GpuError::InOnePiece), with the
+    /// name of the object with the largest maps.
     pub fn check(&self, objects: &[Object]) -> Result<()> {
         let Self { format, device } = *self;
         let piece = |format| objects.iter().map(|object| largest_image(object, format)).max().unwrap_or(0);
@@ -126,13 +126,13 @@ mod tests {
     use leadr_maps::HeightMap;
 
     #[test]
-    fn an_atlas_needs_its_texels_and_a_little_more() {
+    fn atlas_memory_is_near_its_texels() {
         let layout = TileLayout::new(5920, 128);
         let (width, height) = layout.size();
         let field = HeightField { map: HeightMap { width, height, texels: Vec::new() }, border: Border::Tiles(layout) };
         let bytes =
             map_bytes(&Object::new("animal", PatchMesh::default()).with_heights(field, 1.0), MomentFormat::Float16);
-        // Its levels of detail, and 17 x 44 texels of 20 bytes for every tile of 128 x 128 of 14 bytes.
+        // Mips, and 17 x 44 texels of 20 bytes per tile of 128 x 128 texels of 14 bytes.
         let per_texel = bytes as f64 / (f64::from(width) * f64::from(height));
         assert!((14.0 * 4.0 / 3.0..14.0 * 4.0 / 3.0 + 2.0).contains(&per_texel), "{per_texel}");
     }
@@ -152,14 +152,17 @@ mod tests {
             refused.contains("plane of 8192 x 8192 texels in f32 needs 2.") && refused.contains("of 2.00 GiB"),
             "{refused}"
         );
-        assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
+        assert!(refused.ends_with("use --map-precision f16 or smaller maps"), "{refused}");
         let refused = check(MomentFormat::Float16, 1 << 30).expect_err("what is in use counts").to_string();
-        assert!(refused.ends_with("take smaller maps"), "{refused}");
-        // Twice the memory, but not in one piece.
+        assert!(refused.ends_with("use smaller maps"), "{refused}");
+        // Enough memory, but not in one allocation.
         let device = MemoryRoom { size: 4 << 30, left: 4 << 30, piece: 1 << 30 };
         let refused = Room { format: MomentFormat::Float32, device }.check(&plane).unwrap_err().to_string();
-        assert!(refused.contains("1.33 GiB of device memory in one piece, and the device gives 1.00 GiB"), "{refused}");
-        assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
+        assert!(
+            refused.contains("1.33 GiB of device memory in one allocation, but the device allows 1.00 GiB"),
+            "{refused}"
+        );
+        assert!(refused.ends_with("use --map-precision f16 or smaller maps"), "{refused}");
         let smooth = [Object::new("smooth", PatchMesh::default())];
         assert!(room(MomentFormat::Float32, (2 << 30) - 1).check(&smooth).is_ok());
     }

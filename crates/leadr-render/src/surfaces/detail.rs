@@ -1,5 +1,5 @@
-//! A finer relief that repeats over a surface, on the device: its LEADR maps, its colours, its mask, and how it lies.
-//! `shaders-glsl/passes/filter/detail.glsl` filters it.
+//! A repeating detail relief on the device: LEADR maps, colours, mask, and mapping. `shaders-glsl/passes/filter/detail.glsl`
+//! filters it.
 
 use std::sync::Arc;
 
@@ -16,32 +16,32 @@ use crate::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap}
 use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, shared_struct};
 
 shared_struct! {
-    /// How a detail lies on its surface; a `RestVertexGpu` for each vertex follows.
+    /// The mapping of a detail onto its surface. One `RestVertexGpu` per vertex follows.
     pub struct DetailHeadGpu for "Detail" {
         /// Columns: from the surface's coordinates to the detail's.
         detail_linear: [f32; 4],
-        /// And to its mask's.
+        /// Columns: from the surface's coordinates to the mask's.
         mask_linear: [f32; 4],
         detail_offsets: [f32; 4],
-        /// Factor of its colours; reflectance at normal incidence.
+        /// Factor on the colours; reflectance at normal incidence.
         detail_color: [f32; 4],
     }
 }
 
 shared_struct! {
-    /// A vertex at rest, in units of the coordinates that a detail follows along the axes.
+    /// A rest vertex, in units of the detail's triplanar coordinates.
     pub struct RestVertexGpu for "RestVertex" {
         position: [f32; 4],
         normal: [f32; 4],
     }
 }
 
-/// What the filter pass has to fetch of a detail.
+/// The inputs of the filter pass from a detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DetailKind {
-    /// A `DETAIL_` constant: what coordinates it follows, if there is one.
+    /// A `DETAIL_` constant for the coordinates, or for no detail.
     pub mapping: u32,
-    /// Another: what its colours do.
+    /// A `DETAIL_` constant for the use of its colours.
     pub colors: u32,
     /// Whether it has a mask.
     pub masked: bool,
@@ -53,7 +53,7 @@ impl DetailKind {
         self.mapping != DETAIL_NONE
     }
 
-    /// That of a detail.
+    /// The kind of a detail.
     pub fn of(detail: Option<&Detail>) -> Self {
         let Some(detail) = detail else {
             return Self { mapping: DETAIL_NONE, colors: DETAIL_COLORLESS, masked: false };
@@ -73,22 +73,22 @@ impl DetailKind {
     }
 }
 
-/// A detail on the device; placeholders for objects without one, which are never read.
+/// A detail on the device. For objects without one, placeholders that are never read.
 pub struct DetailImages {
-    /// `DetailHeadGpu`, then a `RestVertexGpu` for every vertex where it is seen along the axes.
+    /// `DetailHeadGpu`, then a `RestVertexGpu` per vertex for triplanar mapping.
     pub layout: Buffer,
-    /// Its moments.
+    /// Its slope moments.
     pub maps: LeadrMapGpu,
     /// Its colours and roughness.
     pub material: MaterialImages,
-    /// `m` and `m²`, halves.
+    /// The mask `m` and `m²`, half floats.
     pub mask: Image,
-    /// Of all its maps.
+    /// Sampler of all its maps.
     pub sampler: Sampler,
 }
 
 impl DetailImages {
-    /// What stands for a detail, of placeholders for its maps.
+    /// A placeholder detail, made of placeholder maps.
     pub fn none(gpu: &Arc<Gpu>, leadr: &LeadrMapGpu, material: &MaterialImages) -> Result<Self> {
         Ok(Self {
             layout: Buffer::from_slice(gpu, "no detail", &[0u8; size_of::<DetailHeadGpu>()])?,
@@ -99,11 +99,11 @@ impl DetailImages {
         })
     }
 
-    /// Uploads a detail of a surface with this mesh and these borders. `none`: what stands for the parts of a material that it lacks.
+    /// Uploads the detail of a surface with this mesh and these borders. `none`: placeholders for missing material images.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] where it follows texture coordinates that end with a tile, or its maps do not fill their size; memory that is
-    /// short, or a Vulkan call that failed.
+    /// [`GpuError::Usage`] for texture coordinates that end at a tile, or for maps with a wrong number of texels; insufficient
+    /// memory, or a failed Vulkan call.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -115,7 +115,7 @@ impl DetailImages {
         let name = format!("{name} detail");
         let Detail { heights, slopes, material, mapping, transform, mask } = detail;
         if mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
-            let fault = "a detail cannot follow texture coordinates that end with a tile; see it along the axes";
+            let fault = "texture coordinates of an atlas end at each tile: use triplanar mapping for the detail";
             return Err(GpuError::usage(name, fault));
         }
         let detail_color = match &material {
@@ -157,7 +157,7 @@ fn rest_vertices(mesh: &PatchMesh, metres: f32) -> Vec<RestVertexGpu> {
     mesh.positions.iter().zip(&mesh.normals).map(vertex).collect()
 }
 
-/// The inverse of a map's mean colour, at most 100, as a factor of its colours.
+/// Colour factor that normalises a map's mean colour to 1, at most 100.
 fn per_mean(map: &MaterialMap) -> [f32; 4] {
     let codes = Codes::new();
     let sum = map.colors.iter().fold([0.0f64; 3], |sum, &texel| {
@@ -172,7 +172,7 @@ fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<DetailMask>) -> Result<Im
     let none = DetailMask { width: 1, height: 1, texels: vec![1.0], transform: Affine2::IDENTITY };
     let DetailMask { width, height, texels, .. } = mask.unwrap_or(none);
     if u64::from(width) * u64::from(height) != texels.len() as u64 {
-        let fault = format!("{} texels of its mask do not fill {width}x{height}", texels.len());
+        let fault = format!("{} mask texels do not match {width}x{height}", texels.len());
         return Err(GpuError::usage(name, fault));
     }
     let desc = ImageDesc::new(MIXED_FORMAT, width, height).full_mips();

@@ -1,9 +1,9 @@
 //! Heights where patches meet.
 //!
-//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge, two patches must agree to the last
-//! bit although they reach it through different texture coordinates (a UV seam, two atlas tiles). The heights along every
-//! edge and at every vertex are therefore baked once: the mean over the patches that share it, at [`EDGE_LEVELS`]
-//! resolutions, each filtered to its own spacing. On rims, where another object goes on, they are 0.
+//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge, two patches must agree to the last bit
+//! although their texture coordinates differ (a UV seam, two atlas tiles). The heights along every edge and at every vertex are
+//! therefore baked once: the mean over the adjacent patches, at [`EDGE_LEVELS`] resolutions, each filtered to its own spacing. They
+//! are 0 on rims, where another object continues the surface.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -26,33 +26,33 @@ pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
 pub struct HeightField {
     /// Heights in the mesh's unit.
     pub map: HeightMap,
-    /// What lies beyond the borders.
+    /// The border rule.
     pub border: Border,
 }
 
-/// What lies beyond the borders of a map.
+/// How a map continues beyond its borders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
     /// The map repeats.
     Wrap,
-    /// The last texel continues.
+    /// The last texel repeats.
     Clamp,
     /// One tile per patch; taps stay inside their own tile.
     Tiles(TileLayout),
 }
 
 impl HeightField {
-    /// A map that repeats.
+    /// A repeating map.
     pub fn repeating(map: HeightMap) -> Self {
         Self { map, border: Border::Wrap }
     }
 
-    /// One height of 0: a placeholder for maps that are never sampled.
+    /// A single height of 0: a placeholder that is never sampled.
     pub(super) fn flat() -> Self {
         Self { map: HeightMap { width: 1, height: 1, texels: vec![0.0] }, border: Border::Clamp }
     }
 
-    /// The texel that stands for number `i` along an axis of `n` texels.
+    /// The texel at index `i` along an axis of `n` texels, by the border rule.
     fn within(&self, i: i64, n: u32) -> usize {
         match self.border {
             Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
@@ -64,14 +64,14 @@ impl HeightField {
         self.map.texels[self.within(y, self.map.height) * self.map.width as usize + self.within(x, self.map.width)]
     }
 
-    /// The texels beside a place along an axis of `n` texels, and how far it is on its way from the first to the second.
-    fn beside(&self, place: f32, n: u32) -> ([usize; 2], f32) {
-        // Many millions of these: `floor` is a call on processors that are only known to have SSE2.
-        let toward_zero = place as i32;
-        let cell = i64::from(toward_zero) - i64::from(place < toward_zero as f32);
+    /// The two texels around a position along an axis of `n` texels, and the interpolation weight of the second.
+    fn beside(&self, weld: f32, n: u32) -> ([usize; 2], f32) {
+        // Called many millions of times: `floor` is a function call on targets limited to SSE2.
+        let toward_zero = weld as i32;
+        let cell = i64::from(toward_zero) - i64::from(weld < toward_zero as f32);
         let inside = cell >= 0 && cell + 1 < i64::from(n);
         let texels = [cell, cell + 1].map(|i| if inside { i as usize } else { self.within(i, n) });
-        (texels, place - cell as f32)
+        (texels, weld - cell as f32)
     }
 
     /// Bilinear sample at a texture coordinate.
@@ -85,7 +85,7 @@ impl HeightField {
         along(rows[0]) * (1.0 - fy) + along(rows[1]) * fy
     }
 
-    /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
+    /// Catmull-Rom sample: interpolates the texels with continuous slopes. Used to resample a map at a finer resolution.
     pub fn bicubic(&self, texcoord: Vec2) -> f32 {
         let (x, y) = (texcoord.x * self.map.width as f32 - 0.5, texcoord.y * self.map.height as f32 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
@@ -104,9 +104,9 @@ impl HeightField {
     }
 }
 
-/// Box-filtered mip chain of heights on the CPU, sampled as the device samples the LEADR map.
+/// Box-filtered mip chain of heights on the CPU, sampled like the LEADR map on the device.
 struct HeightPyramid<'a> {
-    /// The field itself is the finest.
+    /// The finest level is the field itself.
     levels: Vec<Cow<'a, HeightField>>,
 }
 
@@ -137,7 +137,7 @@ impl<'a> HeightPyramid<'a> {
         Vec2::new(self.levels[0].map.width as f32, self.levels[0].map.height as f32)
     }
 
-    /// Trilinear samples at a level of detail; with tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
+    /// Trilinear sampling at a level of detail. With tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
     fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
         let mut lod = lod.clamp(0.0, (self.levels.len() - 1) as f32);
         let mut inside = None;
@@ -158,7 +158,7 @@ struct Lookup<'a> {
     pyramid: &'a HeightPyramid<'a>,
     level: usize,
     fraction: f32,
-    /// Texels of the map, and the first and the last that the samples' places may have.
+    /// Size of the map, and the first and last allowed sample positions.
     inside: Option<[Vec2; 3]>,
 }
 
@@ -171,7 +171,7 @@ impl Lookup<'_> {
     }
 }
 
-/// Where the corners of a mesh and the lines between them look their heights up.
+/// Height lookups at the corners of a mesh and along its edges.
 struct Mapped<'a> {
     mesh: &'a PatchMesh,
     pyramid: HeightPyramid<'a>,
@@ -182,7 +182,7 @@ impl Mapped<'_> {
         self.pyramid.coarsest().map.texels[0]
     }
 
-    /// From one corner of a patch to another in texels; along the axes no farther than on the surface.
+    /// Vector between two corners of a patch in texels. For triplanar maps, x is an upper bound on its length and y is 0.
     fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
         let size = self.pyramid.size();
         if let Some(repeat) = self.mesh.triplanar {
@@ -193,7 +193,7 @@ impl Mapped<'_> {
         (t[to] - t[from]) * size
     }
 
-    /// The height between two corners of a patch. `lookup`: of that patch.
+    /// The height between two corners of a patch, sampled in `lookup`, the patch's own.
     fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
@@ -229,23 +229,23 @@ fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     (sum / total) as f32
 }
 
-/// Baked heights of edges and vertices, and the range of heights over each patch, before the height scale.
+/// Baked heights of edges and vertices, and the height range of each patch, before the height scale.
 #[derive(Clone, Debug)]
 pub struct BoundaryHeights {
     /// [`EDGE_STRIDE`] samples for each edge of the topology.
     pub edges: Vec<f32>,
     /// [`EDGE_LEVELS`] samples for each vertex.
     pub vertices: Vec<f32>,
-    /// Lowest and highest height over each patch (its tile, or the whole map where maps repeat).
+    /// Lowest and highest height over each patch (its tile, or the whole map for repeating maps).
     pub patch_range: Vec<[f32; 2]>,
-    /// Texels of the map along each edge, in the finest patch beside it.
+    /// Map texels along each edge, for the finest adjacent patch.
     pub edge_texels: Vec<f32>,
-    /// Highest minus lowest height over the patches beside each edge; 0 on a rim.
+    /// Height range over the patches at each edge; 0 on a rim.
     pub edge_relief: Vec<f32>,
 }
 
 impl BoundaryHeights {
-    /// Those of a smooth mesh: placeholders that are never read.
+    /// Placeholders for a smooth mesh; they are never read.
     pub fn none() -> Self {
         Self {
             edges: vec![0.0],
@@ -256,8 +256,8 @@ impl BoundaryHeights {
         }
     }
 
-    /// Those of a map that is shown by example, whose heights the device looks up, since all patches have the same texture coordinates
-    /// where they meet: `vertices` are the levels of detail in which it does.
+    /// The heights of a map tiled by example. The device samples them directly, because patches agree on texture coordinates where
+    /// they meet. `vertices` holds the levels of detail for this.
     pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] } };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
@@ -281,7 +281,7 @@ impl BoundaryHeights {
         let ranges = patch_ranges(mesh, field);
         let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
         let wider = |range: [f32; 2]| {
-            // About a mean that lies somewhere between the two.
+            // Blends deviate from the map's mean, which lies between both ends.
             let [low, high] = range;
             [high - MOST_BLENDED * (high - low), low + MOST_BLENDED * (high - low)]
         };
@@ -297,27 +297,27 @@ impl BoundaryHeights {
     /// Bakes the heights of all edges and vertices of `mesh`.
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
-        // The patch sides that meet in each edge, and the patch corners that meet in each place.
+        // The patch sides at each edge, and the patch corners at each position.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
             for side in topology.sides(patch) {
                 sides[(edges[side] >> 1) as usize].push((patch, side, edges[side] & 1 == 1));
-                corners[mesh.place_of(mesh.patches[patch][side]) as usize].push((patch, side));
+                corners[mesh.weld_of(mesh.patches[patch][side]) as usize].push((patch, side));
             }
         }
         let rims: HashSet<[u32; 2]> = mesh.rims.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
         let on_rim: HashSet<u32> = rims.iter().flatten().copied().collect();
-        let at_places: Vec<[f32; EDGE_LEVELS]> = corners
+        let at_welds: Vec<[f32; EDGE_LEVELS]> = corners
             .par_iter()
             .enumerate()
-            .map(|(place, corners)| {
-                if on_rim.contains(&(place as u32)) {
+            .map(|(weld, corners)| {
+                if on_rim.contains(&(weld as u32)) {
                     return [0.0; EDGE_LEVELS];
                 }
                 std::array::from_fn(|level| {
                     mean(corners.iter().map(|&(patch, corner)| {
-                        // The third corner of a triangle is its last as well.
+                        // The third corner of a triangle is stored as its last corner too.
                         let before = if mesh.triangles && corner == 3 { 1 } else { (corner + 3) & 3 };
                         let along = [(corner + 1) & 3, before].map(|other| mapped.extent(patch, corner, other).abs());
                         let lod = level_lod((along[0] + along[1]) * 0.5, level);
@@ -327,7 +327,7 @@ impl BoundaryHeights {
             })
             .collect();
         let vertices: Vec<f32> =
-            (0..mesh.positions.len() as u32).flat_map(|vertex| at_places[mesh.place_of(vertex) as usize]).collect();
+            (0..mesh.positions.len() as u32).flat_map(|vertex| at_welds[mesh.weld_of(vertex) as usize]).collect();
         let mut edges = vec![0.0; topology.edges.len() * EDGE_STRIDE];
         edges.par_chunks_mut(EDGE_STRIDE).enumerate().for_each(|(edge, mut samples)| {
             if rims.contains(&topology.edges[edge]) {
@@ -374,7 +374,7 @@ impl BoundaryHeights {
     }
 }
 
-/// LOD of the map at which texels are as long as the segments of an edge of `extent` texels at `level`.
+/// Map LOD where texels are as long as the segments of an edge of `extent` texels at `level`.
 fn level_lod(extent: Vec2, level: usize) -> f32 {
     (extent.length() / (64 >> level) as f32).max(1.0).log2()
 }
@@ -407,7 +407,7 @@ mod tests {
     use glam::Vec3;
 
     fn strip() -> PatchMesh {
-        // Two patches side by side. The second looks its heights up with u and v exchanged, which makes a seam.
+        // Two adjacent patches. The second exchanges u and v in its texture coordinates, which makes a seam.
         PatchMesh {
             positions: vec![
                 Vec3::ZERO,
@@ -436,7 +436,7 @@ mod tests {
         let baked = BoundaryHeights::bake(&mesh, &topology, &field);
         let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
         let middle = baked.edges[shared * EDGE_STRIDE + 32];
-        // Half way: the first patch reads column 15.5, the second column 0.25 · 32 − 0.5.
+        // Midpoint: the first patch reads column 15.5, the second column 0.25 · 32 − 0.5.
         assert!((middle - (15.5 + 7.5) / 2.0).abs() < 1e-4, "{middle}");
         assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
         assert_eq!(baked.patch_range[0], [0.0, 31.0]);
@@ -444,13 +444,13 @@ mod tests {
     }
 
     #[test]
-    fn samples_lie_between_four_texels_wherever_they_are() {
+    fn samples_lie_between_four_texels() {
         let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
         for border in [Border::Wrap, Border::Clamp] {
             let field = HeightField { map: HeightMap { width: 7, height: 5, texels: texels.clone() }, border };
             for i in 0..4000 {
-                let place = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
-                let at = Vec2::new(place(0.754_877_666_2), place(0.569_840_290_9));
+                let weld = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
+                let at = Vec2::new(weld(0.754_877_666_2), weld(0.569_840_290_9));
                 let (x, y) = (at.x * 7.0 - 0.5, at.y * 5.0 - 0.5);
                 let texel = |i: i64, j: i64| field.texel(x.floor() as i64 + i, y.floor() as i64 + j);
                 let (fx, fy) = (x - x.floor(), y - y.floor());

@@ -1,5 +1,5 @@
-//! A posed object, divided as finely as a lens asks for. The suns whose shadows a camera sees draw the same division, or where their
-//! maps cannot show it a coarser one; a finer one would stand out of the surface that the camera sees, and shade it.
+//! A posed object, tessellated for a lens. Suns draw shadow casters with the camera's tessellation, or a coarser one where their
+//! maps cannot resolve it. A finer one would protrude from the visible surface and shadow it.
 
 use std::sync::Arc;
 
@@ -21,14 +21,14 @@ shared_struct! {
         pub normal: [f32; 4],
         /// Linear albedo; a: Beckmann roughness.
         pub color: [f32; 4],
-        /// Normal that a triangle is shaded with.
+        /// Shading normal of a triangle.
         pub facing: [f32; 4],
     }
 }
 
-/// The buffers of a division, large enough for every vertex and edge of an object.
+/// The buffers of a tessellation, large enough for every vertex and edge of an object.
 pub struct DivisionBuffers {
-    /// `Vertex` of every vertex.
+    /// One `Vertex` per vertex.
     pub vertices: Buffer,
     /// Tessellation factor of each edge.
     pub edge_factors: Buffer,
@@ -49,26 +49,26 @@ impl DivisionBuffers {
     }
 }
 
-/// An object's division for a frame.
+/// The tessellation of an object in a frame.
 pub struct DividedObject {
-    /// What the device reads.
+    /// The device buffers.
     pub buffers: Arc<DivisionBuffers>,
-    /// The factors.
+    /// The tessellation factors.
     pub division: Division,
-    /// Whether a vertex stands at the centre of each texel of the heights.
+    /// Whether each height texel has a vertex at its centre.
     pub at_texels: bool,
-    /// What it was divided for.
+    /// The lens and settings it was made for.
     of: Option<(Lens, TessellationSettings)>,
 }
 
 impl DividedObject {
-    /// A division that is still to be made, in these buffers.
+    /// An empty tessellation with these buffers.
     pub fn new(buffers: Arc<DivisionBuffers>) -> Self {
         Self { buffers, division: Division::default(), at_texels: false, of: None }
     }
 
-    /// Divides the object, which is always the same in the same pose, unless that was done for the same lens. The device must not
-    /// be reading the buffers.
+    /// Tessellates the object, unless this was already done for the same lens and settings. The result depends only on these and
+    /// the pose. The device must not be reading the buffers.
     pub fn divide(&mut self, posed: &PosedObject, lens: Lens, settings: &TessellationSettings) -> Result<()> {
         if self.of.is_some_and(|(of, so)| of == lens && so.divides_as(settings)) {
             return Ok(());
@@ -77,15 +77,15 @@ impl DividedObject {
         self.write(posed, Division::new(posed.mesh(), lens, settings))
     }
 
-    /// The same division with vertices no closer together than so many metres, in other buffers; `None` if none of its vertices are.
-    /// The device must not be reading the buffers.
-    pub fn no_finer_than(
+    /// The same tessellation with vertices at least this many metres apart, in other buffers; `None` if no vertices are closer. The
+    /// device must not be reading the buffers.
+    pub fn with_min_spacing(
         &self,
         spacing: f32,
         posed: &PosedObject,
         buffers: &Arc<DivisionBuffers>,
     ) -> Result<Option<Self>> {
-        let Some(division) = self.division.no_finer_than(spacing, posed.mesh()) else { return Ok(None) };
+        let Some(division) = self.division.with_min_spacing(spacing, posed.mesh()) else { return Ok(None) };
         let mut coarser = Self::new(buffers.clone());
         coarser.write(posed, division)?;
         Ok(Some(coarser))
@@ -110,19 +110,19 @@ impl DividedObject {
             .collect();
         self.buffers.vertices.write(0, &vertices)?;
         self.buffers.edge_factors.write(0, edge_factors)?;
-        self.at_texels = *every_texel && posed.object.kind.flat && repeats_in_place(mesh, &posed_vertices.positions);
+        self.at_texels = *every_texel && posed.object.kind.flat && is_undeformed_plane(mesh, &posed_vertices.positions);
         self.division = division;
         Ok(())
     }
 }
 
-/// Whether a mesh still lies as [`PatchMesh::flat_repeat`] says: it was neither moved nor bent.
-fn repeats_in_place(mesh: &PatchMesh, positions: &[Vec3]) -> bool {
+/// Whether a mesh still matches [`PatchMesh::flat_repeat`]: no pose has moved or bent it.
+fn is_undeformed_plane(mesh: &PatchMesh, positions: &[Vec3]) -> bool {
     let Some(repeat) = mesh.flat_repeat else { return false };
     let mut corners = mesh.patches.iter().flatten().zip(mesh.texcoords.iter().flatten());
     corners.all(|(&vertex, &texcoord)| {
-        let place = (texcoord * repeat).extend(0.0);
-        positions[vertex as usize].distance(place) <= 1e-5 * place.length().max(repeat)
+        let expected = (texcoord * repeat).extend(0.0);
+        positions[vertex as usize].distance(expected) <= 1e-5 * expected.length().max(repeat)
     })
 }
 
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plane_that_moved_has_no_vertices_at_its_texels() {
+    fn moved_plane_has_no_vertices_at_texels() {
         let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
         let texcoords = vec![[0, 1, 2, 3].map(|i: usize| positions[i].truncate() / 2.0)];
         let mesh = PatchMesh {
@@ -141,9 +141,9 @@ mod tests {
             positions,
             ..Default::default()
         };
-        assert!(repeats_in_place(&mesh, &mesh.positions));
+        assert!(is_undeformed_plane(&mesh, &mesh.positions));
         let lifted: Vec<Vec3> = mesh.positions.iter().map(|p| *p + 0.1 * Vec3::Z).collect();
-        assert!(!repeats_in_place(&mesh, &lifted));
-        assert!(!repeats_in_place(&PatchMesh { flat_repeat: None, ..mesh.clone() }, &mesh.positions));
+        assert!(!is_undeformed_plane(&mesh, &lifted));
+        assert!(!is_undeformed_plane(&PatchMesh { flat_repeat: None, ..mesh.clone() }, &mesh.positions));
     }
 }

@@ -1,4 +1,4 @@
-//! The measured materials of a scene's objects, each once.
+//! The measured materials of a scene's objects, without duplicates.
 
 use std::sync::Arc;
 
@@ -7,18 +7,18 @@ use crate::scene::Object;
 use leadr_gpu::{GpuError, Result};
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// Most numbers of all together: where each begins is a float, which counts so far.
+/// Maximum size of all tables, in numbers. Start offsets are stored as floats, which are exact up to this count.
 const MOST_WORDS: usize = (1 << 24) - MAX_FITS as usize;
 
-/// Those of a scene.
+/// The measured materials of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Fits(Vec<Arc<FittedTable>>);
 
 impl Fits {
-    /// Of all these objects.
+    /// Collects the materials of these objects.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for more than `MAX_FITS`, or tables too large for a float to count.
+    /// [`GpuError::Usage`] for more than `MAX_FITS` materials, or for tables too large for float offsets.
     pub fn of(objects: &[Object]) -> Result<Self> {
         let mut all: Vec<Arc<FittedTable>> = Vec::new();
         for fit in objects.iter().filter_map(fit_of) {
@@ -27,24 +27,24 @@ impl Fits {
             }
         }
         if all.len() > MAX_FITS as usize {
-            let fault = format!("{} measured materials are more than {MAX_FITS}", all.len());
+            let fault = format!("{} measured materials exceed the limit of {MAX_FITS}", all.len());
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
         let words: usize = all.iter().map(|fit| fit.words().len()).sum();
         if words > MOST_WORDS {
-            let fault = format!("its measured materials take {words} numbers, more than {MOST_WORDS}");
+            let fault = format!("the measured materials contain {words} numbers, above the limit of {MOST_WORDS}");
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
         Ok(Self(all))
     }
 
-    /// The number of an object's, from 1, or 0 if it has none.
+    /// The number of an object's material, from 1; 0 without one.
     pub fn number_of(&self, object: &Object) -> u32 {
-        let place = fit_of(object).and_then(|fit| self.0.iter().position(|known| known == fit));
-        place.map_or(0, |place| place as u32 + 1)
+        let index = fit_of(object).and_then(|fit| self.0.iter().position(|known| known == fit));
+        index.map_or(0, |index| index as u32 + 1)
     }
 
-    /// Where each material begins, then one after another (`passes/shade/fits.glsl`).
+    /// Start offsets of the materials, then their tables (`passes/shade/fits.glsl`).
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
         let mut words = Vec::new();

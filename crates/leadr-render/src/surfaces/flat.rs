@@ -1,26 +1,25 @@
-//! Surfaces that are the same everywhere, so that shaders need not evaluate them patch by patch.
+//! Uniform surfaces, which shaders need not evaluate per patch.
 
 use glam::{Mat2, Vec2, Vec3};
 
 use super::patch_mesh::{PatchMesh, PosedVertices};
 
-/// Largest difference between the tangents of a flat mesh, as part of their length.
+/// Largest relative difference between the tangents of a flat mesh.
 const SAME: f32 = 1e-4;
 
-/// Tangents by texture coordinate, metres per unit, and whether they run counter-clockwise seen from outside; they are those of the
-/// first patch.
+/// Tangents with respect to texture coordinates, metres per unit, and their orientation. Taken from the first patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chart {
-    /// By s.
+    /// Tangent along s.
     pub tangent_s: Vec3,
-    /// By t.
+    /// Tangent along t.
     pub tangent_t: Vec3,
     /// Whether `tangent_s × tangent_t` points outwards.
     pub outward: bool,
 }
 
 impl Chart {
-    /// The chart of a mesh in a pose; none for a mesh without patches or with a degenerate chart.
+    /// The chart of a mesh in a pose; `None` for a mesh without patches or with degenerate texture coordinates.
     pub fn of(mesh: &PatchMesh, posed: &PosedVertices) -> Option<Self> {
         let (patch, texcoords) = (mesh.patches.first()?, mesh.texcoords.first()?);
         let [s, t] = tangents(patch.map(|v| posed.positions[v as usize]), texcoords)?;
@@ -29,17 +28,17 @@ impl Chart {
     }
 }
 
-/// Tangents by texture coordinate at corner 0 of a patch without curvature.
+/// Tangents with respect to texture coordinates at corner 0 of a flat patch.
 fn tangents(corners: [Vec3; 4], texcoords: &[Vec2; 4]) -> Option<[Vec3; 2]> {
-    let by_place = Mat2::from_cols(texcoords[1] - texcoords[0], texcoords[3] - texcoords[0]);
-    if by_place.determinant().abs() < 1e-20 {
+    let texcoord_by_uv = Mat2::from_cols(texcoords[1] - texcoords[0], texcoords[3] - texcoords[0]);
+    if texcoord_by_uv.determinant().abs() < 1e-20 {
         return None;
     }
-    let (place, du, dv) = (by_place.inverse(), corners[1] - corners[0], corners[3] - corners[0]);
-    Some([place.x_axis, place.y_axis].map(|column| du * column.x + dv * column.y))
+    let (by_texcoord, du, dv) = (texcoord_by_uv.inverse(), corners[1] - corners[0], corners[3] - corners[0]);
+    Some([by_texcoord.x_axis, by_texcoord.y_axis].map(|column| du * column.x + dv * column.y))
 }
 
-/// Whether a mesh is a plane at rest, and in every rigid pose, on which texture coordinates change evenly.
+/// Whether a mesh is a plane at rest, and so in every rigid pose, with affine texture coordinates.
 pub fn is_flat(mesh: &PatchMesh) -> bool {
     let rest = PosedVertices::new(mesh.positions.clone(), mesh.normals.clone());
     let Some(Chart { tangent_s, tangent_t, .. }) = Chart::of(mesh, &rest) else { return false };
@@ -72,7 +71,7 @@ pub fn is_plain(mesh: &PatchMesh) -> bool {
 mod tests {
     use super::*;
 
-    /// Two patches side by side in the plane z = x / 2, with mirrored texture coordinates.
+    /// Two adjacent patches in the plane z = x / 2, with mirrored texture coordinates.
     fn roof() -> PatchMesh {
         let positions: Vec<Vec3> =
             (0..6).map(|i| Vec3::new((i % 3) as f32, (i / 3) as f32, (i % 3) as f32 * 0.5)).collect();
@@ -100,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_bends_stretches_or_changes_colour_has_not() {
+    fn bent_stretched_or_coloured_surfaces_are_not_flat() {
         let bent = |change: fn(&mut PatchMesh)| {
             let mut mesh = roof();
             change(&mut mesh);
@@ -112,7 +111,7 @@ mod tests {
         assert!(!is_flat(&bent(|mesh| mesh.texcoords[1][2].y += 0.01)));
         assert!(!is_flat(&bent(|mesh| mesh.texcoords.truncate(1))));
         assert!(!is_flat(&PatchMesh::default()));
-        // What bends has no seam yet; another texture coordinate on one side of an edge is one.
+        // Bending adds no seam; a different texture coordinate on one side of an edge does.
         assert!(bent(|mesh| mesh.positions[5].z += 0.01).is_seamless());
         assert!(!bent(|mesh| mesh.texcoords[1][0].y += 0.01).is_seamless());
         assert!(!bent(|mesh| mesh.texcoords.truncate(1)).is_seamless());

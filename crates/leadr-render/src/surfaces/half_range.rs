@@ -1,5 +1,5 @@
-//! Brings the slopes of an object into the range of 16-bit floats: heights are measured in another unit, a power of two, so that no
-//! number but those of 16 bits is rounded anew.
+//! Rescales the slopes of an object to the range of 16-bit floats. The scale is a power of two, so only the conversion to 16 bits
+//! rounds.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use super::displacement::{Border, HeightField};
 use crate::scene::Object;
 use leadr_maps::halves::factor;
 
-/// Measures heights, slopes and moments in the unit in which 16 bits hold them best, and the scale of the heights in that unit.
+/// Rescales heights, slopes and moments to the unit with the best 16-bit precision, and compensates in the height scale.
 pub fn fill_half_range(object: &mut Object) {
     let Some(field) = &mut object.heights else { return };
     let steepest = match (&object.moments, &object.slopes) {
@@ -31,7 +31,7 @@ pub fn fill_half_range(object: &mut Object) {
     object.height_scale /= factor;
 }
 
-/// The steepest slope between neighbouring texels, by texture coordinate. Tiles have nothing to do with their neighbours.
+/// The steepest slope between adjacent texels, per unit of texture coordinate. Ignores differences between tiles.
 fn steepest_slope(field: &HeightField) -> f32 {
     let (width, height) = (field.map.width as usize, field.map.height as usize);
     let tile = match field.border {
@@ -69,7 +69,7 @@ mod tests {
         let mut texels = vec![0.0; 32];
         texels[8 + 4..8 + 8].fill(1.0);
         assert_eq!(steepest_slope(&field(Border::Wrap, texels.clone())), 8.0);
-        // Between tiles of 4 texels there is no slope; within them it goes down by 1 in a row.
+        // There is no slope between tiles of 4 texels. Within them it falls by 1 per row.
         let layout = TileLayout { tile: 4, gutter: 1, columns: 2, rows: 1 };
         assert_eq!(steepest_slope(&field(Border::Tiles(layout), texels.clone())), 4.0);
         texels[4..8].fill(1.0);
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_stays_the_same() {
+    fn drawn_heights_stay_the_same() {
         let heights = field(Border::Clamp, (0..32).map(|i| 0.37 * (i % 5) as f32).collect());
         let mut object = Object::new("o", PatchMesh::default()).with_heights(heights.clone(), 0.3);
         fill_half_range(&mut object);

@@ -1,12 +1,11 @@
-//! The horizon maps of an object: what its relief hides from itself, at every texel of every level of its heights
+//! The horizon maps of an object: self-occlusion of its relief at every texel of every height level
 //! ([`leadr_reflectance::visible::horizon`]). Two images:
 //!
 //! * leans, RGBA: `lean` (xy) and the deviations of `spread` (zw), per unit of texture coordinate, in the heights' unit
 //! * correlations, R: the correlation of `spread`
 //!
-//! Each level is that of *its own* filtered heights: what is smaller than a texel of a level belongs to the slope
-//! moments. At the coarsest level nothing is left that could hide anything. The images of large maps begin at a coarser
-//! level than the maps.
+//! Each level is computed from *its own* filtered heights: detail below a texel of the level belongs to the slope moments. At the
+//! coarsest level no occluders remain. The images of large maps begin at a coarser level than the maps.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -27,21 +26,20 @@ use leadr_maps::cache::{MapCache, put};
 use leadr_maps::checksum::checksum;
 use leadr_maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 
-/// Most texels of a horizon map. Larger maps have their first horizons at a coarser level, whose texels all pixels that
-/// are closer share.
+/// Maximum number of texels of a horizon map. Larger maps start at a coarser level, which all closer pixels share.
 pub const MOST_TEXELS: u32 = 8 << 20;
 
 /// Pairs of opposite rays: on a map, and on the tiles of an atlas, which have many more texels.
 const AXES: usize = 8;
 const TILE_AXES: usize = 4;
 
-/// Longest ray on an atlas, in texels of a level and in those of level 0.
+/// Longest ray on an atlas: in texels of the level, and in texels of level 0.
 const TILE_REACH: [u32; 2] = [12, 24];
 
-/// The horizons of fewer texels are found as fast as a file is read.
+/// Minimum number of texels worth caching: below this, computing is as fast as reading a file.
 const LEAST_CACHED: usize = 1 << 18;
 
-/// The source text of whatever decides what is found: part of what a cache file is known by.
+/// Source code that determines the result. It is part of the cache key.
 const SOURCES: [&str; 4] = [
     include_str!("horizon.rs"),
     include_str!("atlas/tiles.rs"),
@@ -49,15 +47,15 @@ const SOURCES: [&str; 4] = [
     leadr_maps::horizon::SOURCE,
 ];
 
-/// What the horizons of a map follow from besides its heights.
+/// The inputs of a map's horizons besides its heights.
 pub struct HorizonInput<'a> {
-    /// The surface that carries it.
+    /// The surface with the relief.
     pub mesh: &'a PatchMesh,
     /// Edges of the mesh.
     pub topology: &'a Topology,
-    /// What lies beyond the borders of the map.
+    /// The border rule of the map.
     pub border: Border,
-    /// Matters by its sign.
+    /// The height scale; only its sign matters.
     pub height_scale: f32,
 }
 
@@ -66,7 +64,7 @@ impl HorizonInput<'_> {
         if self.height_scale < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Identifies the horizons of such a relief with these heights.
+    /// The cache key for this relief and these heights.
     fn key(&self, size: [u32; 2], heights: u64) -> u64 {
         let mut words = vec![u64::from(size[0]) << 32 | u64::from(size[1]), heights, u64::from(self.sign() > 0.0)];
         match self.border {
@@ -84,7 +82,7 @@ impl HorizonInput<'_> {
     }
 }
 
-/// Bytes of a texel: its lean and deviations, its correlation, as halves.
+/// Bytes per texel: lean and deviations, and correlation, as half floats.
 const TEXEL_BYTES: [usize; 2] = [8, 2];
 
 /// The horizon maps of an object. Clones share them.
@@ -118,7 +116,7 @@ impl HeightLevel {
         })
     }
 
-    /// Its horizons where the map is one surface.
+    /// The horizons of a map that is one surface.
     fn of_map(&self, wrap: Wrap) -> Vec<HorizonTexel> {
         let [width, height] = self.size.map(|n| n as usize);
         let heights = Heights::new(width, height, &self.heights, wrap);
@@ -126,7 +124,7 @@ impl HeightLevel {
         horizons(&heights, Window { x: 0, y: 0, width, height }, &self.slopes, rays)
     }
 
-    /// Its horizons where every patch has a tile: rays go on in the tiles of the patches next to it.
+    /// The horizons of tiles, one per patch. Rays continue in the tiles of adjacent patches.
     fn of_tiles(&self, level: u32, atlas: &Tiles) -> Vec<HorizonTexel> {
         let layout = atlas.layout();
         let [width, height] = self.size.map(|n| n as usize);
@@ -154,7 +152,7 @@ impl HeightLevel {
             for y in 0..side {
                 let row = &mut texels[start + y * width..][..side];
                 row.copy_from_slice(&tile[y * side..][..side]);
-                // What lies diagonally beyond a corner depends on how many patches meet there, so corners go on as they are.
+                // The neighbourhood of a corner depends on its number of patches, so corners keep the gutter's values.
                 for x in (0..gutter).chain(side - gutter..side).filter(|_| inside(y) != y) {
                     row[x] = tile[inside(y) * side + inside(x)];
                 }
@@ -173,7 +171,7 @@ impl HorizonMaps {
         })
     }
 
-    /// The horizons of the heights in `maps`, whose checksum is `heights`. With a cache those of large maps are looked for there.
+    /// The horizons of the heights in `maps`, with the checksum `heights`. Large maps are looked up in the cache, if there is one.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -183,7 +181,7 @@ impl HorizonMaps {
     ) -> Result<Self> {
         let levels = match relief.border {
             Border::Wrap | Border::Clamp => maps.levels(),
-            // The filter pass uses no more of the tiles.
+            // The filter pass uses no coarser tile levels.
             Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
         };
         let small = |&level: &u32| maps.heights.mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
@@ -195,7 +193,7 @@ impl HorizonMaps {
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
         let sizes: Vec<usize> =
             (first..levels).map(|level| maps.heights.mip_extent(level).iter().product::<u32>() as usize).collect();
-        // All levels, one behind the other; both images of each.
+        // All levels in order, both images of each.
         let find = || {
             let mut bytes = Vec::new();
             (first..levels).try_for_each(|level| Self::level(maps, level, relief, &mut bytes))?;
@@ -216,21 +214,21 @@ impl HorizonMaps {
         match cache {
             Some((cache, heights)) if texels >= LEAST_CACHED => {
                 let key = relief.key(maps.heights.mip_extent(0), heights);
-                // What was read goes to the device without a copy.
+                // Cached data is uploaded without a copy.
                 let read = |bytes: &[u8]| match bytes.len().cmp(&length) {
                     Ordering::Less => Err("it is too short"),
                     Ordering::Greater => Err("it is too long"),
                     Ordering::Equal => Ok(upload(bytes)),
                 };
                 let make = || find().map(|bytes| (upload(&bytes), bytes));
-                cache.remember("horizon", key, length as u64, read, make)??;
+                cache.load_or_make("horizon", key, length as u64, read, make)??;
             }
             _ => upload(&find()?)?,
         }
         Ok(Self { leans, correlations })
     }
 
-    /// Puts the horizons of a level behind `bytes`.
+    /// Appends the horizons of a level to `bytes`.
     fn level(maps: &LeadrMapGpu, level: u32, relief: &HorizonInput<'_>, bytes: &mut Vec<u8>) -> Result<()> {
         let read = HeightLevel::read(maps, level, relief.sign())?;
         let texels = match relief.border {

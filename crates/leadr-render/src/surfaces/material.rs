@@ -1,14 +1,13 @@
-//! The material of a surface on the device: what of it is filtered beside its slopes, each with a mip chain of means over the
-//! texels' areas.
+//! The material of a surface on the device: the inputs filtered in addition to slopes, each with area-weighted mips.
 //!
-//! * colour, sRGB: albedo, averaged in linear light, and the root of the roughness `α`, averaged as the variance `α²`
-//!   (LEADR section 4.1)
+//! * colour, sRGB: albedo, averaged in linear light, and the root of the roughness `α`, averaged as the variance `α²` (LEADR
+//!   section 4.1)
 //! * reflectance at normal incidence, sRGB
-//! * two roughnesses, halves: [`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)
-//! * emission, linear, halves
-//! * accessibility, 8 bits; or a cone of it, 8 bits for each of four numbers
-//! * coverage, 8 bits: a mask, and the share of each texel in which that covers, which is what is averaged. A mask whose values were
-//!   averaged would lose what is thinner than a texel, or swell
+//! * two roughnesses, half floats: [`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)
+//! * emission, linear, half floats
+//! * accessibility, 8 bits, or its cones, four numbers of 8 bits
+//! * coverage, 8 bits: a mask, and the covered fraction of each texel, which is averaged. Averaged mask values would lose or
+//!   thicken details thinner than a texel
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -19,7 +18,7 @@ use rayon::prelude::*;
 
 use super::displacement::Border;
 use super::relief_color::{Follows, ReliefColors, skipped_levels};
-use crate::scene::{Holes, MaterialMap, Object, PropertyMap};
+use crate::scene::{Cutout, MaterialMap, Object, PropertyMap};
 use leadr_gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, SpecValue};
 use leadr_maps::material::{TextureWrap, alpha_of};
 use leadr_maps::moments::coverage;
@@ -36,14 +35,14 @@ const CONE_FORMAT: vk::Format = vk::Format::R8G8B8A8_SNORM;
 /// Format of coverage.
 const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
 
-/// The images of a material; placeholders for those that it lacks. Clones share them.
+/// The images of a material, with placeholders for missing ones. Clones share them.
 #[derive(Clone)]
 pub struct MaterialImages {
     /// Albedo and the root of `α`.
     pub color: Image,
     /// Reflectance at normal incidence.
     pub f0: Image,
-    /// Share of the rougher texels, and the parts of the mean `α²` in them and in the others.
+    /// Fraction of the rougher texels, and the contributions of them and of the others to the mean `α²`.
     pub mixed: Image,
     /// Emitted radiance.
     pub emission: Image,
@@ -51,42 +50,42 @@ pub struct MaterialImages {
     pub occlusion: Image,
     /// Coverage.
     pub opacity: Image,
-    /// Of colours, reflectance and roughnesses; of emission; of accessibility; of coverage.
+    /// Samplers of colours, reflectance and roughnesses; of emission; of accessibility; of coverage.
     pub samplers: [Sampler; 4],
-    /// What of all that is there.
-    pub has: Has,
+    /// Which images exist.
+    pub features: MaterialFeatures,
 }
 
-/// What a material tells beside its colours.
+/// The inputs of a material besides its colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Has {
+pub struct MaterialFeatures {
     /// Reflectance at normal incidence.
     pub f0: bool,
-    /// What its base is, beside one lobe.
+    /// The base beyond a single lobe.
     pub bases: Bases,
     /// Emission.
     pub emission: bool,
     /// Accessibility.
     pub occlusion: bool,
-    /// Holes.
-    pub holes: Option<HoleKind>,
+    /// Alpha mask or partial coverage.
+    pub cutout: Option<CutoutKind>,
 }
 
-/// What surfaces have beside a base of one lobe. Pipelines are made for each, so that what is absent costs nothing.
+/// Features of surfaces beyond a single-lobe base. Each combination has its own pipelines, so absent features cost nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Bases {
-    /// Two roughnesses that share a surface.
+    /// Two roughnesses on one surface.
     pub mixed: bool,
     /// Lobes of measured materials.
     pub fit_lobes: u32,
-    /// Whether all surfaces are measured ones.
+    /// Whether all surfaces use measured materials.
     pub all_fitted: bool,
-    /// Cones in which they see their surroundings.
+    /// Cones of ambient visibility.
     pub cones: bool,
 }
 
 impl Bases {
-    /// Of these surfaces and others.
+    /// The combined features of these surfaces and others.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -97,7 +96,7 @@ impl Bases {
         }
     }
 
-    /// Those of both.
+    /// The features common to both.
     #[must_use]
     pub fn within(self, other: Self) -> Self {
         Self {
@@ -108,7 +107,7 @@ impl Bases {
         }
     }
 
-    /// The specialization constants of `passes/bases.glsl`.
+    /// The specialisation constants of `passes/bases.glsl`.
     pub fn spec(self) -> [(&'static str, SpecValue); 4] {
         [
             ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
@@ -119,17 +118,17 @@ impl Bases {
     }
 }
 
-/// What decides whether a sample sees a surface with holes.
+/// The kind of alpha of a cutout surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum HoleKind {
-    /// [`Holes::Mask`].
+pub enum CutoutKind {
+    /// [`Cutout::Mask`].
     Mask,
-    /// [`Holes::Share`].
+    /// [`Cutout::Share`].
     Share,
 }
 
-impl Has {
-    /// What `map` tells.
+impl MaterialFeatures {
+    /// The inputs in `map`.
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),
@@ -141,16 +140,16 @@ impl Has {
             },
             emission: map.emission.is_some(),
             occlusion: map.occlusion.is_some() || map.cones.is_some(),
-            holes: map.opacity.as_ref().map(|holes| match holes {
-                Holes::Mask(_) => HoleKind::Mask,
-                Holes::Share(_) => HoleKind::Share,
+            cutout: map.opacity.as_ref().map(|cutout| match cutout {
+                Cutout::Mask(_) => CutoutKind::Mask,
+                Cutout::Share(_) => CutoutKind::Share,
             }),
         }
     }
 }
 
 impl MaterialImages {
-    /// Single texels, white, for what has no material.
+    /// Single white texels, for objects without a material.
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         let none = |what: &str, format| {
             let image = Image::new(gpu, &format!("no {what}"), ImageDesc::new(format, 1, 1))?;
@@ -166,25 +165,25 @@ impl MaterialImages {
             occlusion: none("accessibility", SHARE_FORMAT)?,
             opacity: none("coverage", COVERAGE_FORMAT)?,
             samplers: std::array::from_fn(|_| any.clone()),
-            has: Has::default(),
+            features: MaterialFeatures::default(),
         })
     }
 
-    /// Uploads a material with its mips. In an atlas of tiles the mips end where a tile is one texel. `none`: what stands for the
-    /// parts that it lacks.
+    /// Uploads a material with its mips. In an atlas of tiles the mips end where a tile is one texel. `none`: placeholders for
+    /// missing images.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] where reflectance and colours differ in size; memory that is short, or a Vulkan call that failed.
+    /// [`GpuError::Usage`] if reflectance and colours differ in size; insufficient memory, or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, map: MaterialMap, border: Border, none: &Self) -> Result<Self> {
         let sampler = |wrap: [TextureWrap; 2]| {
             let modes = match border {
-                // Colours of surfaces without relief repeat if nothing else is said.
+                // Colours of surfaces without relief use their own wrap modes, by default repeat.
                 Border::Wrap | Border::Clamp => wrap.map(address_mode),
                 Border::Tiles(_) => [AddressMode::ClampToEdge; 2],
             };
             Sampler::with_modes(gpu, Filter::Trilinear, modes)
         };
-        let has = Has::of(&map);
+        let features = MaterialFeatures::of(&map);
         let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, cones, opacity, .. } = map;
         let size = [width, height];
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
@@ -201,7 +200,7 @@ impl MaterialImages {
             sampler(wrap)?,
             plate_wrap(emission.as_ref().map(|plate| plate.wrap))?,
             plate_wrap(occlusion.as_ref().map(|plate| plate.wrap).or(cones.as_ref().map(|plate| plate.wrap)))?,
-            plate_wrap(opacity.as_ref().map(|holes| holes.map().wrap))?,
+            plate_wrap(opacity.as_ref().map(|cutout| cutout.map().wrap))?,
         ];
         let mixed = match two_lobes {
             Some(threshold) => {
@@ -256,32 +255,33 @@ impl MaterialImages {
             (None, None) => none.occlusion.clone(),
         };
         let opacity = match opacity {
-            Some(holes) => {
-                let plate = holes.map();
+            Some(cutout) => {
+                let plate = cutout.map();
                 let size = [plate.width, plate.height];
                 let opacity = image_of("coverage", COVERAGE_FORMAT, size)?;
-                let texels = plate.texels.iter().zip(covered(&holes)).map(|(&mask, share)| [mask, share, 0.0, 0.0]);
+                let texels = plate.texels.iter().zip(covered(&cutout)).map(|(&mask, share)| [mask, share, 0.0, 0.0]);
                 write_mips(&opacity, size, texels.collect(), pairs, halve)?;
                 opacity
             }
             None => none.opacity.clone(),
         };
-        Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, has })
+        Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, features })
     }
 }
 
-/// How an object's colours follow its relief: [`relief_color`](super::relief_color), with mips.
+/// The relation between an object's colours and its relief: [`relief_color`](super::relief_color), with mips.
 pub struct ReliefColorImages {
-    /// Colours times weights, and these: [`Follows::layers`] layers, in halves; a texel where colours follow nothing.
+    /// Weighted colours with the weights: [`Follows::layers`] layers of half floats. A single texel if colours do not follow the
+    /// relief.
     pub weighted: Image,
-    /// What they follow.
+    /// The relief properties that the colours follow.
     pub follows: Follows,
-    /// Finest levels of the colours that `weighted` has not.
+    /// Number of finest colour levels that `weighted` omits.
     pub skipped: u32,
 }
 
 impl ReliefColorImages {
-    /// Those of an object that still has its heights and its material. `none`: what stands for them.
+    /// The images of an object that still has its heights and its material. `none`: the placeholder.
     pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border, none: &Image) -> Result<Self> {
         let name = format!("{} weighted colour", object.name);
         let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
@@ -309,7 +309,7 @@ pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
     Ok(image)
 }
 
-/// Mips of an image: in an atlas of tiles they end where a tile is one texel.
+/// Number of mips of an image. In an atlas of tiles they end where a tile is one texel.
 fn mips_of(desc: ImageDesc, border: Border) -> u32 {
     match border {
         Border::Tiles(layout) => layout.tile.ilog2() + 1,
@@ -317,7 +317,7 @@ fn mips_of(desc: ImageDesc, border: Border) -> u32 {
     }
 }
 
-/// For every code of a roughness: whether it is at least `threshold`, and its `α²`, in the rougher or in the smoother class.
+/// For every roughness code: whether it is at least `threshold`, and its `α²` in the rougher or smoother class.
 fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     std::array::from_fn(|code| {
         let alpha = alpha_of(code as u8);
@@ -326,14 +326,14 @@ fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     })
 }
 
-/// Shares of texels as they are averaged: of a mask, where it covers. A texel of a mask is looked at in many places, where it is
-/// interpolated with its neighbours as the finest level is.
-fn covered(holes: &Holes) -> Vec<f32> {
-    let PropertyMap { width, height, texels, wrap } = match holes {
-        Holes::Share(plate) => return plate.texels.clone(),
-        Holes::Mask(plate) => plate,
+/// Coverage per texel for averaging. For a mask this is the covered fraction, sampled at many positions with the interpolation of
+/// the finest level.
+fn covered(cutout: &Cutout) -> Vec<f32> {
+    let PropertyMap { width, height, texels, wrap } = match cutout {
+        Cutout::Share(plate) => return plate.texels.clone(),
+        Cutout::Mask(plate) => plate,
     };
-    const PLACES: usize = 16;
+    const SUBTEXELS: usize = 16;
     let at = |x: i64, y: i64| texels[(wrap[1].texel(y, *height) * width + wrap[0].texel(x, *width)) as usize];
     let texel = |index: usize| {
         let [x, y] = [index as i64 % i64::from(*width), index as i64 / i64::from(*width)];
@@ -343,19 +343,19 @@ fn covered(holes: &Holes) -> Vec<f32> {
         if covers == 0 || covers == 9 {
             return if covers == 0 { 0.0 } else { 1.0 };
         }
-        let places = (0..PLACES * PLACES).filter(|place| {
-            let [u, v] = [place % PLACES, place / PLACES].map(|k| (k as f32 + 0.5) / PLACES as f32 + 0.5);
+        let inside = (0..SUBTEXELS * SUBTEXELS).filter(|k| {
+            let [u, v] = [k % SUBTEXELS, k / SUBTEXELS].map(|k| (k as f32 + 0.5) / SUBTEXELS as f32 + 0.5);
             let (i, j) = (u as usize, v as usize);
             let (s, t) = (u - i as f32, v - j as f32);
             let row = |j: usize| around[j][i] + s * (around[j][i + 1] - around[j][i]);
             row(j) + t * (row(j + 1) - row(j)) >= 0.5
         });
-        places.count() as f32 / (PLACES * PLACES) as f32
+        inside.count() as f32 / (SUBTEXELS * SUBTEXELS) as f32
     };
     (0..texels.len()).into_par_iter().map(texel).collect()
 }
 
-/// The same, as samplers have it.
+/// The sampler address mode of a wrap mode.
 pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
     match wrap {
         TextureWrap::Repeat => AddressMode::Repeat,
@@ -364,12 +364,12 @@ pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
     }
 }
 
-/// Codes of shares, 0 to 1.
+/// 8-bit unsigned codes of fractions from 0 to 1.
 fn eighths(shares: &[f32]) -> Cow<'_, [u8]> {
     shares.iter().map(|share| (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
 }
 
-/// Codes of numbers from -1 to 1.
+/// 8-bit signed codes of numbers from -1 to 1.
 fn signed_eighths(texels: &[[f32; 4]]) -> Cow<'_, [[i8; 4]]> {
     texels.iter().map(|texel| texel.map(|v| (v.clamp(-1.0, 1.0) * 127.0).round() as i8)).collect()
 }
@@ -386,7 +386,8 @@ pub(super) fn halves(texels: &[[f32; 4]]) -> Cow<'_, [[f16; 4]]> {
     texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
 }
 
-/// Writes `texels` and the levels below. `stored`: as the image holds them; `halve`: the next level, of given sizes.
+/// Writes `texels` and all coarser levels. `stored`: converts to the image's format; `halve`: computes the next level for the given
+/// sizes.
 pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
     size: [u32; 2],
@@ -397,7 +398,7 @@ pub(super) fn write_mips<T, S: bytemuck::Pod>(
     write_layer(image, 0, size, texels, stored, halve)
 }
 
-/// The same of a layer.
+/// Writes one array layer and its coarser levels.
 fn write_layer<T, S: bytemuck::Pod>(
     image: &Image,
     layer: u32,
@@ -417,7 +418,7 @@ fn write_layer<T, S: bytemuck::Pod>(
     Ok(())
 }
 
-/// Means over the part of a level under each texel of the next: `mean` of texels with their weights, which sum to 1.
+/// Means over the texels under each texel of the next level. `mean` takes texels with weights that sum to 1.
 fn reduce<T: Copy + Sync, U: Send>(
     texels: &[T],
     from: [u32; 2],
@@ -444,10 +445,10 @@ pub(super) fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f
     })
 }
 
-/// What the codes of colours and roughnesses stand for.
+/// Decoding tables of colours and roughnesses.
 pub(super) struct Codes {
     linear: [f32; 256],
-    /// `α²` of the codes of roughness.
+    /// `α²` per roughness code.
     variance: [f32; 256],
 }
 
@@ -470,7 +471,7 @@ impl Codes {
         };
         let width = from[0] as usize;
         if from == to.map(|side| 2 * side) {
-            // Four texels each, without tables of weights.
+            // Four texels each; weight tables are unnecessary.
             let mut halved = vec![[0; 4]; to[0] as usize * to[1] as usize];
             let rows = halved.par_chunks_mut(to[0] as usize).zip(texels.par_chunks(2 * width));
             rows.for_each(|(row, two)| {
@@ -498,12 +499,12 @@ mod tests {
     use leadr_maps::material::alpha_code;
 
     #[test]
-    fn mips_average_light_and_variance_not_codes() {
+    fn mips_average_linear_light_and_variance() {
         let [dark, rough] = [[0, 255, 10, alpha_code(0.0)], [255, 255, 10, alpha_code(0.5)]];
         let half = Codes::new().halve(&[dark, rough, dark, rough], [2, 2], [1, 1]);
         let rough = alpha_of(alpha_code(0.5));
         assert_eq!(half, [[188, 255, 10, alpha_code(rough * 0.5f32.sqrt())]]);
-        // The mean of the codes would be much smoother.
+        // Averaging the codes would give a much smoother result.
         assert!(alpha_of(half[0][3]) > 1.3 * alpha_of(alpha_code(0.5) / 2));
     }
 
@@ -512,7 +513,7 @@ mod tests {
         let (black, white) = ([0, 0, 0, 255], [255, 255, 255, 255]);
         let half = Codes::new().halve(&[black, black, white, black, black, white, black, black, white], [3, 3], [1, 1]);
         assert_eq!(half, [[156, 156, 156, 255]]);
-        // A third, as sRGB.
+        // One third, encoded as sRGB.
         assert!((linear_of_srgb8()[156] - 1.0 / 3.0).abs() < 2e-3);
         let even = halve(&[[1.0; 4], [0.0; 4], [0.0; 4]], [3, 1], [1, 1]);
         assert!((even[0][0] - 1.0 / 3.0).abs() < 1e-6);

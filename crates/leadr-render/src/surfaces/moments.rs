@@ -4,12 +4,12 @@
 //! * joint, R: `E[hs·ht]`
 //! * heights, R: the mean
 //!
-//! The moments pass makes them of heights, or they come from a file.
+//! The moments pass computes them from heights, or they come from a file.
 //!
-//! No pass needs the last two together: the filter pass reads the moments, the geometry pass the heights.
+//! The last two are separate because no pass needs both: the filter pass reads the moments, the geometry pass the heights.
 //!
-//! Slopes are per unit of texture coordinate, the whole image being `[0, 1]²`, in the heights' unit.
-//! [`leadr_maps::moments`] computes the same on the CPU, to the last bit.
+//! Slopes are per unit of texture coordinate in the heights' unit; the whole image is `[0, 1]²`. [`leadr_maps::moments`] computes
+//! the same on the CPU, to the last bit.
 
 use std::sync::Arc;
 
@@ -25,20 +25,20 @@ use leadr_gpu::{
 };
 use leadr_maps::{HeightMap, LeadrMap, halves};
 
-/// How the moments are stored. Heights have 32 bits always: the geometry follows them.
+/// Storage format of the moments. Heights always have 32 bits, because the geometry uses them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MomentFormat {
     /// RGBA32F and R32F.
     #[default]
     Float32,
-    /// RGBA16F and R16F: half the memory. Moments beyond ±65504 are clamped, and a variance below some 2⁻¹² of the square of the mean
-    /// slope is lost (`E[x²] − E[x]²` cancels); `tests/render/moments.rs` measures the error. Objects scale their heights so that
+    /// RGBA16F and R16F: half the memory. Moments beyond ±65504 are clamped. Variances below about 2⁻¹² of the squared mean slope
+    /// are lost, because `E[x²] − E[x]²` cancels; `tests/render/moments.rs` measures the error. Objects scale their heights so that
     /// slopes fill the range.
     Float16,
 }
 
 impl MomentFormat {
-    /// Formats of the slopes, and of their mixed moment.
+    /// Formats of the slopes and of their mixed moment.
     fn formats(self) -> [Format; 2] {
         match self {
             Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
@@ -46,7 +46,7 @@ impl MomentFormat {
         }
     }
 
-    /// Bytes of a texel, its height included.
+    /// Bytes per texel, including its height.
     pub const fn texel_bytes(self) -> u64 {
         match self {
             Self::Float32 => 24,
@@ -54,7 +54,7 @@ impl MomentFormat {
         }
     }
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Float32 => "f32",
@@ -79,7 +79,7 @@ impl MomentFormat {
 
 shared_struct! {
     struct Push for "Push" {
-        /// Texels along a tile of an atlas.
+        /// Texels along one side of an atlas tile.
         tile: u32,
         /// Largest magnitude of the format.
         limit: f32,
@@ -88,7 +88,7 @@ shared_struct! {
 
 shared_struct! {
     struct MipPush for "Push" {
-        /// One over the texels of the finer level, across and down.
+        /// Reciprocal size of the finer level, across and down.
         share: [f32; 2],
     }
 }
@@ -106,15 +106,15 @@ pub struct LeadrMapGpu {
 }
 
 impl LeadrMapGpu {
-    /// Uploads heights and computes their maps with all mips; waits until it is done.
+    /// Uploads heights and computes their maps with all mips. Waits for completion.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the texels do not fill the size, or the size of the atlas differs; [`GpuError::Allocation`]
-    /// when memory is short; a failed submission.
+    /// [`GpuError::Usage`] if the number of texels does not match the size, or the atlas has another size; [`GpuError::Allocation`]
+    /// for insufficient memory; a failed submission.
     pub fn new(gpu: &Arc<Gpu>, heights: &HeightMap, border: Border, format: MomentFormat) -> Result<Self> {
         let &HeightMap { width, height, ref texels } = heights;
         if u64::from(width) * u64::from(height) != texels.len() as u64 {
-            let fault = format!("{} heights do not fill {width}x{height} texels", texels.len());
+            let fault = format!("{} heights do not match {width}x{height} texels", texels.len());
             return Err(GpuError::usage("height map", fault));
         }
         let map = Self::empty(gpu, [width, height], border, format)?;
@@ -134,12 +134,11 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Uploads heights whose slopes are told: `slopes`, per unit of texture coordinate in the heights' unit, one for each height. A
-    /// texel has one slope, as a texel of a normal map is one facet; levels and interpolation are those of its moments. `spread`: further
-    /// variance about each, `(ss, tt, st)`.
+    /// Uploads heights with given `slopes`, one per height, per unit of texture coordinate in the heights' unit. Each texel has one
+    /// slope, as in a normal map; levels and interpolation use its moments. `spread`: additional variance `(ss, tt, st)` per texel.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`GpuError::Usage`] when there are not as many slopes as heights, or another number of spreads.
+    /// As [`new`](Self::new), and [`GpuError::Usage`] if the numbers of slopes, spreads and heights differ.
     pub fn with_slopes(
         gpu: &Arc<Gpu>,
         heights: &HeightMap,
@@ -153,7 +152,7 @@ impl LeadrMapGpu {
         let spreads = spread.map_or(slopes.len(), <[_]>::len);
         if [texels.len(), slopes.len(), spreads].iter().any(|&count| count as u64 != expected) {
             let fault =
-                format!("{} heights and {} slopes do not fill {width}x{height} texels", texels.len(), slopes.len());
+                format!("{} heights and {} slopes do not match {width}x{height} texels", texels.len(), slopes.len());
             return Err(GpuError::usage("height map", fault));
         }
         let map = Self::empty(gpu, [width, height], border, format)?;
@@ -168,22 +167,22 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Uploads moments that are ready on all levels.
+    /// Uploads precomputed moments of all levels.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`GpuError::Usage`] when levels are missing or of other sizes.
+    /// As [`new`](Self::new), and [`GpuError::Usage`] if levels are missing or have wrong sizes.
     pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, border: Border, format: MomentFormat) -> Result<Self> {
         let wrong = |fault: String| GpuError::usage("LEADR map", fault);
         let Some(first) = moments.levels.first() else { return Err(wrong("it has no levels".to_owned())) };
         let map = Self::empty(gpu, [first.width, first.height], border, format)?;
         if moments.levels.len() != map.levels() as usize {
-            return Err(wrong(format!("it has {} levels, not {}", moments.levels.len(), map.levels())));
+            return Err(wrong(format!("it has {} levels instead of {}", moments.levels.len(), map.levels())));
         }
         for (mip, level) in (0..).zip(&moments.levels) {
             let [width, height] = map.heights.mip_extent(mip);
             let texels = level.texels.len() as u64;
             if [level.width, level.height] != [width, height] || texels != u64::from(width) * u64::from(height) {
-                return Err(wrong(format!("level {mip} has {texels} texels, not those of {width}x{height}")));
+                return Err(wrong(format!("level {mip} has {texels} texels instead of {width}x{height}")));
             }
             let texels = level.texels.iter();
             map.write(mip, texels.map(|m| ([m.mean_slope[0], m.mean_slope[1], m.second[0], m.second[1]], m.cross)))?;
@@ -192,7 +191,7 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Stores the moments of a level.
+    /// Writes the moments of a level.
     fn write(&self, mip: u32, moments: impl Iterator<Item = ([f32; 4], f32)>) -> Result<()> {
         match self.format {
             MomentFormat::Float32 => {
@@ -217,7 +216,7 @@ impl LeadrMapGpu {
         }
     }
 
-    /// Reads their mixed moments back.
+    /// Reads the mixed moments of a level back.
     pub fn read_joint(&self, mip: u32) -> Result<Vec<f32>> {
         Ok(match self.format {
             MomentFormat::Float32 => self.joint.read(mip, 0)?,
@@ -232,7 +231,8 @@ impl LeadrMapGpu {
         if let Border::Tiles(tiles) = border {
             if tiles.size() != (width, height) || !tiles.tile.is_power_of_two() {
                 let (w, h) = tiles.size();
-                let fault = format!("{width}x{height} texels are not the atlas's {w}x{h} of tiles of {}", tiles.tile);
+                let fault =
+                    format!("the map has {width}x{height} texels; the atlas has {w}x{h} in tiles of {}", tiles.tile);
                 return Err(GpuError::usage("height atlas", fault));
             }
             desc = desc.mips(tiles.tile.ilog2() + 1);
@@ -245,7 +245,7 @@ impl LeadrMapGpu {
         })
     }
 
-    /// Records `finest`, which completes the finest level, then makes the others from it and leaves the images in [`Use::Sampled`].
+    /// Records `finest`, which completes the finest level. Then computes the other levels and leaves the images in [`Use::Sampled`].
     fn compute(&self, gpu: &Arc<Gpu>, finest: impl FnOnce(&mut Commands, &[ImageView; 3])) -> Result<()> {
         let images = [&self.slopes, &self.joint, &self.heights];
         let level =
@@ -253,7 +253,7 @@ impl LeadrMapGpu {
         let levels = (0..self.levels()).map(level).collect::<Result<Vec<_>>>()?;
         let [_, shader] = self.format.shaders();
         let pipeline = |even| ComputePipeline::new(gpu, shader, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
-        // From levels of which a side is odd, and from others.
+        // For source levels of even size, and for those with an odd side.
         let pipelines = [pipeline(false)?, pipeline(true)?];
         gpu.submit("moments", |cmd| {
             images.into_iter().for_each(|image| cmd.transition(image, Use::ComputeReadWrite));
@@ -279,7 +279,7 @@ impl LeadrMapGpu {
     }
 }
 
-/// The three images of a level under their names in a shader.
+/// The three images of a level with their shader names.
 fn bindings<'a>(names: [&'static str; 3], level: &'a [ImageView; 3]) -> [(&'static str, Descriptor<'a>); 3] {
     std::array::from_fn(|i| (names[i], Descriptor::StorageImage(&level[i])))
 }

@@ -11,7 +11,7 @@ use super::fits::Fits;
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonInput, HorizonMaps};
-use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
+use super::material::{CutoutKind, MaterialFeatures, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::placeholders::Placeholders;
@@ -19,7 +19,7 @@ use super::records::{ObjectRecordGpu, Shown};
 use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::constants::{
-    CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_LOOK,
+    CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_VARIANT,
     FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR,
 };
 use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
@@ -39,13 +39,14 @@ shared_struct! {
         pub vertices: [u32; 4],
         /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
         pub edges: [u32; 4],
-        /// Texture coordinates of corners 0 and 1, those of corners 3 and 2, and bounds of the taps in texture space; or, of a triangle
-        /// whose relief is seen along the axes, its corners at rest and their normals (`RestTriangle`).
-        pub texture_place: [[f32; 4]; 3],
+        /// Texture coordinates of corners 0 and 1, of corners 3 and 2, and bounds of the taps in texture space. For a triangle with
+        /// triplanar relief: its rest corners and their normals (`RestTriangle`).
+        pub mapping: [[f32; 4]; 3],
     }
 }
 
-/// A corner at rest, in repeats, and its normal: the coordinates on an octahedron, twelve bits each, in a float that holds all 24.
+/// A rest corner in repeats, and its octahedral normal with twelve bits per coordinate, packed into a float that holds 24 bits
+/// exactly.
 fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
     let n = normal / normal.abs().element_sum().max(1e-12);
     let folded = (1.0 - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y));
@@ -60,7 +61,7 @@ const CHART_CORNERS: usize = 3 * CHARTS as usize;
 shared_struct! {
     /// Texture coordinates of a triangle in the images of its material (`TriangleCharts`).
     pub struct ChartsGpu for "TriangleCharts" {
-        /// Three corners in each, in the order of the `CHART_` constants.
+        /// Three corners per chart, in the order of the `CHART_` constants.
         pub corners: [[f32; 2]; CHART_CORNERS],
     }
 }
@@ -73,24 +74,24 @@ impl ChartsGpu {
     }
 }
 
-/// The part of an object that stays the same from frame to frame.
+/// The part of an object that is constant across frames.
 pub struct GpuObject {
-    /// The object itself; its height texels are dropped once they are on the device.
+    /// The object itself. Its height texels are dropped after the upload.
     pub object: Object,
-    /// Edges of its mesh.
+    /// Edges of the mesh.
     pub topology: Topology,
     pub(super) height_range: Vec<[f32; 2]>,
     /// Range of all heights, before scaling.
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
-    /// Its maps, which its coarser mesh shares, and objects with the [same maps](with_same_maps).
+    /// The maps, shared with the coarser mesh and with objects of the [same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
-    /// Its mesh and its maps as the shaders read them.
+    /// Descriptor set of the mesh and the maps.
     pub set: ResourceSet,
-    /// What the filter pass has to fetch for it.
+    /// The inputs that the filter pass fetches.
     pub kind: SurfaceKind,
-    /// The number of its measured material, from 1; 0 for others.
+    /// Number of the measured material, from 1; 0 for other objects.
     fit: u32,
 }
 
@@ -98,75 +99,75 @@ pub struct GpuObject {
 pub struct ObjectMaps {
     /// The LEADR maps; a 1×1 placeholder for smooth objects.
     pub leadr: LeadrMapGpu,
-    /// What its relief hides from itself; placeholders for smooth objects.
+    /// Self-occlusion of the relief; placeholders for smooth objects.
     horizons: HorizonMaps,
-    /// Links and coarse levels that let the filter pass look beyond a patch's tile.
+    /// Links and coarse levels for filtering beyond a patch's tile.
     atlas: AtlasGpu,
-    /// Its material.
+    /// The material.
     material: MaterialImages,
-    /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
+    /// Texture coordinates of the triangles in the material; a placeholder if they equal the mesh's.
     charts: Buffer,
-    /// A finer relief that repeats; placeholders for objects without.
+    /// The repeating detail relief; placeholders without one.
     detail: Arc<DetailImages>,
-    /// How its colours follow its relief.
+    /// The relation between colours and relief.
     relief_color: ReliefColorImages,
-    /// Sampler of the maps of its relief.
+    /// Sampler of the relief maps.
     sampler: Sampler,
     of_coarse_levels: Sampler,
 }
 
-/// How the maps of objects are made.
+/// Parameters for making the maps of objects.
 #[derive(Clone, Copy)]
 pub struct Upload<'a> {
-    /// Keeps what takes long to find in them.
+    /// Cache for map data that is slow to compute.
     pub cache: Option<&'a MapCache>,
-    /// How their slopes are kept.
+    /// Storage format of the slopes.
     pub format: MomentFormat,
     /// The measured materials of the scene.
     pub fits: &'a Fits,
-    /// What stands for the maps that an object lacks.
+    /// Placeholders for missing maps.
     pub none: &'a Placeholders,
 }
 
-/// What the filter pass has to fetch for an object: it has a pipeline for each kind.
+/// The inputs that the filter pass fetches for an object. Each kind has its own pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceKind {
-    /// Whether its maps are one tile per patch.
+    /// Whether the maps are one tile per patch.
     pub tiled: bool,
     /// Whether it has relief.
     pub displaced: bool,
-    /// Whether it has a map of its material.
+    /// Whether it has a material map.
     pub colored: bool,
-    /// What that tells beside colours.
-    pub has: Has,
-    /// Whether its material has texture coordinates of its own.
+    /// The material's inputs besides colours.
+    pub features: MaterialFeatures,
+    /// Whether the material has separate texture coordinates.
     pub charted: bool,
-    /// What of its relief its colours follow.
+    /// The relief properties that the colours follow.
     pub follows: Follows,
-    /// Whether its bumps can hide the surroundings from each other.
+    /// Whether its bumps can occlude the environment.
     pub horizon: bool,
-    /// Whether it is a plane on which texture coordinates change evenly.
+    /// Whether it is a plane with affine texture coordinates.
     pub flat: bool,
-    /// Whether its patches are triangles.
+    /// Whether the patches are triangles.
     pub triangles: bool,
-    /// Whether its relief is seen along the axes where it is at rest.
+    /// Whether the relief uses triplanar mapping.
     pub triplanar: bool,
-    /// Whether its maps are shown by the shaders that show them without their repeats.
+    /// Whether the maps are tiled by example.
     pub by_example: bool,
-    /// Whether it is open ground under drifts and paths.
+    /// Whether it is open ground with drifts and paths.
     pub ground: bool,
-    /// Whether only its front is seen.
+    /// Whether only the front is drawn.
     pub front_only: bool,
-    /// Whether its slopes are rise over run instead of by texture coordinate.
+    /// Whether slopes are rise over run instead of per texture coordinate.
     pub rise_over_run: bool,
-    /// Whether all its vertices have the same colour and accessibility.
+    /// Whether all vertices have the same colour and accessibility.
     pub plain: bool,
-    /// What the filter pass has to fetch of a finer relief.
+    /// The inputs from a detail relief.
     pub detail: DetailKind,
 }
 
 impl SurfaceKind {
-    /// The kind of an object drawn as `mesh`: its own, or its coarse one.
+    /// The kind of an object drawn as `mesh`: its own or its coarse one.
     pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
         let detail = DetailKind::of(object.detail.as_ref());
         let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
@@ -180,7 +181,7 @@ impl SurfaceKind {
             tiled: tiles,
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
-            has: object.material.as_ref().map_or_else(Has::default, Has::of),
+            features: object.material.as_ref().map_or_else(MaterialFeatures::default, MaterialFeatures::of),
             charted: object.charts.is_some(),
             follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             horizon: object.height_scale != 0.0
@@ -203,13 +204,13 @@ impl SurfaceKind {
 }
 
 impl SurfaceKind {
-    /// Whether the device looks its heights up by example, at its edges as well.
+    /// Whether the device samples heights by example, including at edges.
     pub fn displaced_by_example(self) -> bool {
         self.displaced && self.by_example
     }
 }
 
-/// What an object displaces, in one of its meshes.
+/// The displacement data of an object for one of its meshes.
 struct Carrier {
     topology: Topology,
     boundary: BoundaryHeights,
@@ -226,7 +227,7 @@ impl Carrier {
     }
 }
 
-/// What becomes maps of an object, and is no longer needed once they are on the device.
+/// Sources of an object's maps, dropped after the upload.
 struct MapSources {
     slopes: Option<Vec<[f32; 2]>>,
     slope_spread: Option<Vec<[f32; 3]>>,
@@ -237,7 +238,7 @@ struct MapSources {
 }
 
 impl MapSources {
-    /// Takes them from an object.
+    /// Moves the sources out of an object.
     fn take(object: &mut Object) -> Self {
         Self {
             slopes: object.slopes.take(),
@@ -263,7 +264,7 @@ impl ObjectMaps {
     ) -> Result<Self> {
         let (name, field) = (&object.name, object.heights.as_ref());
         let MapSources { slopes, slope_spread, moments, detail, material, charts } = sources;
-        // Materials repeat.
+        // Materials without relief repeat.
         let border = field.map_or(Border::Wrap, |field| field.border);
         let sum = cache.map_or(0, |_| relief_checksum(field, slopes.as_ref(), moments.as_ref()));
         let (leadr, material) = rayon::join(
@@ -311,7 +312,7 @@ impl ObjectMaps {
         })
     }
 
-    /// The images and layouts by their names in the shaders.
+    /// The images and layouts with their shader names.
     fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
         let Self { leadr, horizons, atlas, material, detail, relief_color, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
@@ -348,11 +349,10 @@ impl ObjectMaps {
 }
 
 impl GpuObject {
-    /// Uploads an object and builds its LEADR maps, unless those of another are the same; if it has a coarser mesh, that as well, with the
-    /// same maps.
+    /// Uploads an object and builds its LEADR maps, unless another object has the same maps. A coarser mesh shares them.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a coarser mesh of an object whose maps follow its finer one; memory or a Vulkan call that failed.
+    /// [`GpuError::Usage`] for a coarser mesh if the maps depend on the finer mesh; insufficient memory or a failed Vulkan call.
     pub fn upload(
         gpu: &Arc<Gpu>,
         mut object: Object,
@@ -361,7 +361,7 @@ impl GpuObject {
     ) -> Result<(Self, Option<Self>)> {
         let coarse_mesh = object.coarse_mesh.take();
         if coarse_mesh.is_some() && follows_its_mesh(&object) {
-            let fault = "a coarser mesh cannot share maps that are made for the patches of the finer one".to_owned();
+            let fault = "a coarser mesh cannot share maps made for the patches of the finer mesh".to_owned();
             return Err(GpuError::Usage { name: object.name, fault });
         }
         if upload.format == MomentFormat::Float16 {
@@ -378,7 +378,7 @@ impl GpuObject {
                 MapSources::take(&mut object),
             )),
         };
-        let topology = Topology::new(&object.mesh.patches_by_place());
+        let topology = Topology::new(&object.mesh.welded_patches());
         let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
         let (maps, (carrier, coarse)) = rayon::join(
             || {
@@ -388,14 +388,14 @@ impl GpuObject {
             },
             || {
                 let of_coarse = |(kind, mesh): (SurfaceKind, PatchMesh)| {
-                    let carrier = carry(&mesh, Topology::new(&mesh.patches_by_place()), kind);
+                    let carrier = carry(&mesh, Topology::new(&mesh.welded_patches()), kind);
                     (kind, carrier, mesh)
                 };
                 (carry(&object.mesh, topology.clone(), kind), coarse.map(of_coarse))
             },
         );
         let maps = maps?;
-        // They are on the device.
+        // The texels are on the device now.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
@@ -436,13 +436,13 @@ impl GpuObject {
         })
     }
 
-    /// A buffer that the processor writes for a frame, with room for so many values, at least one, of so many bytes.
+    /// A buffer that the CPU writes for a frame: `count` values, at least one, of `bytes` bytes each.
     pub(super) fn frame_buffer(&self, gpu: &Arc<Gpu>, what: &str, count: usize, bytes: usize) -> Result<Buffer> {
         let name = format!("{} {what}", self.object.name);
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
-    /// What of its record does not follow from its pose.
+    /// The part of the record that does not depend on the pose.
     pub(super) fn record(&self, shown: &Shown) -> ObjectRecordGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
@@ -452,8 +452,8 @@ impl GpuObject {
             (FLAG_TRIANGLES, self.kind.triangles),
             (FLAG_TRIPLANAR, self.kind.triplanar),
             (FLAG_CHARTED, self.kind.charted),
-            (FLAG_ONE_LOOK, self.object.tiling == Tiling::OneLook),
-            (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
+            (FLAG_ONE_VARIANT, self.object.tiling == Tiling::OneVariant),
+            (FLAG_MASK, self.kind.features.cutout == Some(CutoutKind::Mask)),
         ];
         let height_scale = shown.height_scale * self.object.height_scale;
         ObjectRecordGpu {
@@ -461,20 +461,20 @@ impl GpuObject {
             specular_f0: self.object.specular_f0,
             flags: flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag),
             fit: self.fit,
-            dip: conductor_dip_bits(self.object.conductor_dip),
+            edge_tint: edge_tint_bits(self.object.edge_tint),
             relief: self.relief * height_scale.abs(),
             ..bytemuck::Zeroable::zeroed()
         }
     }
 }
 
-/// Of each object the first one before it that has the same maps.
+/// For each object, the first earlier object with the same maps.
 pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
     let first = |i: usize| objects[..i].iter().position(|earlier| have_same_maps(earlier, &objects[i]));
     (0..objects.len()).map(first).collect()
 }
 
-/// Whether the maps of two objects are the same: of reliefs without materials, which differ at most in how high they are.
+/// Whether two objects have the same maps: reliefs without materials that differ at most in height scale.
 fn have_same_maps(a: &Object, b: &Object) -> bool {
     let (Some(of_a), Some(of_b)) = (&a.heights, &b.heights) else { return false };
     let relief_alone = |object: &Object| {
@@ -482,7 +482,7 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
         let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
         !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
     };
-    // Tiles go on in those of the patches beside them.
+    // Tiles continue in those of adjacent patches.
     let same_surface = |a: &PatchMesh, b: &PatchMesh| {
         a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
     };
@@ -496,14 +496,14 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
         && of_a.map == of_b.map
 }
 
-/// Whether the maps of an object are made for the patches of its mesh.
+/// Whether the maps of an object depend on the patches of its mesh.
 fn follows_its_mesh(object: &Object) -> bool {
     let tiled = object.heights.as_ref().is_some_and(|field| matches!(field.border, Border::Tiles(_)));
     let at_rest = object.detail.as_ref().is_some_and(|detail| matches!(detail.mapping, DetailMapping::Triplanar(_)));
     tiled || at_rest || object.charts.is_some()
 }
 
-/// The patches of an object as the shaders read them.
+/// The patches of an object in shader layout.
 fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
     let mesh = &object.mesh;
     let patch = |(i, (&vertices, &edges)): (usize, (&[u32; 4], &[u32; 4]))| {
@@ -512,7 +512,7 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
                 let vertex = vertices[k] as usize;
                 rest_corner(mesh.positions[vertex], mesh.normals[vertex], repeat)
             };
-            return PatchGpu { vertices, edges, texture_place: [0, 1, 3].map(corner) };
+            return PatchGpu { vertices, edges, mapping: [0, 1, 3].map(corner) };
         }
         let t = mesh.texcoords.get(i).copied().unwrap_or_default();
         let tile = match &object.heights {
@@ -525,24 +525,24 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
             _ => [-1e9, -1e9, 1e9, 1e9],
         };
         let [first_row, second_row] = [[t[0], t[1]], [t[3], t[2]]].map(|[a, b]| [a.x, a.y, b.x, b.y]);
-        PatchGpu { vertices, edges, texture_place: [first_row, second_row, tile] }
+        PatchGpu { vertices, edges, mapping: [first_row, second_row, tile] }
     };
     mesh.patches.iter().zip(&topology.patch_edges).enumerate().map(patch).collect()
 }
 
-/// Five bits for each channel of a dip, 0 to 4.
-fn conductor_dip_bits(dip: [f32; 3]) -> u32 {
-    let code = |dip: f32| (dip * (31.0 / 4.0)).round().clamp(0.0, 31.0) as u32;
-    code(dip[0]) | code(dip[1]) << 5 | code(dip[2]) << 10
+/// An edge tint with five bits per channel, each 0 to 4.
+fn edge_tint_bits(edge_tint: [f32; 3]) -> u32 {
+    let code = |edge_tint: f32| (edge_tint * (31.0 / 4.0)).round().clamp(0.0, 31.0) as u32;
+    code(edge_tint[0]) | code(edge_tint[1]) << 5 | code(edge_tint[2]) << 10
 }
 
-/// Identifies what the horizons of a relief follow from: heights, and the slopes or moments that are told beside them.
+/// Checksum of the inputs of a relief's horizons: heights, and given slopes or moments.
 fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, moments: Option<&LeadrMap>) -> u64 {
     let of_levels =
         moments.iter().flat_map(|map| &map.levels).map(|level| checksum(bytemuck::cast_slice(&level.texels)));
     let mut sums: Vec<u64> = of_levels.collect();
     sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.map.texels))));
     sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
-    // Heights alone are known by themselves.
+    // Heights alone use their own checksum.
     if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }
 }

@@ -1,4 +1,4 @@
-//! What of an object a view draws.
+//! The drawn part of an object in a view.
 
 use std::sync::Arc;
 
@@ -12,24 +12,25 @@ use super::tessellation::{DrawList, Draws, Lens, TessellationSettings, Viewer};
 use crate::view::View;
 use leadr_gpu::{Buffer, Gpu, Result, SharedStruct, StructLayout};
 
-/// The structs that the stages of the geometry pass share.
+/// The structs shared by the stages of the geometry pass.
 pub const GEOMETRY_STRUCTS: [StructLayout; 5] =
     [ViewRecordGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectRecordGpu::LAYOUT, DrawGpu::LAYOUT];
 
-/// The place from which a surface is drawn.
+/// The viewpoint for drawing a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewpoint {
     /// World to clip space.
     pub clip_from_world: Mat4,
-    /// Where it is looked from: patches that face away are not drawn.
+    /// The viewer; patches that face away are culled.
     pub viewer: Viewer,
-    /// The camera's lens, also when a light's map is drawn.
+    /// The camera's lens, also for the map of a light.
     pub lens: Lens,
-    /// Number of samples along a side of a pixel in which the lens measures.
+    /// Samples along one side of a pixel of the lens.
     pub grid: u32,
-    /// Samples across and down the image.
+    /// Width and height of the image in samples.
     pub size: (u32, u32),
-    /// A number from 0 to 1, another for every sample of the picture, that decides which samples see surfaces with holes.
+    /// A number from 0 to 1, different for every sample of the picture. It selects the samples that hit surfaces with partial
+    /// coverage.
     pub draw: f32,
 }
 
@@ -42,28 +43,28 @@ impl From<&View> for Viewpoint {
             lens: view.lens(),
             grid: view.grid(),
             size: view.size(),
-            // Offsets of samples are even in the pixel; this sum of theirs is as even, and has little to do with either.
+            // Sample offsets are uniform in the pixel. This combination is also uniform, and nearly independent of both.
             draw: (3.0 * view.offset.x + 5.0 * view.offset.y).rem_euclid(1.0),
         }
     }
 }
 
-/// An object as a geometry pipeline draws it.
+/// The inputs for drawing an object in a geometry pipeline.
 #[derive(Clone, Copy)]
 pub struct DrawnObject<'a> {
     /// The object.
     pub posed: &'a PosedObject,
-    /// How finely it is divided.
+    /// The tessellation.
     pub divided: &'a DividedObject,
-    /// What of it is drawn.
+    /// The drawn part.
     pub view: &'a ObjectView,
     /// The records of objects and views.
     pub records: Records<'a>,
 }
 
-/// One object in one view: the camera's, or that of a sun's shadow map.
+/// One object in one view: the camera's or that of a shadow map.
 pub struct ObjectView {
-    /// Patches to draw, with room for every patch of the object.
+    /// Visible patches, with room for every patch of the object.
     pub visible: Arc<Buffer>,
     /// Draws over the visible patches.
     pub draws: Draws,
@@ -74,7 +75,7 @@ pub struct ObjectView {
 }
 
 impl ObjectView {
-    /// A view that has not looked yet, whose patches fit this buffer.
+    /// A view without patches yet, with the buffer for them.
     pub fn new(visible: Arc<Buffer>) -> Self {
         Self { visible, draws: Draws::default(), triangles: 0, patches: 0 }
     }
@@ -84,8 +85,8 @@ impl ObjectView {
         object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)
     }
 
-    /// Chooses what is drawn of a divided object, and writes the buffers. The device must not be reading them.
-    pub fn look(
+    /// Selects the visible patches of a tessellated object and writes the buffers. The device must not be reading them.
+    pub fn select(
         &mut self,
         posed: &PosedObject,
         divided: &DividedObject,

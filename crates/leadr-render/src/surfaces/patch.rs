@@ -1,13 +1,12 @@
 //! The smooth limit surface of one quad: a bicubic point-normal patch.
 //!
-//! Each boundary curve depends only on the positions and normals of its own two end points, so
-//! neighbouring patches meet without a crack. `shaders-glsl/passes/geometry` evaluates the same formulas
-//! on the device; displacement is baked against this one. Corners run counter-clockwise seen from
-//! outside, `(u, v)` = (0,0), (1,0), (1,1), (0,1), so that `∂X/∂u × ∂X/∂v` points outwards.
+//! Each boundary curve depends only on the positions and normals of its two end points, so adjacent patches meet without cracks.
+//! `shaders-glsl/passes/geometry` evaluates the same formulas on the device; displacement is baked against this implementation.
+//! Corners run counter-clockwise seen from outside, `(u, v)` = (0,0), (1,0), (1,1), (0,1), so `∂X/∂u × ∂X/∂v` points outwards.
 
 use glam::{Vec2, Vec3};
 
-/// The source of this module, for the keys of caches: what it makes is made again when it changes.
+/// The source code of this module, for cache keys: a change invalidates cached results.
 pub const SOURCE: &str = include_str!("patch.rs");
 
 /// Position, first derivatives and displacement direction of a patch at one parameter.
@@ -34,8 +33,8 @@ pub struct Patch {
     normals: [Vec3; 4],
 }
 
-/// Inner Bézier point next to `a` on the boundary from `a` to `b`: a third of the way along, dropped into
-/// the tangent plane of `a`.
+/// Inner Bézier point next to `a` on the boundary from `a` to `b`: a third of the way along, projected onto the tangent plane of
+/// `a`.
 fn edge_point(a: Vec3, normal_a: Vec3, b: Vec3) -> Vec3 {
     let chord = (b - a) / 3.0;
     a + chord - normal_a * chord.dot(normal_a)
@@ -54,7 +53,7 @@ impl Patch {
         c[3][1] = edge_point(p[3], n[3], p[2]);
         c[2][0] = edge_point(p[3], n[3], p[0]);
         c[1][0] = edge_point(p[0], n[0], p[3]);
-        // Inner points: the discrete Coons patch of the boundary, which has no flat spots at the corners.
+        // Inner points: the discrete Coons patch of the boundary, which avoids flat spots at the corners.
         for j in 1..3 {
             for i in 1..3 {
                 let (s, t) = (i as f32 / 3.0, j as f32 / 3.0);
@@ -67,7 +66,7 @@ impl Patch {
         Self { control: c, normals: n }
     }
 
-    /// Evaluates at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly (atlas gutters use it).
+    /// Evaluates at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly, as atlas gutters need.
     pub fn at(&self, uv: Vec2) -> PatchPoint {
         let (bu, du) = cubic_bernstein(uv.x);
         let (bv, dv) = cubic_bernstein(uv.y);

@@ -1,8 +1,8 @@
-//! A quad mesh ready to be tessellated and displaced: scenes produce it and the geometry pass draws it.
+//! A quad mesh for tessellation and displacement: made by scenes and drawn by the geometry pass.
 
 use glam::{Vec2, Vec3};
 
-/// Up to four joints and their weights (sum 1) for linear blend skinning.
+/// Up to four joints with weights (sum 1) for linear blend skinning.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SkinWeights {
     /// Joint indices; unused slots have weight zero.
@@ -18,7 +18,7 @@ pub struct PatchMesh {
     pub positions: Vec<Vec3>,
     /// Unit rest normals, shared by all patches around a vertex.
     pub normals: Vec<Vec3>,
-    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex; multiplied with the colour map where there is one.
+    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex. The colour map, if any, multiplies them.
     pub colors: Vec<[f32; 4]>,
     /// Ambient accessibility in `[0, 1]` per vertex (1: unoccluded).
     pub accessibility: Vec<f32>,
@@ -26,52 +26,51 @@ pub struct PatchMesh {
     pub skin: Vec<SkinWeights>,
     /// Vertex indices of each patch.
     pub patches: Vec<[u32; 4]>,
-    /// Whether each patch is a flat triangle of its first two corners and its last, which stands for the third as well. Triangles are
-    /// drawn from both sides and shaded by the normals of their own vertices; what relief they have displaces them along the
-    /// directions of their places.
+    /// Whether each patch is a flat triangle. It uses the first two corners and the last; the third repeats the last. Triangles are
+    /// two-sided and shaded by their vertex normals. Relief displaces them along one direction per position.
     pub triangles: bool,
-    /// For each vertex of a mesh of triangles the first one at the same place; empty where every vertex has a place of its own.
-    /// Vertices of a place differ in normals or texture coordinates, and go the same way in every pose.
-    pub places: Vec<u32>,
-    /// Pairs of places between which the surface goes on as another object: relief ends there, so that both objects meet.
+    /// For each vertex of a triangle mesh, the first vertex at the same position; empty if all positions are distinct. Vertices at
+    /// one position differ in normals or texture coordinates, and move together in every pose.
+    pub welds: Vec<u32>,
+    /// Edges, as pairs of positions, where another object continues the surface. Relief fades to 0 there so that both objects meet.
     pub rims: Vec<[u32; 2]>,
-    /// Texture coordinates of each patch's corners (not shared between patches, so every edge may be a seam).
+    /// Texture coordinates of each patch's corners. They are not shared between patches, so every edge may be a seam.
     pub texcoords: Vec<[Vec2; 4]>,
-    /// Metres per repeat of a relief that is seen along the axes where the mesh is at rest (`render::surfaces::triplanar`) instead of by
-    /// texture coordinates: for triangles, and maps that repeat.
+    /// Metres per repeat of a triplanar relief at rest (`render::surfaces::triplanar`), instead of texture coordinates. For
+    /// triangles and repeating maps.
     pub triplanar: Option<f32>,
-    /// Metres per repeat of the map if this is a part of the plane `z = 0` at rest whose texture coordinates are `xy` divided by
-    /// them, and no pose moves it: then vertices can stand at the centres of texels.
+    /// Metres per repeat of the map, for a part of the plane `z = 0` with texture coordinates `xy / flat_repeat` that no pose
+    /// moves. Vertices can then lie on texel centres.
     pub flat_repeat: Option<f32>,
 }
 
 impl PatchMesh {
-    /// Linear albedo and Beckmann roughness of a vertex; grey and half rough where the mesh has no colours.
+    /// Linear albedo and Beckmann roughness of a vertex. Grey with roughness ½ if the mesh has no colours.
     pub fn color_of(&self, vertex: usize) -> [f32; 4] {
         self.colors.get(vertex).copied().unwrap_or([0.5; 4])
     }
 
-    /// The first vertex at the place of a vertex.
-    pub fn place_of(&self, vertex: u32) -> u32 {
-        self.places.get(vertex as usize).copied().unwrap_or(vertex)
+    /// The first vertex at the position of a vertex.
+    pub fn weld_of(&self, vertex: u32) -> u32 {
+        self.welds.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
-    /// Whether it consists of quads that have the same texture coordinates where they meet, and ends nowhere at another object.
+    /// Whether the mesh consists of quads that agree on texture coordinates where they meet, without rims.
     pub fn is_seamless(&self) -> bool {
         let mut seen = vec![None; self.positions.len()];
         let mut agree = |vertex: u32, at: Vec2| *seen[vertex as usize].get_or_insert(at) == at;
-        let whole = !self.triangles && self.triplanar.is_none() && self.places.is_empty() && self.rims.is_empty();
+        let whole = !self.triangles && self.triplanar.is_none() && self.welds.is_empty() && self.rims.is_empty();
         whole
             && self.texcoords.len() == self.patches.len()
             && self.patches.iter().zip(&self.texcoords).all(|(patch, at)| (0..4).all(|i| agree(patch[i], at[i])))
     }
 
-    /// The places of the patches' corners.
-    pub fn patches_by_place(&self) -> Vec<[u32; 4]> {
-        self.patches.iter().map(|patch| patch.map(|vertex| self.place_of(vertex))).collect()
+    /// The patches' corners as position indices.
+    pub fn welded_patches(&self) -> Vec<[u32; 4]> {
+        self.patches.iter().map(|patch| patch.map(|vertex| self.weld_of(vertex))).collect()
     }
 
-    /// Mean length of the patches' sides at rest, metres; 0 without patches.
+    /// Mean length of the patches' edges at rest, metres; 0 without patches.
     pub fn mean_edge(&self) -> f32 {
         let side = |patch: &[u32; 4], i: usize| {
             self.positions[patch[i] as usize].distance(self.positions[patch[(i + 1) & 3] as usize])
@@ -80,7 +79,7 @@ impl PatchMesh {
         sum / (4 * self.patches.len()).max(1) as f32
     }
 
-    /// Ambient accessibility of a vertex; 1 where the mesh has none.
+    /// Ambient accessibility of a vertex; 1 if the mesh has none.
     pub fn accessibility_of(&self, vertex: usize) -> f32 {
         self.accessibility.get(vertex).copied().unwrap_or(1.0)
     }
@@ -89,30 +88,30 @@ impl PatchMesh {
 /// World-space positions and normals of a posed mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosedVertices {
-    /// Positions.
+    /// World positions.
     pub positions: Vec<Vec3>,
     /// Unit normals.
     pub normals: Vec<Vec3>,
-    /// Directions of displacement, of unit length or 0 where nothing is displaced: the same for all vertices of a place. Empty where
-    /// the surface is displaced along its normals.
+    /// Displacement directions, of unit length, or 0 without displacement; equal for all vertices at a position. Empty if
+    /// displacement follows the normals.
     pub directions: Vec<Vec3>,
 }
 
 impl PosedVertices {
-    /// Vertices that are displaced along their normals.
+    /// Vertices displaced along their normals.
     pub const fn new(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
         Self { positions, normals, directions: Vec::new() }
     }
 
-    /// The direction in which each vertex is displaced.
+    /// The displacement direction of each vertex.
     pub fn displaced_along(&self) -> &[Vec3] {
         if self.directions.is_empty() { &self.normals } else { &self.directions }
     }
 }
 
-/// How per-patch tiles are arranged in an atlas: square tiles of `tile` texels, `columns` to a row. Each holds the patch
-/// domain `[0,1]²` in its inner `tile − 2·gutter` texels, whose centres lie at `(i + ½) / (tile − 2·gutter)`; the gutter
-/// continues the surface beyond the patch.
+/// Arrangement of per-patch tiles in an atlas: square tiles of `tile` texels, `columns` per row. The patch domain `[0,1]²` fills
+/// the inner `tile − 2·gutter` texels, with centres at `(i + ½) / (tile − 2·gutter)`. The gutter continues the surface beyond the
+/// patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileLayout {
     /// Tile edge in texels, a power of two.
@@ -121,7 +120,7 @@ pub struct TileLayout {
     pub gutter: u32,
     /// Number of tiles per row.
     pub columns: u32,
-    /// Number of rows of tiles.
+    /// Number of rows.
     pub rows: u32,
 }
 
@@ -143,12 +142,12 @@ impl TileLayout {
         self.tile - 2 * self.gutter
     }
 
-    /// First texel of tile `index`, gutter included.
+    /// First texel of tile `index`, including the gutter.
     pub fn origin(&self, index: u32) -> (u32, u32) {
         (index % self.columns * self.tile, index / self.columns * self.tile)
     }
 
-    /// Number of the first texel of tile `index` at a mip level, row by row over the whole atlas, gutter included.
+    /// Texel index of the first texel of tile `index` at a mip level, row by row over the whole atlas, including the gutter.
     pub fn first_texel(&self, index: usize, level: u32) -> usize {
         let ((x, y), (width, _)) = (self.origin(index as u32), self.size());
         (y >> level) as usize * (width >> level) as usize + (x >> level) as usize

@@ -1,4 +1,4 @@
-//! What stands for the maps that objects lack. Shaders of such objects do not read it, so all objects share it.
+//! Placeholders for missing maps. Shaders never read them, so all objects share one set.
 
 use std::sync::Arc;
 
@@ -10,24 +10,24 @@ use super::material::{MaterialImages, none_weighted};
 use super::moments::{LeadrMapGpu, MomentFormat};
 use leadr_gpu::{Gpu, Image, Result};
 
-/// Placeholders on a device.
+/// The placeholders on a device.
 pub struct Placeholders {
-    /// Of a surface without relief.
+    /// For surfaces without relief.
     pub leadr: LeadrMapGpu,
-    /// Of one whose bumps hide nothing.
+    /// For surfaces without horizons.
     pub horizons: HorizonMaps,
-    /// Of one whose maps are no atlas.
+    /// For maps that are not an atlas.
     pub atlas: AtlasGpu,
-    /// Of one without a material; parts of it stand for those that a material lacks.
+    /// For missing materials or material images.
     pub material: MaterialImages,
-    /// Of one without a finer relief.
+    /// For surfaces without a detail.
     pub detail: Arc<DetailImages>,
-    /// Of colours that follow no relief.
+    /// For colours that do not follow the relief.
     pub weighted: Image,
 }
 
 impl Placeholders {
-    /// Uploads them.
+    /// Uploads the placeholders.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let HeightField { map, border } = HeightField::flat();
         let leadr = LeadrMapGpu::new(gpu, &map, border, MomentFormat::Float32)?;

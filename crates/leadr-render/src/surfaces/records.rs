@@ -1,4 +1,4 @@
-//! What the shaders know of each object and each view of a frame: arrays of records, which draws name by their indices.
+//! Records of each object and each view of a frame. Draws refer to them by index.
 
 use std::sync::Arc;
 
@@ -14,61 +14,61 @@ use leadr_gpu::{Buffer, Descriptor, Gpu, Memory, Result, shared_struct};
 shared_struct! {
     /// An object in a frame (`ObjectRecord` in `passes/geometry/object.glsl`).
     pub struct ObjectRecordGpu for "ObjectRecord" {
-        /// Of a plain object: linear albedo, Beckmann roughness.
+        /// Plain objects: linear albedo, Beckmann roughness.
         pub color: [f32; 4],
-        /// Of a flat object: its tangents by texture coordinate, and 1, or -1 where they run clockwise seen from outside.
+        /// Flat objects: tangents by texture coordinate; w: 1, or -1 if they run clockwise seen from outside.
         pub tangent_s: [f32; 4],
-        /// w: accessibility of a plain object.
+        /// w: accessibility of plain objects.
         pub tangent_t: [f32; 4],
         /// [`PosedObject::tiling_shift`], repeats.
         pub shift: [f32; 2],
         /// Height scale `η`.
         pub height_scale: f32,
-        /// The same for the geometry, which may be drawn smooth.
+        /// Height scale of the geometry, which may be drawn smooth.
         pub displacement: f32,
-        /// From the deepest pit to the highest bump, metres.
+        /// Height range from the deepest pit to the highest bump, metres.
         pub relief: f32,
         /// Height of the viewer above the plane of a flat object, metres.
         pub viewer_above: f32,
-        /// Metres per repeat of the map of a plane whose vertices may stand at the centres of texels.
+        /// Metres per map repeat, for a plane with vertices on texel centres.
         pub texel_repeat: f32,
         /// Reflectance at normal incidence.
         pub specular_f0: f32,
         /// `FLAG_` bits.
         pub flags: u32,
-        /// Its number in the scene, from 1.
+        /// Object number in the scene, from 1.
         pub number: u32,
-        /// That of its measured material, from 1, or 0.
+        /// Number of the measured material, from 1, or 0.
         pub fit: u32,
-        /// The dip of a conductor, five bits for each channel.
-        pub dip: u32,
+        /// The edge tint of a conductor, five bits per channel.
+        pub edge_tint: u32,
     }
 }
 
 shared_struct! {
     /// A view (`ViewRecord`).
     pub struct ViewRecordGpu for "ViewRecord" {
-        /// World to the clip space of a viewport that is [`GUARD_BAND`] times the size of the image.
+        /// World to the clip space of a viewport [`GUARD_BAND`] times the size of the image.
         clip_from_world: [[f32; 4]; 4],
-        /// [`Camera::rays`](crate::camera::Camera::rays), and the step from pixel to pixel in ndc, across.
+        /// [`Camera::rays`](crate::camera::Camera::rays); w: horizontal step from pixel to pixel in ndc.
         ray_x: [f32; 4],
-        /// The same, down.
+        /// w: vertical step from pixel to pixel in ndc.
         ray_y: [f32; 4],
         /// w: near plane.
         ray_middle: [f32; 4],
-        /// The viewer, metres; w: [`Viewpoint::draw`].
+        /// Position of the viewer, metres; w: [`Viewpoint::draw`].
         eye: [f32; 4],
         /// Size of the image, pixels.
         size: [f32; 2],
-        /// Number of samples of this image along a side of a pixel of the picture.
+        /// Samples of this image along one side of a pixel of the picture.
         grid: f32,
-        /// The same for images of edge samples, else 0.
+        /// The same for images of edge samples, otherwise 0.
         edge_grid: u32,
     }
 }
 
 shared_struct! {
-    /// What a draw is of, push constants (`Draw`).
+    /// Push constants of a draw (`Draw`).
     pub struct DrawGpu for "Draw" {
         /// Index of the object's record.
         object: u32,
@@ -77,14 +77,14 @@ shared_struct! {
     }
 }
 
-/// How a frame shows all objects.
+/// Frame parameters common to all objects.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// What multiplies the height scale of every object.
+    /// Factor on the height scale of every object.
     pub height_scale: f32,
-    /// Whether back faces have the marker colour.
+    /// Whether back faces use the marker colour.
     pub mark_inside: bool,
-    /// The viewer, metres.
+    /// Position of the viewer, metres.
     pub eye: Vec3,
 }
 
@@ -145,13 +145,13 @@ impl ViewRecordGpu {
 pub struct ObjectRecords(Buffer);
 
 impl ObjectRecords {
-    /// Room for so many objects.
+    /// A buffer for this number of objects.
     pub fn new(gpu: &Arc<Gpu>, objects: usize) -> Result<Self> {
         let bytes = (objects.max(1) * size_of::<ObjectRecordGpu>()) as u64;
         Ok(Self(Buffer::new(gpu, "objects", bytes, Memory::Upload)?))
     }
 
-    /// Writes those of all objects in their order in the scene. The device must not be reading them.
+    /// Writes the records of all objects in scene order. The device must not be reading them.
     pub fn write(&self, records: &[ObjectRecordGpu]) -> Result<()> {
         self.0.write(0, records)
     }
@@ -161,36 +161,36 @@ impl ObjectRecords {
 pub struct ViewRecords(Buffer);
 
 impl ViewRecords {
-    /// Room for as many views as a frame has.
+    /// A buffer for all views of a frame.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let bytes = (MAX_VIEWS as usize * size_of::<ViewRecordGpu>()) as u64;
         Ok(Self(Buffer::new(gpu, "views", bytes, Memory::Upload)?))
     }
 
-    /// Writes views from an index on. The device must not be reading them.
+    /// Writes views starting at an index. The device must not be reading them.
     pub fn write(&self, first: u32, records: &[ViewRecordGpu]) -> Result<()> {
         self.0.write(u64::from(first) * size_of::<ViewRecordGpu>() as u64, records)
     }
 }
 
-/// The records that a draw may name, and the view that it is seen from.
+/// The records available to a draw, and its view.
 #[derive(Clone, Copy)]
 pub struct Records<'a> {
-    /// Of all objects.
+    /// Records of all objects.
     pub objects: &'a ObjectRecords,
-    /// Of all views.
+    /// Records of all views.
     pub views: &'a ViewRecords,
     /// Index of the view.
     pub view: u32,
 }
 
 impl<'a> Records<'a> {
-    /// The arrays by their names in the shaders.
+    /// The arrays with their shader names.
     pub fn bindings(self) -> [(&'static str, Descriptor<'a>); 2] {
         [("Objects", Descriptor::Storage(&self.objects.0)), ("Views", Descriptor::Uniform(&self.views.0))]
     }
 
-    /// The push constants of a draw of this object.
+    /// The push constants for drawing this object.
     pub fn draw(self, posed: &PosedObject) -> DrawGpu {
         DrawGpu { object: posed.number - 1, view: self.view }
     }

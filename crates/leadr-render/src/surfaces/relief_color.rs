@@ -1,9 +1,9 @@
 //! Colours that follow the relief: paint on tops, dirt in cracks, snow on slopes that face one way
 //! ([`relief_color`](leadr_reflectance::visible::relief_color)).
 //!
-//! Two layers of an image hold means of colours weighted by the rank of the height, the weight in alpha. Two more hold the product of
-//! colour and slope, the slope in alpha; these only where the map is one chart, since the tiles of an atlas each have axes of their own.
-//! All of them count where a pixel sees several bumps, so the image begins at a coarser level than large maps of colours do.
+//! Two layers of an image hold mean colours weighted by height rank, with the weight in alpha. Two more hold colour times slope,
+//! with the slope in alpha. These need a single chart, since each tile of an atlas has its own axes. All layers matter only for
+//! pixels with several bumps, so for large maps the image begins at a coarser level than the colours.
 
 use glam::DVec3;
 use half::f16;
@@ -15,7 +15,7 @@ use crate::scene::{MaterialMap, Object};
 use leadr_maps::srgb::linear_of_srgb8;
 use leadr_reflectance::visible::relief_color::height_weights;
 
-/// What of an object's relief its colours follow.
+/// The relief properties that an object's colours follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Follows {
     /// Heights.
@@ -25,28 +25,29 @@ pub struct Follows {
 }
 
 impl Follows {
-    /// Layers of weighted means that this takes.
+    /// Number of layers of weighted means.
     pub const fn layers(self) -> u32 {
         2 * (self.heights as u32 + self.slopes as u32)
     }
 
-    /// Whether they follow any.
+    /// Whether the colours follow any property.
     pub const fn any(self) -> bool {
         self.heights || self.slopes
     }
 }
 
-/// Texels of weighted means along a side, at most; larger maps of colours have them from a coarser level on.
+/// Maximum number of texels of weighted means along one side. Larger colour maps start at a coarser level.
 const MOST_TEXELS: u32 = 2048;
-/// Texels along a side that are looked at to find out.
+/// Texels along one side that are sampled to detect the correlation.
 const SAMPLED: u32 = 256;
-/// The least change of the mean colour that counts, as a part of the brightest channel's mean: half of what eyes tell apart side by side.
-/// Over heights it is that between no hidden facets and as many hidden as seen; over slopes that of one standard deviation.
+/// Smallest significant change of the mean colour, relative to the brightest channel's mean: half the difference visible side by
+/// side. For heights, compares no hidden facets with half of them hidden; for slopes, a shift of one standard deviation.
 const LEAST_CHANGE: f64 = 0.01;
-/// Steps of the table that heights are ranked with.
+/// Entries of the height rank table.
 const RANKS: usize = 2048;
 
-/// Finest levels of the colours without weighted means. In an atlas no more than are finer than the coarse levels' source.
+/// Number of finest colour levels without weighted means. In an atlas, at most the levels finer than the source of the coarse
+/// levels.
 pub(super) fn skipped_levels(map: &MaterialMap, border: Border) -> u32 {
     let most = if matches!(border, Border::Tiles(_)) { SOURCE_LEVEL } else { u32::MAX };
     let mut skipped = 0;
@@ -56,25 +57,25 @@ pub(super) fn skipped_levels(map: &MaterialMap, border: Border) -> u32 {
     skipped
 }
 
-/// Ranks of an object's heights, and its slopes, at the texels of its colours.
+/// Height ranks and slopes of an object at the texels of its colours.
 pub(super) struct ReliefColors<'a> {
     field: &'a HeightField,
     map: &'a MaterialMap,
     slopes: Option<&'a [[f32; 2]]>,
-    /// Heights at even steps of rank.
+    /// Heights at uniform steps of rank.
     table: Vec<f32>,
-    /// The surface is displaced into itself: its lowest heights are on top.
+    /// Whether the height scale is negative, so the lowest heights are on top.
     upside_down: bool,
     linear: [f32; 256],
-    /// What of the relief the colours follow.
+    /// The relief properties that the colours follow.
     pub follows: Follows,
 }
 
 impl<'a> ReliefColors<'a> {
-    /// Those of an object that has both heights and colours, and is to keep them.
+    /// The relief colours of an object with heights and colours, if it keeps them.
     pub fn of(object: &'a Object) -> Option<Self> {
         let (field, map) = (object.heights.as_ref()?, object.material.as_ref()?);
-        // Charts lay colours elsewhere than heights.
+        // Charts map colours elsewhere than heights.
         if !object.follows_relief
             || object.charts.is_some()
             || field.map.texels.is_empty()
@@ -91,34 +92,34 @@ impl<'a> ReliefColors<'a> {
             linear: linear_of_srgb8(),
             follows: Follows::default(),
         };
-        let places: Vec<[u32; 2]> = {
+        let texels: Vec<[u32; 2]> = {
             let steps = |side: u32| side.div_ceil(SAMPLED).max(1);
             let (across, down) = (steps(map.width) as usize, steps(map.height) as usize);
             let rows = (0..map.height).step_by(down);
             rows.flat_map(|y| (0..map.width).step_by(across).map(move |x| [x, y])).collect()
         };
-        let mut heights: Vec<f32> = places.iter().map(|&place| colors.height(place)).collect();
+        let mut heights: Vec<f32> = texels.iter().map(|&position| colors.height(position)).collect();
         heights.sort_unstable_by(f32::total_cmp);
         let last = heights.len() - 1;
         if heights[0] == heights[last] || colors.map.colors.iter().all(|c| c[..3] == colors.map.colors[0][..3]) {
             return None;
         }
         colors.table = (0..=RANKS).map(|i| heights[(i * last + RANKS / 2) / RANKS]).collect();
-        colors.follows = colors.found(&places, matches!(field.border, Border::Tiles(_)));
+        colors.follows = colors.found(&texels, matches!(field.border, Border::Tiles(_)));
         Some(colors)
     }
 
-    fn found(&self, places: &[[u32; 2]], tiled: bool) -> Follows {
-        let count = places.len() as f64;
+    fn found(&self, texels: &[[u32; 2]], tiled: bool) -> Follows {
+        let count = texels.len() as f64;
         let (mut mean, mut low, mut weight) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         let (mut slope, mut square, mut joint) = ([0.0; 2], [0.0; 2], [DVec3::ZERO; 2]);
-        for &place in places {
-            let color = DVec3::from(self.color(place).map(f64::from)) / count;
-            let by_height = height_weights(self.rank(place))[0];
+        for &texel in texels {
+            let color = DVec3::from(self.color(texel).map(f64::from)) / count;
+            let by_height = height_weights(self.rank(texel))[0];
             weight += by_height / count;
             mean += color;
             low += by_height * color;
-            for (axis, g) in self.gradient(place).map(f64::from).into_iter().enumerate() {
+            for (axis, g) in self.gradient(texel).map(f64::from).into_iter().enumerate() {
                 slope[axis] += g / count;
                 square[axis] += g * g / count;
                 joint[axis] += g * color;
@@ -133,14 +134,14 @@ impl<'a> ReliefColors<'a> {
         Follows { heights, slopes: slopes && !tiled }
     }
 
-    /// The texel of the heights at a texel of the colours.
+    /// The height texel under a colour texel.
     fn texel(&self, [x, y]: [u32; 2]) -> [u32; 2] {
         let of = |i: u32, n: u32, to: u32| ((u64::from(2 * i + 1) * u64::from(to)) / u64::from(2 * n)) as u32;
         [of(x, self.map.width, self.field.map.width), of(y, self.map.height, self.field.map.height)]
     }
 
-    fn height(&self, place: [u32; 2]) -> f32 {
-        let [x, y] = self.texel(place);
+    fn height(&self, position: [u32; 2]) -> f32 {
+        let [x, y] = self.texel(position);
         self.field.map.texels[y as usize * self.field.map.width as usize + x as usize]
     }
 
@@ -149,13 +150,13 @@ impl<'a> ReliefColors<'a> {
         [r, g, b].map(|code| self.linear[usize::from(code)])
     }
 
-    /// Rank of the height, 0 to 1: the share of heights below it.
-    fn rank(&self, place: [u32; 2]) -> f64 {
-        let height = self.height(place);
+    /// Rank of the height, 0 to 1: the fraction of heights below it.
+    fn rank(&self, position: [u32; 2]) -> f64 {
+        let height = self.height(position);
         let above = self.table.partition_point(|&h| h <= height);
         let below = self.table.partition_point(|&h| h < height);
         let rank = if above > below {
-            // Many are as high.
+            // Many heights are equal.
             0.5 * (above + below - 1) as f64
         } else {
             let (at, end) = (below.max(1), self.table.len() - 1);
@@ -166,9 +167,9 @@ impl<'a> ReliefColors<'a> {
         if self.upside_down { 1.0 - rank } else { rank }
     }
 
-    /// Slope of the heights by texture coordinate, in their unit.
-    fn gradient(&self, place: [u32; 2]) -> [f32; 2] {
-        let [x, y] = self.texel(place);
+    /// Height slope per texture coordinate, in the heights' unit.
+    fn gradient(&self, position: [u32; 2]) -> [f32; 2] {
+        let [x, y] = self.texel(position);
         let (width, height) = (self.field.map.width, self.field.map.height);
         if let Some(slopes) = self.slopes {
             return slopes[y as usize * width as usize + x as usize];
@@ -182,19 +183,19 @@ impl<'a> ReliefColors<'a> {
         [(at(right, y) - at(left, y)) * 0.5 * width as f32, (at(x, below) - at(x, above)) * 0.5 * height as f32]
     }
 
-    /// Colours times weights, and these: those of the heights if colours follow them, then of the slopes. In `size`, which is that of
-    /// the colours or smaller.
+    /// Colours times weights, with the weights: the layers of heights first if colours follow them, then of slopes. `size`: at most
+    /// the size of the colours.
     pub fn layer(&self, layer: u32, size: [u32; 2]) -> Vec<[f32; 4]> {
         let by_height = self.follows.heights && layer < 2;
         let which = (layer % 2) as usize;
         let most = f16::MAX.to_f32();
-        let weighted = |place: [u32; 2]| {
+        let weighted = |position: [u32; 2]| {
             let weight = if by_height {
-                height_weights(self.rank(place))[which] as f32
+                height_weights(self.rank(position))[which] as f32
             } else {
-                self.gradient(place)[which].clamp(-most, most)
+                self.gradient(position)[which].clamp(-most, most)
             };
-            let [r, g, b] = self.color(place).map(|channel| channel * weight);
+            let [r, g, b] = self.color(position).map(|channel| channel * weight);
             [r, g, b, weight]
         };
         let part = |i: u32, to: u32, of: u32| {
@@ -206,9 +207,9 @@ impl<'a> ReliefColors<'a> {
             (0..size[0]).map(move |x| {
                 let (across, down) = (part(x, size[0], self.map.width), part(y, size[1], self.map.height));
                 let share = 1.0 / (across.len() * down.len()) as f32;
-                let places = down.flat_map(|y| across.clone().map(move |x| [x, y]));
-                places.fold([0.0; 4], |sum, place| {
-                    let texel = weighted(place);
+                let texels = down.flat_map(|y| across.clone().map(move |x| [x, y]));
+                texels.fold([0.0; 4], |sum, position| {
+                    let texel = weighted(position);
                     std::array::from_fn(|i| sum[i] + share * texel[i])
                 })
             })
@@ -224,7 +225,7 @@ mod tests {
     use leadr_maps::HeightMap;
 
     fn painted(paint: impl Fn(f32, f32) -> bool) -> Object {
-        // A slope in one direction, repeated, and its colours.
+        // A repeating slope in one direction, with colours for it.
         let heights: Vec<f32> = (0..64 * 64).map(|i| ((i % 64) as f32 * 0.2).sin() + (i / 64) as f32 * 0.01).collect();
         let colors = heights.iter().enumerate().map(|(i, &h)| {
             let rise = ((i % 64) as f32 * 0.2).cos();
@@ -253,8 +254,8 @@ mod tests {
         let mean = ranks.iter().sum::<f64>() / ranks.len() as f64;
         let square = ranks.iter().map(|u| u * u).sum::<f64>() / ranks.len() as f64;
         assert!((mean - 0.5).abs() < 2e-3 && (square - 1.0 / 3.0).abs() < 2e-3, "{mean} {square}");
-        let turned = Object { height_scale: -1.0, ..object.clone() };
-        let turned = ReliefColors::of(&turned).unwrap();
-        assert!((turned.rank([5, 9]) - (1.0 - colors.rank([5, 9]))).abs() < 1e-12);
+        let inverted = Object { height_scale: -1.0, ..object.clone() };
+        let inverted = ReliefColors::of(&inverted).unwrap();
+        assert!((inverted.rank([5, 9]) - (1.0 - colors.rank([5, 9]))).abs() < 1e-12);
     }
 }

@@ -1,15 +1,14 @@
 //! Normals of a skinned mesh that follow its deformed surface.
 //!
-//! Blending the joints' rotations turns normals as if the weights were constant. Where weights change quickly over a
-//! strongly bent joint, the surface also shears, and point-normal patches with the blended normals ripple.
+//! Blending the joints' rotations transforms normals as if the weights were constant. Where weights change quickly over a strongly
+//! bent joint, the surface also shears. Point-normal patches with the blended normals then ripple.
 
 use glam::{Mat4, Quat, Vec3};
 
 use super::patch_mesh::{PatchMesh, PosedVertices};
 
-/// Linear blend skinning (`joints`: world-from-rest). The blended normal at each vertex is then corrected by a rotation:
-/// the one between the mean face normal around the vertex after blending and that of the skinned mesh. Joints that do not
-/// exist are ignored.
+/// Linear blend skinning (`joints`: rest to world). Each blended normal is then rotated by the difference between the blended mean
+/// face normal around the vertex and that of the skinned mesh. Missing joints are ignored.
 pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     let blends: Vec<Mat4> = mesh
         .skin
@@ -23,9 +22,9 @@ pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     let (rest, posed) = (mean_normals(mesh, &mesh.positions), mean_normals(mesh, &positions));
     let normals = (0..positions.len())
         .map(|v| {
-            let turned = |n: Vec3| blends[v].transform_vector3(n).normalize_or(n);
-            let (from, normal) = (turned(rest[v]), turned(mesh.normals[v]));
-            // A collapsed fold, or a vertex without faces, has no rotation worth following.
+            let rotated = |n: Vec3| blends[v].transform_vector3(n).normalize_or(n);
+            let (from, normal) = (rotated(rest[v]), rotated(mesh.normals[v]));
+            // A collapsed fold, or a vertex without faces, has no meaningful rotation.
             if rest[v] == Vec3::ZERO || from.dot(posed[v]) <= 0.0 {
                 normal
             } else {
@@ -36,7 +35,7 @@ pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     PosedVertices::new(positions, normals)
 }
 
-/// Mean of the face normals around each vertex, weighted by area.
+/// Area-weighted mean of the face normals around each vertex.
 fn mean_normals(mesh: &PatchMesh, positions: &[Vec3]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for q in &mesh.patches {
@@ -52,7 +51,7 @@ mod tests {
     use super::*;
     use crate::surfaces::patch_mesh::SkinWeights;
 
-    /// A strip along x, four quads wide and twenty long, whose weights go from joint 0 to joint 1 along it.
+    /// A strip along x, four by twenty quads. Weights change from joint 0 to joint 1 along it.
     fn strip() -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for i in 0..=20_u32 {
@@ -72,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_sheared_strip_gets_the_normals_of_its_surface() {
-        // Joint 1 only moves up: the strip becomes a ramp, but no joint rotates.
+        // Joint 1 only translates upwards: the strip becomes a ramp, but no joint rotates.
         let ramp = [Mat4::IDENTITY, Mat4::from_translation(Vec3::Z)];
         let expected = Vec3::new(-1.0, 0.0, 1.0).normalize();
         for n in skin(&strip(), &ramp).normals {
@@ -81,12 +80,12 @@ mod tests {
     }
 
     #[test]
-    fn rigid_motion_turns_the_given_normals() {
+    fn rigid_motion_rotates_the_given_normals() {
         let mut mesh = strip();
         mesh.normals.iter_mut().for_each(|n| *n = Vec3::new(0.1, -0.2, 1.0).normalize());
-        let turn = Mat4::from_rotation_x(1.0) * Mat4::from_translation(Vec3::ONE);
-        for (n, m) in skin(&mesh, &[turn, turn]).normals.iter().zip(&mesh.normals) {
-            assert!(n.distance(turn.transform_vector3(*m)) < 1e-5);
+        let rotation = Mat4::from_rotation_x(1.0) * Mat4::from_translation(Vec3::ONE);
+        for (n, m) in skin(&mesh, &[rotation, rotation]).normals.iter().zip(&mesh.normals) {
+            assert!(n.distance(rotation.transform_vector3(*m)) < 1e-5);
         }
     }
 }

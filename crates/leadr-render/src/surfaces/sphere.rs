@@ -5,14 +5,14 @@ use glam::Vec3;
 /// A sphere, world metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Its middle.
+    /// Centre of the sphere.
     pub centre: Vec3,
-    /// Its radius.
+    /// Radius of the sphere.
     pub radius: f32,
 }
 
 impl Sphere {
-    /// A sphere around other spheres, centred on the middle of their bounding box; `None` without any.
+    /// A sphere around other spheres, centred on their bounding box; `None` for an empty slice.
     pub fn enclosing(spheres: &[Self]) -> Option<Self> {
         let (low, high) = spheres
             .iter()

@@ -1,7 +1,7 @@
-//! How finely each patch is divided this frame, which patches are drawn, and in how many draws.
+//! The tessellation of each patch per frame, the selection of patches, and the draws.
 //!
-//! Factors belong to edges and depend only on data at the two ends of the edge, so the two patches of an edge always agree;
-//! turning the camera in place changes no factor.
+//! Factors belong to edges and depend only on the edge's two ends, so adjacent patches always agree. Rotating the camera in place
+//! changes no factor.
 
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// Largest tessellation factor (fractional odd spacing can use 63 of Vulkan's 64).
 pub const MAX_FACTOR: f32 = 63.0;
 
-/// How a camera converts world lengths to pixels.
+/// The scale from world lengths to pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Position of the viewer.
@@ -24,24 +24,24 @@ pub struct Lens {
 }
 
 impl Lens {
-    /// Number of pixels that `length` about `centre` covers across the line of sight.
+    /// Pixels covered by `length` around `centre`, perpendicular to the line of sight.
     pub(crate) fn pixels(&self, centre: Vec3, length: f32) -> f32 {
         let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
         length * self.focal_pixels / distance
     }
 }
 
-/// Where a surface is seen from.
+/// The position of a viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewer {
-    /// A point.
+    /// At a point.
     At(Vec3),
-    /// Infinitely far away in this unit direction, as a sun.
+    /// At infinity in this unit direction, like a sun.
     Toward(Vec3),
 }
 
 impl Viewer {
-    /// Unit direction to it from a point.
+    /// Unit direction from a point to the viewer.
     pub(super) fn toward(self, point: Vec3) -> Vec3 {
         match self {
             Self::At(eye) => (eye - point).normalize_or_zero(),
@@ -50,23 +50,22 @@ impl Viewer {
     }
 }
 
-/// Settings of the tessellation.
+/// Tessellation settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TessellationSettings {
-    /// Pixels of screen area per triangle; the default 4 puts vertices some 2.8 pixels apart.
+    /// Screen pixels per triangle. The default 4 spaces vertices about 2.8 pixels apart.
     pub pixels_per_triangle: f32,
     /// Upper bound on the factors, 1 to 63.
     pub max_factor: f32,
-    /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even where
-    /// several share a pixel: for reference pictures and edge samples. Patches without relief are divided as usual.
+    /// Whether every height map texel gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several share a pixel.
+    /// For reference images and edge samples. Patches without relief are tessellated as usual.
     pub to_texels: bool,
-    /// Largest number of vertices along a pixel's side that `to_texels` may produce. The default, 16, is more than any
-    /// number of samples can resolve.
+    /// Maximum number of vertices along one side of a pixel from `to_texels`. The default, 16, exceeds the resolution of any number
+    /// of samples.
     pub vertices_per_pixel: f32,
-    /// Whether patches that cannot be seen are dropped.
+    /// Whether invisible patches are culled.
     pub cull: bool,
-    /// Largest number of tessellated vertices that one draw may produce. Some software drivers silently produce wrong
-    /// results above 65,536 per draw.
+    /// Maximum number of tessellated vertices per draw. Some software drivers silently produce wrong results above 65,536.
     pub max_vertices_per_draw: u32,
 }
 
@@ -84,58 +83,58 @@ impl Default for TessellationSettings {
 }
 
 impl TessellationSettings {
-    /// Whether patches whose sides cover so many pixels can be divided as finely as these settings ask for.
-    pub fn suffices_for(&self, pixels: f32) -> bool {
+    /// Whether patches with edges of this many pixels can reach the requested tessellation.
+    pub fn is_sufficient_for(&self, pixels: f32) -> bool {
         !self.to_texels && pixels <= self.spacing() * self.max_factor.clamp(1.0, MAX_FACTOR)
     }
 
-    /// Pixels between vertices: two triangles of area `A` fill a cell whose side is `√2A`.
+    /// Pixels between vertices: two triangles of area `A` fill a cell with the side `√2A`.
     fn spacing(&self) -> f32 {
         (2.0 * self.pixels_per_triangle).sqrt()
     }
 
-    /// Whether edges get the same factors as with other settings.
+    /// Whether both settings give the same factors.
     pub fn divides_as(&self, other: &Self) -> bool {
         let Self { cull, max_vertices_per_draw, .. } = *other;
         Self { cull, max_vertices_per_draw, ..*self } == *other
     }
 }
 
-/// The mesh in this frame's pose.
+/// The mesh in a frame's pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PosedMesh<'a> {
-    /// The mesh whose patches are drawn.
+    /// The mesh.
     pub mesh: &'a PatchMesh,
-    /// Its edges.
+    /// Edges of the mesh.
     pub topology: &'a Topology,
     /// World positions.
     pub positions: &'a [Vec3],
     /// World normals, unit.
     pub normals: &'a [Vec3],
-    /// Texels of the height map along each edge; empty where nothing is displaced.
+    /// Height map texels along each edge; empty without displacement.
     pub edge_texels: &'a [f32],
-    /// Height range along each edge before scaling; empty where nothing is displaced.
+    /// Height range along each edge before scaling; empty without displacement.
     pub edge_relief: &'a [f32],
-    /// Height range per patch before scaling; empty where nothing is displaced.
+    /// Height range per patch before scaling; empty without displacement.
     pub height_range: &'a [[f32; 2]],
     /// The height scale.
     pub height_scale: f32,
 }
 
-/// How finely a mesh is divided for a lens, wherever that looks: the same for a camera and for the suns whose shadows it sees.
+/// The tessellation of a mesh for a lens, independent of the camera's orientation. The camera and the suns in its view share it.
 #[derive(Clone, Debug, Default)]
 pub struct Division {
     /// Tessellation factor of each edge.
     pub edge_factors: Vec<f32>,
     /// Level of the boundary heights at each vertex (0: finest).
     pub vertex_lods: Vec<f32>,
-    /// How far each vertex moves along its normal so that the flat triangles lie about the smooth surface, not inside it.
+    /// Offset of each vertex along its normal that centres the flat triangles on the smooth surface instead of inside it.
     pub vertex_lifts: Vec<f32>,
-    /// Whether every edge has as many segments as texels, or more, since `to_texels` asked for them.
+    /// Whether `to_texels` gave every edge at least as many segments as texels.
     pub every_texel: bool,
 }
 
-/// The patches of a divided mesh that a view draws.
+/// The patches of a tessellated mesh that a view draws.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
     /// Patches to draw.
@@ -146,24 +145,24 @@ pub struct DrawList {
     pub triangles: u64,
 }
 
-/// Draws as `(first, count)` ranges of the visible patches, those that need no clipping first.
+/// Draws as `(first, count)` ranges of the visible patches. Draws without clipping come first.
 #[derive(Clone, Debug, Default)]
 pub struct Draws {
-    /// Of patches without a vertex between their corners.
+    /// Patches without a vertex between their corners.
     pub undivided: Vec<(u32, u32)>,
-    /// Of the others.
+    /// All other patches.
     pub divided: Vec<(u32, u32)>,
 }
 
 impl Draws {
-    /// All of them.
+    /// All draws.
     pub fn all(&self) -> impl Iterator<Item = (u32, u32)> {
         self.undivided.iter().chain(&self.divided).copied()
     }
 }
 
 impl Division {
-    /// Chooses the factors of all edges, and what follows from them for the vertices.
+    /// Computes the factors of all edges and the vertex data that depends on them.
     pub fn new(posed: PosedMesh<'_>, lens: Lens, settings: &TessellationSettings) -> Self {
         let PosedMesh { topology, positions, normals, .. } = posed;
         let spacing = settings.spacing();
@@ -179,10 +178,10 @@ impl Division {
                 if posed.mesh.triangles && relief == 0.0 {
                     return 1.0;
                 }
-                // Triangles are flat, wherever they are displaced to.
+                // Triangles are flat, regardless of displacement.
                 let normals = if posed.mesh.triangles { [Vec3::Z; 2] } else { [normals[a], normals[b]] };
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], normals, relief);
-                // Where nothing is displaced, texels have no vertices to move.
+                // Without displacement there are no texels to resolve.
                 let dense = settings.to_texels && relief > 0.0;
                 let texels = if dense { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
                 let length = lens.pixels((positions[a] + positions[b]) * 0.5, positions[a].distance(positions[b]));
@@ -195,8 +194,8 @@ impl Division {
         Self { every_texel, ..Self::of_factors(posed, edge_factors) }
     }
 
-    /// The same with vertices no closer together than so many metres along the smooth surface; `None` if none are.
-    pub fn no_finer_than(&self, spacing: f32, posed: PosedMesh<'_>) -> Option<Self> {
+    /// The same tessellation with vertices at least this many metres apart along the smooth surface; `None` if none are closer.
+    pub fn with_min_spacing(&self, spacing: f32, posed: PosedMesh<'_>) -> Option<Self> {
         let PosedMesh { topology, positions, .. } = posed;
         let coarser = |(&[a, b], &factor): (&[u32; 2], &f32)| {
             factor.min((positions[a as usize].distance(positions[b as usize]) / spacing).max(1.0))
@@ -222,10 +221,10 @@ impl Division {
             }
         }
         let mean = |(sum, count): (f32, u32)| sum / count.max(1) as f32;
-        let places = || (0..positions.len() as u32).map(|vertex| vertices[mesh.place_of(vertex) as usize]);
+        let welds = || (0..positions.len() as u32).map(|vertex| vertices[mesh.weld_of(vertex) as usize]);
         Self {
-            vertex_lods: places().map(|v| mean((v.0, v.2))).collect(),
-            vertex_lifts: places().map(|v| mean((v.1, v.2))).collect(),
+            vertex_lods: welds().map(|v| mean((v.0, v.2))).collect(),
+            vertex_lifts: welds().map(|v| mean((v.1, v.2))).collect(),
             every_texel: false,
             edge_factors,
         }
@@ -233,7 +232,7 @@ impl Division {
 }
 
 impl DrawList {
-    /// Culls and splits draws of a mesh whose edges have these factors.
+    /// Culls the patches of a mesh with these edge factors, and splits them into draws.
     pub fn new(
         posed: PosedMesh<'_>,
         edge_factors: &[f32],
@@ -243,19 +242,19 @@ impl DrawList {
     ) -> Self {
         let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
-        // Patches that need clipping come last, in draws of their own: when anything in a draw is clipped, software drivers
-        // send all of its triangles down a path that is some twenty times slower.
+        // Patches that need clipping come last, in separate draws: if anything in a draw is clipped, software drivers process all
+        // of its triangles some twenty times more slowly.
         let group_of = |(index, patch): (usize, &[u32; 4])| {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
             let away = || !mesh.triangles && faces_away(viewer, &corners, range);
             let reach = reach(&corners, range);
-            let inside = place_in_view(&view, &corners, reach);
+            let inside = classify_in_view(&view, &corners, reach);
             if settings.cull && (inside == Inside::Outside || away()) {
                 return None;
             }
             let divided = topology.patch_edges[index].iter().any(|edge| edge_factors[(edge >> 1) as usize] > 1.0);
-            let crossing = inside != Inside::Wholly && place_in_view(&band, &corners, reach) != Inside::Wholly;
+            let crossing = inside != Inside::Wholly && classify_in_view(&band, &corners, reach) != Inside::Wholly;
             Some(2 * usize::from(divided) + usize::from(crossing))
         };
         let group_of_patches: Vec<Option<usize>> =
@@ -276,7 +275,7 @@ impl DrawList {
         list
     }
 
-    /// Appends `patches` and gives draws of them that stay below the vertex limit.
+    /// Appends `patches` and returns draws of them within the vertex limit.
     fn draws_of(
         &mut self,
         patches: &[u32],
@@ -308,17 +307,17 @@ impl DrawList {
     }
 }
 
-/// Edges or patches that are worth a thread.
+/// Minimum number of edges or patches per thread.
 const LEAST_TASK: usize = 512;
-/// Slope of bumps that still shows when an edge is seen end-on.
+/// Bump slope that is still visible when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
-/// Relief in pixels at and above which it shows in full; bumps lower than a pixel hide nothing behind them.
+/// Relief in pixels from which it shows in full. Bumps lower than a pixel hide nothing behind them.
 const HIDING_RELIEF: f32 = 6.0;
-/// Relief in pixels at and above which an edge is divided as finely as its length on the screen asks for.
+/// Relief in pixels from which an edge gets the full tessellation for its screen length.
 const FULL_RELIEF: f32 = 2.0;
 
-/// The screen length by which an edge is divided: foreshortened, but at least what its bumps show from the side, and less
-/// where neither bumps nor curvature stand out by pixels, since there is little to draw.
+/// The screen length that determines an edge's factor. It is foreshortened, but at least the side view of its bumps. It shrinks
+/// where neither bumps nor curvature are visible in pixels.
 fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f32) -> f32 {
     let centre = (positions[0] + positions[1]) * 0.5;
     let along = positions[1] - positions[0];
@@ -330,28 +329,26 @@ fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f3
     length * scale * sine.hypot(BUMP_SLOPE * prominent(HIDING_RELIEF)) * prominent(FULL_RELIEF).sqrt()
 }
 
-/// Mean distance from two flat triangles up to the smooth surface over them, were the surface as curved in both directions as
-/// along this edge; negative where it is hollow. Of the parts of a divided edge each has that of the whole over the square of
-/// their number.
+/// Mean distance from two flat triangles to the smooth surface above them, assuming the edge's curvature in both directions;
+/// negative for a concave surface. Each of `n` segments of an edge has `1 / n²` of it.
 ///
-/// Triangles between points of a round surface lie inside it, so that the surface is drawn too small, and mirrored highlights
-/// move toward its middle: on a distant sphere of 384 patches by a twelfth of a pixel. Vertices as far outside as the middles
-/// lie inside cost nothing and leave no such shift. A patch of sides `h` under curvatures `k` is `Σ k h² / 12` above its
-/// triangles on average, two thirds of the sum of its sides' sagittas `k h² / 8`; the mean over a vertex's edges halves that
-/// sum.
+/// Triangles between points of a convex surface lie inside it. The surface is then drawn too small, and specular highlights move
+/// toward its centre: on a distant sphere of 384 patches by a twelfth of a pixel. Moving vertices outwards by the mean gap costs
+/// nothing and removes the shift. A patch of sides `h` under curvatures `k` is `Σ k h² / 12` above its triangles on average, two
+/// thirds of the sum of its sides' sagittas `k h² / 8`. The mean over a vertex's edges halves that sum.
 fn mean_gap(along: Vec3, normals: [Vec3; 2]) -> f32 {
     let sagitta = along.dot(normals[1] - normals[0]) / 8.0;
     4.0 / 3.0 * sagitta
 }
 
-/// The number of segments that fractional odd spacing makes from a factor.
+/// The number of segments from a factor with fractional odd spacing.
 fn odd_ceil(factor: f32) -> u32 {
     let n = factor.ceil() as u32;
     n | 1
 }
 
-/// Inward planes of the near plane and of the sides, which are `band` times as far out as the image's border (depth is
-/// reversed, so `z ≤ w` is near; the far plane is at infinity).
+/// Inward planes of the near plane and the sides. The sides are `band` times as far out as the image border. Depth is reversed, so
+/// `z ≤ w` is near; the far plane is at infinity.
 fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
     let rows = clip_from_world.transpose();
     let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
@@ -361,7 +358,7 @@ fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
 
 type Corners = [(Vec3, Vec3); 4];
 
-/// Where a patch lies relative to the view.
+/// The position of a patch relative to the view frustum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Inside {
     Wholly,
@@ -369,8 +366,8 @@ enum Inside {
     Outside,
 }
 
-/// How far a patch lies off its corners' chords at most: its control points, once along each parameter, and bumps. Flat triangles have
-/// none, which costs them little.
+/// Upper bound on a patch's distance from the chords of its corners: its control points, once per parameter, plus bumps. Flat
+/// triangles have none, so their bound is loose.
 fn reach(corners: &Corners, range: [f32; 2]) -> f32 {
     let bulge = (0..4).map(|i| {
         let ((a, normal_a), (b, normal_b)) = (corners[i], corners[(i + 1) & 3]);
@@ -380,25 +377,25 @@ fn reach(corners: &Corners, range: [f32; 2]) -> f32 {
     2.0 * bulge.fold(0.0, f32::max) + range[0].abs().max(range[1].abs())
 }
 
-fn place_in_view(planes: &[Vec4; 5], corners: &Corners, reach: f32) -> Inside {
-    let mut place = Inside::Wholly;
+fn classify_in_view(planes: &[Vec4; 5], corners: &Corners, reach: f32) -> Inside {
+    let mut found = Inside::Wholly;
     for plane in planes {
         let distances = corners.map(|(position, _)| plane.dot(position.extend(1.0)));
         if distances.iter().all(|&d| d < -reach) {
             return Inside::Outside;
         }
         if distances.iter().any(|&d| d < reach) {
-            place = Inside::Partly;
+            found = Inside::Partly;
         }
     }
-    place
+    found
 }
 
-/// Whether the patch lies so far behind the horizon that not even its highest bump can be seen.
+/// Whether a patch is beyond the horizon so far that even its highest bump is hidden.
 fn faces_away(viewer: Viewer, corners: &Corners, range: [f32; 2]) -> bool {
     let edge = corners[0].0.distance(corners[2].0).max(corners[1].0.distance(corners[3].0)).max(1e-12);
     let spread = (0..4).map(|i| corners[i].1.distance(corners[(i + 1) & 3].1)).fold(0.25f32, f32::max);
-    // On a sphere of radius R, a bump of height h is visible up to acos(R / (R + h)) behind the horizon.
+    // On a sphere of radius R, a bump of height h is visible up to acos(R / (R + h)) beyond the horizon.
     let radius = edge / spread;
     let cosine = radius / (radius + (range[1] - range[0]).max(0.0));
     let margin = (1.0 - cosine * cosine).sqrt() + 0.1 + 0.5 * spread;
@@ -426,7 +423,7 @@ mod tests {
         mesh
     }
 
-    /// A mesh where it was made, without relief.
+    /// A mesh in its rest pose, without relief.
     fn at_rest<'a>(mesh: &'a PatchMesh, topology: &'a Topology) -> PosedMesh<'a> {
         PosedMesh {
             mesh,
@@ -455,8 +452,8 @@ mod tests {
     fn spacing_follows_the_target() {
         let mesh = grid(1);
         let (list, _) = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
-        // One unit at distance 100 is 10 pixels; 4 pixels per triangle put vertices sqrt(8) pixels apart. Bumps of 10
-        // pixels lengthen what is seen from straight above by sqrt(1 + 0.09).
+        // One unit at distance 100 is 10 pixels, and 4 pixels per triangle space vertices sqrt(8) pixels apart. Bumps of 10 pixels
+        // lengthen a view from above by sqrt(1 + 0.09).
         for factor in &list.edge_factors {
             assert!((factor - 10.0 * 1.09f32.sqrt() / 8f32.sqrt()).abs() < 0.06, "{factor}");
         }
@@ -485,7 +482,7 @@ mod tests {
             assert_eq!(list.edge_factors.iter().all(|f| *f == 1.0), distance > 10.0);
             list.vertex_lifts
         };
-        // All edges have one segment. Radii of the middles of parts of the triangles, as fine as they need to be.
+        // All edges have one segment. Radii of the centres of triangle parts, at sufficient resolution.
         let (far, near, hollow) = (lifts(1.0, 50.0), lifts(1.0, 2.0), lifts(-1.0, 50.0));
         let mean_radius = |lift: &dyn Fn(usize) -> f32| {
             let (mut sum, mut area) = (0.0, 0.0);
@@ -535,7 +532,7 @@ mod tests {
 
     #[test]
     fn pixels_bound_the_vertices_of_texels() {
-        // One unit from 99.5 away, its nearest end, is 10.05 pixels.
+        // One unit at a distance of 99.5, its nearest end, is 10.05 pixels.
         let few = |vertices_per_pixel| {
             let settings = TessellationSettings { to_texels: true, vertices_per_pixel, ..Default::default() };
             list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).0.edge_factors[0]
@@ -545,7 +542,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coarser_division_keeps_its_distance() {
+    fn coarser_division_keeps_its_distance() {
         let mesh = grid(2);
         let topology = Topology::new(&mesh.patches);
         let posed = PosedMesh { edge_relief: &vec![1.0; topology.edges.len()], ..at_rest(&mesh, &topology) };
@@ -555,13 +552,13 @@ mod tests {
         assert!(least > 2.0 && most > 1.2 * least, "{least} {most}");
         // Edges are one unit long.
         let middle = 0.5 * (least + most);
-        let coarser = finer.no_finer_than(1.0 / middle, posed).unwrap();
+        let coarser = finer.with_min_spacing(1.0 / middle, posed).unwrap();
         for (i, (coarse, fine)) in coarser.edge_factors.iter().zip(&finer.edge_factors).enumerate() {
             assert_eq!(*coarse, fine.min(middle), "{i}");
         }
         assert!(coarser.vertex_lods.iter().zip(&finer.vertex_lods).all(|(coarse, fine)| coarse >= fine));
-        assert!(finer.no_finer_than(0.99 / most, posed).is_none());
-        assert!(finer.no_finer_than(10.0, posed).unwrap().edge_factors.iter().all(|factor| *factor == 1.0));
+        assert!(finer.with_min_spacing(0.99 / most, posed).is_none());
+        assert!(finer.with_min_spacing(10.0, posed).unwrap().edge_factors.iter().all(|factor| *factor == 1.0));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Edges of a quad mesh and the direction in which patches run along them.
+//! Edges of a quad mesh, and the direction of each patch along them.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use std::collections::HashMap;
 pub struct Topology {
     /// Vertex pairs, lower index first.
     pub edges: Vec<[u32; 2]>,
-    /// For each patch and side (v=0, u=1, v=1, u=0): `edge << 1`, with the lowest bit set when the patch runs from the
-    /// higher vertex. A side without length, the third of a triangle, has what the side before it has, and is none of its own.
+    /// For each patch and side (v=0, u=1, v=1, u=0): `edge << 1`, with the lowest bit set if the patch runs from the higher vertex.
+    /// A side of zero length, the third of a triangle, repeats the previous side's value and is not an edge.
     pub patch_edges: Vec<[u32; 4]>,
 }
 
 impl Topology {
-    /// Finds the edges, numbered in the order in which the patches first name them.
+    /// Finds the edges, numbered in order of first use by the patches.
     pub fn new(patches: &[[u32; 4]]) -> Self {
         let mut index = HashMap::with_capacity(patches.len() * 2);
         let mut edges = Vec::with_capacity(patches.len() * 2);
@@ -35,14 +35,14 @@ impl Topology {
         Self { edges, patch_edges }
     }
 
-    /// Sides of a patch that are not those before them.
+    /// The sides of a patch, without sides of zero length.
     pub fn sides(&self, patch: usize) -> impl Iterator<Item = usize> + use<> {
         let edges = self.patch_edges[patch];
         (0..4).filter(move |&side| edges[side] != edges[(side + 3) & 3])
     }
 
-    /// For each side of each patch, the patch and side beyond it. `None` for edges that do not join exactly two patches, or
-    /// join them running in the same direction.
+    /// For each side of each patch, the adjacent patch and its side. `None` for edges that do not join exactly two patches with
+    /// opposite directions.
     pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
         let sides = self.sides_of_edges();
         let beyond = |edge: u32| {
@@ -52,8 +52,7 @@ impl Topology {
         self.patch_edges.iter().map(|edges| edges.map(beyond)).collect()
     }
 
-    /// Number of edges that do not join exactly two patches, or join them running in the same direction: 0 on a closed,
-    /// oriented surface.
+    /// Number of edges that do not join exactly two patches with opposite directions: 0 on a closed, oriented surface.
     pub fn irregular_edges(&self) -> usize {
         self.sides_of_edges().iter().filter(|both| both.map(|(count, _)| count) != [1, 1]).count()
     }
@@ -117,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_or_flipped_face_is_noticed() {
+    fn missing_or_flipped_faces_are_detected() {
         assert_eq!(Topology::new(&CUBE[..5]).irregular_edges(), 4);
         let mut flipped = CUBE;
         flipped[2].reverse();

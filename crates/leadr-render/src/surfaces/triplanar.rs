@@ -1,26 +1,25 @@
-//! A texture without coordinates: seen from outside along the three axes, upright (z up), where the surface is at rest, and blended by the
-//! normal. `shaders-glsl/passes/triplanar.glsl` does the same.
+//! Triplanar mapping, a texture without coordinates: projected at rest from outside along the three axes, upright (z up), and
+//! blended by the normal. `shaders-glsl/passes/triplanar.glsl` does the same.
 
 use glam::{Vec2, Vec3};
 
-/// By how many repeats the three views are moved apart, so that they do not look alike where they meet. Courses of bricks go on round
-/// a corner.
+/// Offsets of the three projections in repeats, so that they differ where they meet. Courses of bricks continue around a corner.
 const SHIFTS: [Vec2; 3] = [Vec2::ZERO, Vec2::new(0.37, 0.0), Vec2::splat(0.71)];
 
-/// A texture seen along an axis.
+/// A projection of the texture along an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
-    /// How much it counts, by the normal; the weights of all three sum to anything.
+    /// Blend weight from the normal; the three weights are not normalised.
     pub weight: f32,
-    /// Where in the texture, `t` down.
+    /// Position in the texture, `t` down.
     pub texcoord: Vec2,
     /// Directions in which `s` and `t` grow.
     pub s: Vec3,
-    /// See `s`.
+    /// Direction of `t`; see `s`.
     pub t: Vec3,
 }
 
-/// The three views of a place of this normal; one repeat covers `repeat` metres.
+/// The three projections at a position with this normal. One repeat covers `repeat` metres.
 pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3] {
     let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;
@@ -38,13 +37,13 @@ pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3]
     ]
 }
 
-/// From which side of an axis a surface is seen that faces this far along it.
+/// The side of an axis that faces the viewer, from the normal's component along it.
 fn side(facing: f32) -> f32 {
     if facing < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Samples a repeating map in all views and blends. The blend keeps the variance of the map (weights are normalised in the squares), so
-/// that the blended regions are as rough as the others.
+/// Samples a repeating map in all projections and blends them. Weights are normalised in their squares, so the blend keeps the
+/// variance of the map and blended regions are equally rough.
 pub fn blend(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl Fn(Vec2) -> f32) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for Projection { weight, texcoord, .. } in projections(position, normal, repeat) {
@@ -56,7 +55,7 @@ pub fn blend(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl 
     mean + sum / squares.max(1e-20).sqrt()
 }
 
-/// Most that a blend moves a value away from its mean, as a multiple of what the map does: three views that agree.
+/// Largest gain of a blend on the deviation from the mean: three equal projections.
 pub const MOST_BLENDED: f32 = 1.732_050_8;
 
 #[cfg(test)]
@@ -65,7 +64,7 @@ mod tests {
 
     #[test]
     fn blending_keeps_the_variance() {
-        // Independent noise per texel: wherever on the surface, the blended variance is that of the map.
+        // Independent noise per texel: the blended variance equals that of the map everywhere on the surface.
         let noise = |t: Vec2| {
             let h = ((t.x * 64.0).floor() as i64 * 73_856_093) ^ ((t.y * 64.0).floor() as i64 * 19_349_663);
             ((h.wrapping_mul(2_654_435_761) >> 7) & 0xffff) as f32 / 65_535.0

@@ -1,35 +1,35 @@
-//! How the textures of a material lie on a mesh: each kind of image has a chart, in which it covers the unit square.
+//! How a material's textures map to a mesh. Each kind of image has a chart, in which it covers the unit square.
 //!
-//! Textures that are filtered as one image (colours with metal and roughness) share a chart: that of the texture where they agree on
-//! coordinates, transform and wrap, otherwise one in which all of them can be drawn anew.
+//! Textures that are filtered together (colours with metalness and roughness) share a chart. It is the texture's own if all agree on
+//! coordinates, transform and wrap; otherwise they are resampled into a common one.
 
 use glam::{Affine2, Mat2, Vec2};
 
 use leadr_maps::material::{Material, Opacity, Texture, TextureWrap};
 use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY, CHARTS};
 
-/// A chart: the texture coordinates of one kind of image.
+/// The texture coordinates of one kind of image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chart {
-    /// Which of the mesh's coordinates it follows.
+    /// Index of the mesh's texture coordinate set.
     pub coordinates: usize,
-    /// From those to the chart's own.
+    /// Transform from that set to the chart.
     pub transform: Affine2,
-    /// What lies beyond the unit square.
+    /// Wrap modes outside the unit square.
     pub wrap: [TextureWrap; 2],
-    /// Whether all its textures have just this layout.
+    /// Whether all textures have exactly this layout.
     exact: bool,
 }
 
-/// Corners of what a set of coordinates reaches.
+/// Bounding corners of a texture coordinate set.
 pub type Bounds<'a> = &'a dyn Fn(usize) -> (Vec2, Vec2);
 
 impl Chart {
-    /// Where nothing is drawn.
+    /// A chart without textures.
     const NONE: Self =
         Self { coordinates: 0, transform: Affine2::IDENTITY, wrap: [TextureWrap::Repeat; 2], exact: true };
 
-    /// The chart of textures that are filtered together, and whether it does justice to all of them; `None` without textures.
+    /// The chart of textures that are filtered together, and whether it fits all of them; `None` without textures.
     fn of(textures: &[&Texture], bounds: Bounds<'_>) -> Option<(Self, bool)> {
         let first = textures.first()?;
         let coordinates = first.coordinates as usize;
@@ -49,13 +49,13 @@ impl Chart {
         Some((Self { coordinates, transform, wrap: [TextureWrap::Clamp; 2], exact: false }, one_set))
     }
 
-    /// A texture as it lies in this chart.
+    /// Rewrites a texture for this chart.
     fn seen(&self, texture: &mut Texture) {
         texture.transform = if self.exact { Affine2::IDENTITY } else { texture.transform * self.transform.inverse() };
     }
 
-    /// The texture coordinates of a corner of a triangle.
-    pub fn place(&self, sets: &dyn Fn(usize) -> Vec2) -> Vec2 {
+    /// The chart coordinates of a triangle corner.
+    pub fn texcoord(&self, sets: &dyn Fn(usize) -> Vec2) -> Vec2 {
         self.transform.transform_point2(sets(self.coordinates))
     }
 }
@@ -63,16 +63,16 @@ impl Chart {
 /// The charts of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Charts {
-    /// Of slopes and heights.
+    /// Chart of slopes and heights.
     pub slopes: Chart,
-    /// Of the images, in the order of the `CHART_` constants.
+    /// Charts of the images, in the order of the `CHART_` constants.
     pub images: [Chart; CHARTS as usize],
-    /// Whether any texture follows other coordinates than it should.
+    /// Whether any texture uses a different coordinate set than the file requests.
     pub compromise: bool,
 }
 
 impl Charts {
-    /// The charts for a material on a mesh whose coordinates reach so far, and the material as it lies in them.
+    /// The charts for a material on a mesh with these texture coordinate bounds, and the material rewritten for them.
     pub fn of(material: &Material, bounds: Bounds<'_>) -> (Self, Material) {
         let mut material = material.clone();
         let m = &material;
@@ -85,18 +85,18 @@ impl Charts {
         };
         let one = |texture: Option<&Texture>| Chart::of(texture.as_slice(), bounds);
         let normal = m.normal_map.as_ref().map(|map| &map.texture);
-        // Heights follow the first coordinates, and slopes of a normal map lie with them.
+        // Heights follow the first coordinates; normal map slopes share their chart.
         let relief = m.relief.as_ref().map(|_| (Chart { exact: normal.is_none(), ..Chart::NONE }, true));
         let slopes = relief.or_else(|| one(normal));
         let [color, emission, occlusion, opacity] = [
             Chart::of(&colors, bounds),
-            // What is not lit shows its colours.
+            // Unlit materials emit their base colour.
             one(if m.unlit { m.base_color.texture.as_ref() } else { m.emission.texture.as_ref() }),
             one(m.cones.as_ref().or(m.occlusion.texture.as_ref())),
             one(opacity),
         ];
         let compromise = [slopes, color].into_iter().flatten().any(|(_, just)| !just);
-        // What has no textures is the same in every chart.
+        // A property without textures is the same in every chart.
         let any = slopes.or(color).or(emission).or(occlusion).or(opacity).map_or(Chart::NONE, |(chart, _)| chart);
         let chart = |found: Option<(Chart, bool)>| found.map_or(any, |(chart, _)| chart);
         let mut images = [any; CHARTS as usize];
@@ -109,7 +109,7 @@ impl Charts {
         (charts, material)
     }
 
-    /// Changes the transforms of the material's textures to those from their charts.
+    /// Makes the textures' transforms relative to their charts.
     fn lay_out(&self, material: &mut Material) {
         let [colors, emission, occlusion, opacity] =
             [CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| self.images[chart as usize]);
@@ -127,10 +127,10 @@ impl Charts {
         }
     }
 
-    /// Whether all images lie as the slopes do.
+    /// Whether all images share the chart of the slopes.
     pub fn are_one(&self) -> bool {
-        let place = |chart: &Chart| (chart.coordinates, chart.transform);
-        self.images.iter().all(|chart| place(chart) == place(&self.slopes))
+        let mapping = |chart: &Chart| (chart.coordinates, chart.transform);
+        self.images.iter().all(|chart| mapping(chart) == mapping(&self.slopes))
     }
 }
 
@@ -152,7 +152,7 @@ mod tests {
         let (charts, laid) = Charts::of(&material, &|_| panic!("not asked for"));
         let chart = charts.images[CHART_COLORS as usize];
         assert_eq!((chart.coordinates, chart.wrap), (1, [TextureWrap::Clamp; 2]));
-        assert_eq!(chart.place(&|set| Vec2::splat(set as f32)), Vec2::splat(1.5));
+        assert_eq!(chart.texcoord(&|set| Vec2::splat(set as f32)), Vec2::splat(1.5));
         assert_eq!(laid.base_color.texture.unwrap().transform, Affine2::IDENTITY);
         assert!(charts.are_one() && !charts.compromise);
     }
@@ -164,20 +164,20 @@ mod tests {
         material.occlusion = Input::texture(texture(1, 1.0, TextureWrap::Repeat), 0);
         let (charts, _) = Charts::of(&material, &|_| panic!("not asked for"));
         assert!(!charts.are_one() && !charts.compromise);
-        let at = |chart: u32| charts.images[chart as usize].place(&|set| Vec2::new(0.25, set as f32));
+        let at = |chart: u32| charts.images[chart as usize].texcoord(&|set| Vec2::new(0.25, set as f32));
         assert_eq!((at(CHART_COLORS), at(CHART_OCCLUSION)), (Vec2::new(0.5, 0.0), Vec2::new(0.25, 1.0)));
     }
 
     #[test]
-    fn textures_that_disagree_are_drawn_anew() {
+    fn disagreeing_textures_are_resampled() {
         let mut material = Material::new("m");
         material.base_color = Input::colors(texture(0, 1.0, TextureWrap::Clamp));
         material.roughness = Input::texture(texture(0, 3.0, TextureWrap::Repeat), 1);
         let (charts, laid) = Charts::of(&material, &|_| (Vec2::splat(-1.0), Vec2::splat(1.0)));
         let chart = charts.images[CHART_COLORS as usize];
-        let at = |uv: f32| chart.place(&|_| Vec2::splat(uv));
+        let at = |uv: f32| chart.texcoord(&|_| Vec2::splat(uv));
         assert_eq!((at(-1.0), at(1.0)), (Vec2::ZERO, Vec2::ONE));
-        // Each finds its own place again.
+        // Each texture maps back to its original coordinates.
         let back = |texture: &Texture| texture.transform.transform_point2(at(0.5)).x;
         assert_eq!(back(&laid.base_color.texture.unwrap()), 0.5);
         assert_eq!(back(&laid.roughness.texture.unwrap()), 1.5);

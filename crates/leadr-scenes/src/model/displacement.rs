@@ -1,37 +1,37 @@
-//! Which height maps displace a model's materials: those that its user names, and those that lie beside it under their name.
+//! Height maps that displace a model's materials: those given by the user, and those found beside the model by name.
 //!
-//! A file's own `extras.leadr_displacement` is read with the model. What the user names comes before it, what only lies beside it after.
+//! Priority: the user's maps, then the file's own `extras.leadr_displacement` (read with the model), then maps found beside it.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
-use super::named::{NamedFile, worn_by};
+use super::named::{NamedFile, materials_named};
 use crate::error::SceneError;
 use leadr_maps::MapError;
 use leadr_maps::load_height_map;
 use leadr_maps::material::{Material, Relief, Role, role_of};
 use leadr_models::Model;
 
-/// Most entries of a model's folder that are looked at.
+/// Largest number of folder entries searched.
 const MOST_ENTRIES: usize = 10_000;
 
 /// A height map for a material, written `MATERIAL=FILE`, `MATERIAL=FILE,SCALE` or `MATERIAL=FILE,SCALE,MIDDLE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
-    /// The heights, PNG or EXR, and the material.
+    /// The material and its heights, PNG or EXR.
     pub named: NamedFile,
-    /// Metres from the map's 0 to its 1, in the model's own measure; `None` for what fits the normals or looks usual.
+    /// Metres from the map's 0 to its 1, in the model's own units; `None` fits the normals or uses the default.
     pub scale: Option<f32>,
-    /// The height that lies on the mesh; `None` for the mean of the map.
+    /// The height that lies on the mesh; `None` uses the mean of the map.
     pub middle: Option<f32>,
 }
 
-/// A file, and at most two numbers behind commas.
+/// Splits a file name from up to two comma-separated numbers.
 fn file_and_numbers(text: &str) -> (&str, Vec<f32>) {
     let mut file = text;
-    // Names of files may have commas: numbers are read from the end.
+    // File names may contain commas, so numbers are read from the end.
     let mut numbers = Vec::new();
     while numbers.len() < 2
         && let Some((before, number)) = file.rsplit_once(',')
@@ -50,7 +50,7 @@ impl FromStr for Displacement {
         let form = "write MATERIAL=FILE or MATERIAL=FILE,SCALE in metres, as in skin=scales.png,0.01";
         let (named, numbers) = NamedFile::read(text, form, file_and_numbers)?;
         if let Some(number) = numbers.iter().find(|number| !(-1e6..=1e6).contains(*number)) {
-            return Err(format!("{number} is no height; {form}"));
+            return Err(format!("{number} is not a height; {form}"));
         }
         if numbers.first().is_some_and(|scale| *scale < 0.0) {
             return Err(format!("the scale is below 0; {form}"));
@@ -69,37 +69,36 @@ impl Serialize for Displacement {
     }
 }
 
-/// Heights about their mean, of a scale that nobody told.
+/// Heights about their mean, without a scale.
 fn relief_of(file: &Path) -> Result<Relief, MapError> {
     let map = load_height_map(file)?;
     let middle = map.mean();
     Ok(Relief { map, scale: None, in_widths: false, middle })
 }
 
-/// Gives the materials of the model in `file` the heights that its user names, and those that lie beside it.
+/// Applies the user's height maps to the materials of the model in `file`, then those found beside it.
 ///
 /// # Errors
-/// A name that no material has (those that exist are listed), or a damaged map.
-pub fn displace(model: &mut Model, file: &Path, asked: &[Displacement]) -> Result<(), SceneError> {
+/// If no material has the name (existing names are listed), or a map is damaged.
+pub fn displace(model: &mut Model, file: &Path, requested: &[Displacement]) -> Result<(), SceneError> {
     for (material, map) in beside(model, file) {
         let name = map.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let material = &mut model.materials[material];
-        tracing::warn!("{}: {name} beside it displaces its material {}", model.name, material.name);
+        tracing::warn!("{}: found {name} beside the model; it displaces material {}", model.name, material.name);
         material.relief = Some(relief_of(&map)?);
     }
-    for Displacement { named, scale, middle } in asked {
-        let worn = worn_by(model, named.material.as_deref())?;
+    for Displacement { named, scale, middle } in requested {
+        let indices = materials_named(model, named.material.as_deref())?;
         let relief = relief_of(&named.file)?;
         let relief = Relief { scale: *scale, middle: middle.unwrap_or(relief.middle), ..relief };
-        for index in worn {
+        for index in indices {
             model.materials[index].relief = Some(relief.clone());
         }
     }
     Ok(())
 }
 
-/// Height maps in the folder of a model that are named like a material without one, or like the image of its base colour, and a word
-/// for heights.
+/// Finds height maps beside a model: named like a material without heights, or like its base colour image, plus a word for heights.
 fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
@@ -128,7 +127,7 @@ fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
     bare.filter_map(|(number, material)| Some((number, found(material)?))).collect()
 }
 
-/// What is left of a name without its last word, in lower case.
+/// A name without its last word, in lower case.
 fn without_role(stem: &str) -> Option<String> {
     let (name, _) = stem.rsplit_once(|c: char| !c.is_alphanumeric())?;
     (!name.is_empty()).then(|| name.to_lowercase())
@@ -157,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn maps_beside_a_model_are_found_by_name_and_those_asked_for_come_first() {
+    fn model_maps_are_found_by_name_after_explicit_ones() {
         let folder = tempfile::tempdir().unwrap();
         let put = |name: &str, height: f32| {
             let map = HeightMap { width: 1, height: 1, texels: vec![height] };
@@ -167,24 +166,24 @@ mod tests {
         put("Bark_Height.png", 0.2);
         put("leaf_disp.png", 0.4);
         put("stone_Color.png", 0.6);
-        let asked = put("other.png", 0.8);
+        let requested = put("other.png", 0.8);
         let mut leaf = Material::new("Material.001");
         let raster = Raster::new(1, 1, 3, Samples::U8(vec![0; 3])).unwrap();
         leaf.base_color = Input::colors(Texture::new(raster, "leaf_BaseColor.png", Encoding::Srgb));
         let materials = vec![Material::new("bark"), leaf, Material::new("stone")];
         let model = Model { materials, ..Model::default() };
         let file = folder.path().join("tree.glb");
-        let heights = |asked: &[Displacement]| {
+        let heights = |requested: &[Displacement]| {
             let mut model = model.clone();
-            displace(&mut model, &file, asked).unwrap();
+            displace(&mut model, &file, requested).unwrap();
             let height = |m: &Material| m.relief.as_ref().map(|relief| (relief.map.texels[0] * 10.0).round());
             model.materials.iter().map(height).collect::<Vec<_>>()
         };
         assert_eq!(heights(&[]), [Some(2.0), Some(4.0), None]);
-        let asked = |name: &str| format!("{name}={}", asked.display()).parse::<Displacement>().unwrap();
-        assert_eq!(heights(&[asked("bark")]), [Some(8.0), Some(4.0), None]);
-        assert_eq!(heights(&[asked("*")]), [Some(8.0); 3]);
-        let error = displace(&mut model.clone(), &file, &[asked("moss")]).unwrap_err().to_string();
-        assert!(error.ends_with("no material is called moss; there are: bark, Material.001, stone"), "{error}");
+        let requested = |name: &str| format!("{name}={}", requested.display()).parse::<Displacement>().unwrap();
+        assert_eq!(heights(&[requested("bark")]), [Some(8.0), Some(4.0), None]);
+        assert_eq!(heights(&[requested("*")]), [Some(8.0); 3]);
+        let error = displace(&mut model.clone(), &file, &[requested("moss")]).unwrap_err().to_string();
+        assert!(error.ends_with("no material is named moss; available: bark, Material.001, stone"), "{error}");
     }
 }

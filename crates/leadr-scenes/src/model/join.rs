@@ -1,10 +1,9 @@
-//! Materials that differ in nothing but one colour are drawn as one object, so that their relief goes on where they meet.
+//! Merges materials that differ only in one colour, so that their relief is continuous.
 
 use leadr_maps::material::{Input, Material};
 use leadr_models::{Mesh, Model};
 
-/// Gives the triangles of displaced materials that differ in a constant base colour alone the first of them, and their vertices the
-/// colours.
+/// Merges displaced materials that differ only in a constant base colour into the first one. The colours move to the vertices.
 pub fn join_plain(model: &mut Model) {
     let firsts: Vec<usize> = (0..model.materials.len())
         .map(|number| {

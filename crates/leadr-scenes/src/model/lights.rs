@@ -1,34 +1,34 @@
-//! The lights and cameras of a file, in the world.
+//! A file's lights and cameras, in world space.
 
 use std::f32::consts::PI;
 
 use glam::{Mat4, Vec3};
 
-use super::parts::{Placement, ours};
+use super::parts::{Placement, to_z_up};
 use leadr_models::{LightKind, Model, Pose, Projection};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight};
 
-/// Distance of lights that shine from infinitely far, in sizes of the model: their rays meet within half a degree.
+/// Distance of directional lights, in model sizes: their rays converge within half a degree.
 const FAR: f32 = 100.0;
-/// Irradiance at the model from which on lights are dimmed: a white surface would be five times as bright as the picture's white.
+/// Irradiance at the model above which lights are dimmed: it makes a white surface five times as bright as the picture's white.
 const BRIGHTEST: f32 = 5.0 * PI;
-/// Vertical angle, radians, with which parallel views are drawn from afar.
+/// Vertical field of view, radians, that approximates an orthographic camera.
 const NEARLY_PARALLEL: f32 = 0.02;
 
-/// Lights of a model, dimmed to what a picture can show.
+/// Lights of a model, dimmed to the picture's range.
 #[derive(Clone, Debug)]
 pub struct Lamps {
     nodes: Vec<usize>,
-    /// Factor on all intensities.
+    /// Dimming factor on all intensities.
     pub dimmed: f32,
-    /// Size of the model and its middle, in the world.
+    /// Size and centre of the model, in the world.
     size: f32,
     middle: Vec3,
 }
 
 impl Lamps {
-    /// Those of the shown nodes, at most [`MAX_POINT_LIGHTS`]; `corners`: of the model in the world.
+    /// The lights of visible nodes, at most [`MAX_POINT_LIGHTS`]. `corners`: the model's bounds in the world.
     pub fn of(model: &Model, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Self {
         let nodes: Vec<usize> = model
             .shown_nodes()
@@ -47,14 +47,14 @@ impl Lamps {
         lamps
     }
 
-    /// The lights in a pose. Their unit: a white surface that faces an illuminance of π is as bright as an emission of 1.
+    /// The lights in a pose. Unit: a white surface facing an illuminance of π is as bright as an emission of 1.
     pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PointLight> {
         let lamp = |&node: &usize| {
             let light = &model.lights[model.nodes[node].light?];
             let matrix = pose.world_from_node[node];
-            let (position, forward) = (placement.place(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z));
+            let (position, forward) = (placement.to_world(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z));
             let power = Vec3::from(light.color) * (light.intensity * self.dimmed);
-            // Where the model was scaled, lights are as bright on it as they were.
+            // Scales intensities with the model, so that its illuminance is unchanged.
             let square = placement.scale() * placement.scale();
             let lamp = PointLight {
                 range: light.range.map(|range| range * placement.scale()),
@@ -75,11 +75,11 @@ impl Lamps {
     }
 }
 
-/// The view of a node's camera in a pose; parallel ones are drawn from far away. `corners`: of the model in the world.
+/// The view of a node's camera in a pose. An orthographic one is drawn from a large distance. `corners`: the model's bounds in the world.
 pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Camera {
     let matrix = pose.world_from_node[node];
     let (position, forward, up) =
-        (placement.place(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z), along(&matrix, Vec3::Y));
+        (placement.to_world(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z), along(&matrix, Vec3::Y));
     let middle = 0.5 * (corners.0 + corners.1);
     let ahead = (middle - position).dot(forward).max(0.1 * corners.0.distance(corners.1)).max(1e-3);
     let seen = model.nodes[node].camera.map(|number| &model.cameras[number]);
@@ -102,7 +102,7 @@ pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, co
     }
 }
 
-/// A direction of a node in the world.
+/// A node's direction in the world.
 fn along(matrix: &Mat4, direction: Vec3) -> Vec3 {
-    ours(matrix.transform_vector3(direction)).normalize_or(Vec3::NEG_Y)
+    to_z_up(matrix.transform_vector3(direction)).normalize_or(Vec3::NEG_Y)
 }

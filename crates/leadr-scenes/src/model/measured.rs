@@ -1,16 +1,16 @@
-//! Which of a model's materials are measured ones.
+//! Replaces materials of a model by measured ones.
 
 use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
-use super::named::{NamedFile, worn_by};
+use super::named::{NamedFile, materials_named};
 use crate::error::SceneError;
-use crate::fitted::wear;
+use crate::fitted::apply_fit;
 use leadr_measured::fit_file::FitFile;
 use leadr_models::Model;
 
-/// What `leadr fit` wrote, for a material; written `MATERIAL=FIT.json`.
+/// A material and its file from `leadr fit`, written `MATERIAL=FIT.json`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredMaterial(pub NamedFile);
 
@@ -29,16 +29,16 @@ impl Serialize for MeasuredMaterial {
     }
 }
 
-/// Gives materials of the model the facets and the body of measured ones; relief, occlusion, emission and holes stay its own.
+/// Gives materials of the model the facets and the diffuse term of measured ones. Relief, occlusion, emission and cutouts are kept.
 ///
 /// # Errors
-/// A name that no material has (those that exist are listed), or a file that is no fit.
-pub fn measure(model: &mut Model, asked: &[MeasuredMaterial]) -> Result<(), SceneError> {
-    for MeasuredMaterial(NamedFile { material, file }) in asked {
-        let worn = worn_by(model, material.as_deref())?;
+/// If no material has the name (existing names are listed), or a file is not a fit.
+pub fn measure(model: &mut Model, requested: &[MeasuredMaterial]) -> Result<(), SceneError> {
+    for MeasuredMaterial(NamedFile { material, file }) in requested {
+        let indices = materials_named(model, material.as_deref())?;
         let fit = FitFile::load(file)?;
-        for index in worn {
-            wear(&fit, &mut model.materials[index]);
+        for index in indices {
+            apply_fit(&fit, &mut model.materials[index]);
         }
     }
     Ok(())
@@ -64,6 +64,6 @@ mod tests {
     fn unknown_names_are_refused_before_any_file_is_read() {
         let mut model = Model { materials: vec![Material::new("rust"), Material::new("bone")], ..Model::default() };
         let error = measure(&mut model, &["skin=none.json".parse().unwrap()]).unwrap_err().to_string();
-        assert!(error.contains("no material is called skin; there are: rust, bone"), "{error}");
+        assert!(error.contains("no material is named skin; available: rust, bone"), "{error}");
     }
 }

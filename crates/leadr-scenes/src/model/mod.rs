@@ -1,4 +1,4 @@
-//! A glTF model on open ground: it stands on the soil, is seen from a little above, and plays its animation over and over.
+//! A glTF model standing on open ground, seen from slightly above, with a looping animation.
 
 mod charts;
 pub mod displacement;
@@ -8,9 +8,9 @@ mod lights;
 pub mod measured;
 pub mod named;
 mod parts;
-mod places;
 mod relief;
 mod remarks;
+mod welds;
 
 use std::sync::Arc;
 
@@ -27,24 +27,24 @@ use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::numbering::MAX_OBJECTS;
 use lights::Lamps;
 use parts::{Parts, Placement};
-use places::{Places, Surface};
+use welds::{Surface, Welds};
 
-/// A model and the animation that it plays.
+/// A model, its animation and its camera.
 #[derive(Clone, Debug)]
 pub struct ModelChoice {
     /// The model.
     pub model: Model,
-    /// Number of the animation; `None` at rest.
+    /// Index of the animation; `None` for the rest pose.
     pub animation: Option<usize>,
-    /// The node whose camera it is looked at with; `None` for views of ours.
+    /// Node of the chosen camera; `None` for the standard views.
     pub camera: Option<usize>,
 }
 
 impl ModelChoice {
-    /// A model that plays the animation of this name, or without a name its first.
+    /// A model that plays the animation of this name, or its first for `None`.
     ///
     /// # Errors
-    /// If it has no animation of this name; those that it has are listed.
+    /// If it has no animation of this name; existing names are listed.
     pub fn new(model: Model, animation: Option<&str>) -> Result<Self, SceneError> {
         let animation = match animation {
             None => (!model.animations.is_empty()).then_some(0),
@@ -53,17 +53,17 @@ impl ModelChoice {
                 None => {
                     let names: Vec<&str> = model.animations.iter().map(|a| a.name.as_str()).collect();
                     let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-                    return Err(SceneError::Model(format!("no animation is called {name}; there are: {there}")));
+                    return Err(SceneError::Model(format!("no animation is named {name}; available: {there}")));
                 }
             },
         };
         Ok(Self { model, animation, camera: None })
     }
 
-    /// The same seen by a camera of the file: the one of this name, of this number from 1, or the first.
+    /// Selects a camera of the file by name or by number from 1, or the first for `None`.
     ///
     /// # Errors
-    /// If it shows no such camera; those that it has are listed.
+    /// If there is no such camera; existing ones are listed.
     pub fn seen_by(self, camera: Option<&str>) -> Result<Self, SceneError> {
         let model = &self.model;
         let nodes: Vec<usize> = model.shown_nodes().into_iter().filter(|&n| model.nodes[n].camera.is_some()).collect();
@@ -83,32 +83,31 @@ impl ModelChoice {
                 .map(|(i, &n)| format!("{} {}", i + 1, name(n)).trim_end().to_owned())
                 .collect();
             let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            let wanted = camera.map_or("it has no camera".to_owned(), |name| format!("no camera is called {name}"));
-            return Err(SceneError::Model(format!("{wanted}; there are: {there}")));
+            let wanted = camera.map_or("it has no camera".to_owned(), |name| format!("no camera is named {name}"));
+            return Err(SceneError::Model(format!("{wanted}; available: {there}")));
         };
         Ok(Self { camera: Some(node), ..self })
     }
 }
 
-/// Times at which an animated model is measured.
+/// Number of times at which an animated model's bounds are sampled.
 const MEASURED: u32 = 24;
 
-/// The model as a stage. Coordinates become ours, z up and its front along -y; a model that is not between a foot and a hundred feet
-/// long is scaled to three metres.
+/// The model as a stage. Coordinates become z up with the front along -y. A model shorter than 0.3 m or longer than 30 m is scaled to
+/// three metres.
 ///
 /// # Errors
-/// If it shows nothing, or has more materials than the renderer has objects.
+/// If the model shows nothing, or has more materials than the renderer has objects.
 pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let ModelChoice { mut model, animation, camera } = choice;
     join::join_plain(&mut model);
     let parts = Parts::of(&model);
     if parts.objects.is_empty() {
-        let fault = "it shows no triangles, and points and lines are not drawn; export meshes with it";
+        let fault = "it has no triangles, and points and lines are not drawn; export it with meshes";
         return Err(SceneError::Model(fault.into()));
     }
     if parts.objects.len() >= MAX_OBJECTS {
-        let fault =
-            format!("its {} materials are more than the {} that a scene has", parts.objects.len(), MAX_OBJECTS - 1);
+        let fault = format!("it has {} materials, and a scene has at most {}", parts.objects.len(), MAX_OBJECTS - 1);
         return Err(SceneError::Model(format!("{fault}; join some of them")));
     }
     let charts: Vec<(Charts, Material)> = (0..parts.objects.len())
@@ -122,11 +121,11 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         .map(|i| parts.bounds(&model, &model.pose(animation, time(i))))
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (a, b)| (low.min(a), high.max(b)));
     if !low.is_finite() || !high.is_finite() || !low.distance(high).is_finite() {
-        let fault = "its nodes scale or move its vertices beyond what numbers hold; give them sizes in metres";
+        let fault = "its node transforms overflow the vertex positions; use sizes in metres";
         return Err(SceneError::Model(fault.into()));
     }
     let placement = Placement::on_ground(low, high);
-    // What lies flat lies on the bumps of the soil; other things may sink into it to their ankles.
+    // Flat models lie on the soil's bumps; others may sink slightly into it.
     let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
     let placement =
         if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
@@ -136,10 +135,10 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let corners = |(i, (charts, _)): (usize, &(Charts, Material))| parts.triangles(&model, i, charts).0;
     let triangles: Vec<Vec<[u32; 3]>> =
         if displaced { charts.iter().enumerate().map(corners).collect() } else { Vec::new() };
-    let places = displaced.then(|| Places::of(&poses().collect::<Vec<_>>(), &triangles));
+    let welds = displaced.then(|| Welds::of(&poses().collect::<Vec<_>>(), &triangles));
     let surface = Surface {
-        rims: places.as_ref().map_or(Vec::new(), |places| places.rims(&triangles)),
-        places,
+        rims: welds.as_ref().map_or(Vec::new(), |welds| welds.rims(&triangles)),
+        welds,
         placement,
         size: low.distance(high) * placement.scale(),
     };
@@ -147,13 +146,13 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let mut objects: Vec<Object> =
         at_rest.map(|(i, (rest, charts))| dress::object(&model, &parts, &surface, charts, i, rest)).collect();
     objects.push(ground());
-    let (a, b) = (placement.place(low), placement.place(high));
+    let (a, b) = (placement.to_world(low), placement.to_world(high));
     let corners = (a.min(b), a.max(b));
     let views = views(corners.0, corners.1);
     let lamps = Lamps::of(&model, &rest, &placement, corners);
     if lamps.dimmed < 1.0 {
         tracing::warn!(
-            "{}: its lights are dimmed to {:.2e} of what they are: they would outshine the picture",
+            "{}: its lights are dimmed to {:.2e} of their intensity, because they are too bright for the picture",
             model.name,
             lamps.dimmed
         );
@@ -181,10 +180,10 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     })
 }
 
-/// Share of the middle view's height and of its width (at 4:3) that a model fills.
+/// Fraction of the middle view's height and width (at 4:3) that a model fills.
 const FILLED: f32 = 0.8;
 
-/// Views of what lies between two corners, from its front, a little to the side and from above; flat things are looked at more squarely.
+/// Views of a bounding box from its front, slightly to the side and from above. Flat boxes are seen more from above.
 fn views(low: Vec3, high: Vec3) -> Views {
     let (centre, size) = (0.5 * (low + high), (high - low).max(Vec3::splat(1e-4)));
     let (wide, upright) = (size.x.max(size.y), size.z);
@@ -211,7 +210,7 @@ fn views(low: Vec3, high: Vec3) -> Views {
         };
         let fits = (0..8).map(needed).fold(0.0, f32::max);
         let position = centre + eye * (fits * factor);
-        // Never below the ground.
+        // Keeps the camera above the ground.
         Camera::looking_at(position.max(Vec3::new(f32::MIN, f32::MIN, 0.02 * fits)), centre, degrees)
     };
     Views { near: from(0.55), mid: from(1.0), far: from(8.0) }

@@ -1,4 +1,4 @@
-//! What of a model is drawn together: its triangles by material, carried to where they are at a time.
+//! Groups a model's triangles by material, and poses their vertices.
 
 use glam::{Vec2, Vec3};
 
@@ -7,7 +7,7 @@ use leadr_models::{Model, Pose, Primitive};
 use leadr_render::scene::TriangleCharts;
 use leadr_render::surfaces::patch_mesh::PosedVertices;
 
-/// The triangles of one primitive as a node shows them.
+/// The triangles of one primitive at one node.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     pub node: usize,
@@ -21,21 +21,21 @@ impl Part {
     }
 }
 
-/// Where the corners of triangles lie in the charts of their material.
+/// Chart coordinates of triangle corners.
 #[derive(Debug)]
-pub struct Places {
-    /// In that of slopes and heights.
+pub struct ChartTexcoords {
+    /// In the chart of slopes and heights.
     pub slopes: Vec<[Vec2; 3]>,
-    /// In those of its images, if they are others.
+    /// In the charts of the images, if they differ.
     pub images: Option<Vec<TriangleCharts>>,
 }
 
-/// All that is shown of one material.
+/// All visible parts of one material.
 #[derive(Clone, Debug)]
 pub struct Parted {
-    /// Its number.
+    /// Index of the material.
     pub material: usize,
-    /// What wears it.
+    /// The parts with this material.
     pub parts: Vec<Part>,
 }
 
@@ -46,7 +46,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// What the model's scene shows.
+    /// The visible parts of the model's scene.
     pub fn of(model: &Model) -> Self {
         let mut objects: Vec<Parted> = Vec::new();
         for node in model.shown_nodes() {
@@ -65,7 +65,7 @@ impl Parts {
         Self { objects }
     }
 
-    /// Corners of what a pose reaches, in the model's coordinates.
+    /// Bounding corners of a pose, in the model's coordinates.
     pub fn bounds(&self, model: &Model, pose: &Pose) -> (Vec3, Vec3) {
         let mut corners = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for part in self.objects.iter().flat_map(|object| &object.parts) {
@@ -87,16 +87,16 @@ impl Parts {
         let mut posed = PosedVertices::default();
         for part in &self.objects[object].parts {
             let part = model.posed_vertices(pose, part.node, part.primitive);
-            posed.positions.extend(part.positions.iter().map(|&p| placement.place(Vec3::from(p))));
-            posed.normals.extend(part.normals.iter().map(|&n| ours(Vec3::from(n))));
+            posed.positions.extend(part.positions.iter().map(|&p| placement.to_world(Vec3::from(p))));
+            posed.normals.extend(part.normals.iter().map(|&n| to_z_up(Vec3::from(n))));
         }
         posed
     }
 
-    /// The corners of an object's triangles among its vertices, counter-clockwise, and where they lie in the charts of its material.
-    pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, Places) {
+    /// An object's triangles as vertex indices, counter-clockwise, and their corners in the charts of its material.
+    pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, ChartTexcoords) {
         let (mut corners, mut first) = (Vec::new(), 0);
-        let mut places = Places { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
+        let mut texcoords = ChartTexcoords { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
         let pose = model.pose(None, 0.0);
         for part in &self.objects[object].parts {
             let primitive = part.shown_in(model);
@@ -104,18 +104,18 @@ impl Parts {
             for &[a, b, c] in &primitive.triangles {
                 let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
                 corners.push(triangle.map(|v| first + v));
-                let place = |chart: &Chart, vertex: u32| chart.place(&|set| coordinates(primitive, set, vertex));
-                places.slopes.push(triangle.map(|v| place(&charts.slopes, v)));
-                if let Some(images) = &mut places.images {
-                    images.push(charts.images.map(|chart| triangle.map(|v| place(&chart, v))));
+                let texcoord = |chart: &Chart, vertex: u32| chart.texcoord(&|set| coordinates(primitive, set, vertex));
+                texcoords.slopes.push(triangle.map(|v| texcoord(&charts.slopes, v)));
+                if let Some(images) = &mut texcoords.images {
+                    images.push(charts.images.map(|chart| triangle.map(|v| texcoord(&chart, v))));
                 }
             }
             first += primitive.positions.len() as u32;
         }
-        (corners, places)
+        (corners, texcoords)
     }
 
-    /// Corners of what a set of texture coordinates reaches on an object.
+    /// Bounding corners of a texture coordinate set on an object.
     pub fn reached(&self, model: &Model, object: usize, set: usize) -> (Vec2, Vec2) {
         let parts = self.objects[object].parts.iter().map(|part| part.shown_in(model));
         let used = parts.flat_map(|primitive| {
@@ -124,7 +124,7 @@ impl Parts {
         used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
     }
 
-    /// Linear colours and opacity of an object's vertices; white and opaque where they have none.
+    /// Linear colours and opacity of an object's vertices; white and opaque by default.
     pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
         let of_part = |part: &Part| {
             let primitive = part.shown_in(model);
@@ -134,17 +134,17 @@ impl Parts {
     }
 }
 
-/// Texture coordinates of a vertex; the origin where the file has none.
+/// Texture coordinates of a vertex; the origin if the file has none.
 fn coordinates(primitive: &Primitive, set: usize, vertex: u32) -> Vec2 {
     primitive.texcoords.get(set).map_or(Vec2::ZERO, |all| Vec2::from(all[vertex as usize]))
 }
 
-/// From glTF's coordinates, y up and the front along z, to ours, z up and the front along -y.
-pub fn ours(v: Vec3) -> Vec3 {
+/// From glTF's coordinates (y up, front along z) to the renderer's (z up, front along -y).
+pub fn to_z_up(v: Vec3) -> Vec3 {
     Vec3::new(v.x, -v.z, v.y)
 }
 
-/// Where a model stands.
+/// Transform of a model to the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     scale: f32,
@@ -152,28 +152,28 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// On the ground, in the middle. `low`, `high`: corners of the model in its own coordinates.
+    /// Centred on the ground. `low`, `high`: bounds of the model in its own coordinates.
     pub fn on_ground(low: Vec3, high: Vec3) -> Self {
         let size = low.distance(high);
         let scale = if (0.3..=30.0).contains(&size) { 1.0 } else { 3.0 / size.max(1e-20) };
-        let (a, b) = (ours(low), ours(high));
+        let (a, b) = (to_z_up(low), to_z_up(high));
         let (low, high) = (a.min(b), a.max(b));
         Self { scale, offset: -scale * (0.5 * (low + high)).with_z(low.z) }
     }
 
-    /// The same so many metres higher.
+    /// Raises the placement by `metres`.
     pub fn lifted(self, metres: f32) -> Self {
         Self { offset: self.offset + metres * Vec3::Z, ..self }
     }
 
-    /// Metres in the world of a metre of the model.
+    /// World metres per unit of the model.
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// A point of the model in the world.
-    pub fn place(&self, point: Vec3) -> Vec3 {
-        ours(point) * self.scale + self.offset
+    /// Maps a point of the model to the world.
+    pub fn to_world(self, point: Vec3) -> Vec3 {
+        to_z_up(point) * self.scale + self.offset
     }
 }
 
@@ -183,12 +183,12 @@ mod tests {
 
     #[test]
     fn models_stand_in_the_middle_of_the_ground() {
-        let place = Placement::on_ground(Vec3::new(1.0, 2.0, 3.0), Vec3::new(3.0, 5.0, 4.0));
-        assert_eq!(place.place(Vec3::new(2.0, 2.0, 3.5)), Vec3::ZERO);
-        // Its top is up, its front toward -y.
-        assert_eq!(place.place(Vec3::new(2.0, 5.0, 3.5)), 3.0 * Vec3::Z);
-        assert_eq!(place.place(Vec3::new(2.0, 2.0, 4.0)), -0.5 * Vec3::Y);
+        let placement = Placement::on_ground(Vec3::new(1.0, 2.0, 3.0), Vec3::new(3.0, 5.0, 4.0));
+        assert_eq!(placement.to_world(Vec3::new(2.0, 2.0, 3.5)), Vec3::ZERO);
+        // Its top faces up, its front -y.
+        assert_eq!(placement.to_world(Vec3::new(2.0, 5.0, 3.5)), 3.0 * Vec3::Z);
+        assert_eq!(placement.to_world(Vec3::new(2.0, 2.0, 4.0)), -0.5 * Vec3::Y);
         let huge = Placement::on_ground(Vec3::ZERO, Vec3::new(0.0, 300.0, 0.0));
-        assert!((huge.place(Vec3::new(0.0, 300.0, 0.0)) - 3.0 * Vec3::Z).length() < 1e-5);
+        assert!((huge.to_world(Vec3::new(0.0, 300.0, 0.0)) - 3.0 * Vec3::Z).length() < 1e-5);
     }
 }

@@ -1,9 +1,9 @@
-//! A model's relief: heights in metres over its texture coordinates, or over coordinates that are made where it has none.
+//! A model's relief: heights in metres over its texture coordinates, or over generated ones.
 
 use glam::{Vec2, Vec3};
 
-use super::places::Surface;
-use crate::cover::{Cover, Stroke, per_texel};
+use super::welds::Surface;
+use crate::cover::{AnisotropySample, SampledMaterial, per_texel};
 use leadr_maps::HeightMap;
 use leadr_maps::material::Material;
 use leadr_render::scene::Object;
@@ -11,13 +11,12 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
-/// How often a map repeats along the diagonal of a model without texture coordinates.
+/// Repeats of a map along the diagonal of a model without texture coordinates.
 const REPEATS: f32 = 8.0;
 
-/// How a relief lies on triangles whose texture coordinates have no area, where no texture of the material follows them: seen along the
-/// axes, blended if all of the mesh is like that, and otherwise on each triangle along the axis that it faces most. `size`: the model's
-/// diagonal, metres.
-pub fn cover_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
+/// Gives triangles without texture area a mapping along the axes, unless textures use their coordinates. The mapping is triplanar if the
+/// whole mesh lacks area; otherwise each triangle uses its dominant axis. `size`: the model's diagonal, metres.
+pub fn project_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
     let textures = Material { relief: None, ..material.clone() };
     if material.relief.is_none() || textures.coordinate_sets() > 0 {
         return;
@@ -43,7 +42,7 @@ fn chart_area(t: &[Vec2; 4]) -> f32 {
     (t[1] - t[0]).perp_dot(t[3] - t[0]).abs()
 }
 
-/// Metres per unit of texture coordinate, over all triangles; `None` where their coordinates have no area.
+/// Metres per unit of texture coordinate, over all triangles; `None` if their coordinates have no area.
 pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
     if mesh.triplanar.is_some() {
         return mesh.triplanar;
@@ -60,38 +59,38 @@ pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
     (units > 0.0).then(|| (metres / units).sqrt() as f32)
 }
 
-/// The object with the heights and the slopes of its material.
-pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: &Surface) -> Object {
-    let size = relief_size(material, cover);
+/// Adds the heights and slopes of its material to an object.
+pub fn with_relief(object: Object, material: &Material, sampled: &SampledMaterial, surface: &Surface) -> Object {
+    let size = relief_size(material, sampled);
     let scale = match &material.relief {
         None => 0.0,
         Some(relief) => match relief.scale {
             Some(scale) => scale * surface.placement.scale(),
-            None => metres_per_unit(&object.mesh).map_or(0.0, |repeat| cover.unit(repeat) * repeat),
+            None => metres_per_unit(&object.mesh).map_or(0.0, |repeat| sampled.unit(repeat) * repeat),
         },
     };
-    let texels = per_texel(size, |at| (cover.height(at) - cover.middle) * scale);
+    let texels = per_texel(size, |at| (sampled.height(at) - sampled.middle) * scale);
     let object = object.with_heights(HeightField::repeating(HeightMap { width: size.0, height: size.1, texels }), 1.0);
-    // Heights alone keep the slopes of their own triangles, which have no place for a further variance.
-    let brushed = cover.is_brushed() && (cover.has_slopes() || !cover.has_heights());
-    if !cover.has_slopes() && !brushed {
+    // Heights without normals use per-triangle slopes, which have no additional variance.
+    let anisotropic = sampled.is_anisotropic() && (sampled.has_slopes() || !sampled.has_heights());
+    if !sampled.has_slopes() && !anisotropic {
         return object;
     }
-    let object = object.with_slopes(per_texel(size, |at| cover.slope(at).to_array()));
-    if !brushed {
+    let object = object.with_slopes(per_texel(size, |at| sampled.slope(at).to_array()));
+    if !anisotropic {
         return object;
     }
-    // The bitangent goes against t.
+    // The bitangent points against t.
     object.with_slope_spread(per_texel(size, |at| {
-        let Stroke { along, variance } = cover.stroke(at);
+        let AnisotropySample { along, variance } = sampled.anisotropy_at(at);
         [along.x * along.x, along.y * along.y, -along.x * along.y].map(|square| square * variance)
     }))
 }
 
-/// Texels of the finer of the height map and the normal map.
-fn relief_size(material: &Material, cover: &Cover) -> (u32, u32) {
-    if cover.is_brushed() {
-        return cover.size;
+/// Resolution of the finer of the height map and the normal map.
+fn relief_size(material: &Material, sampled: &SampledMaterial) -> (u32, u32) {
+    if sampled.is_anisotropic() {
+        return sampled.size;
     }
     let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
     let normals = material.normal_map.as_ref().map(|map| (map.texture.raster.width(), map.texture.raster.height()));
@@ -132,10 +131,9 @@ mod tests {
         });
         let bare = triangle([Vec3::ZERO, Vec3::X, Vec3::Y], [Vec2::ZERO; 3]);
         let mut whole = bare.clone();
-        cover_bare_triangles(&mut whole, &material, REPEATS);
+        project_bare_triangles(&mut whole, &material, REPEATS);
         assert_eq!((whole.triplanar, metres_per_unit(&whole)), (Some(1.0), Some(1.0)));
-        // Beside a triangle with coordinates the others keep to one axis. Counter-clockwise from outside, every chart is clockwise in
-        // coordinates whose t runs down.
+        // Next to a triangle with coordinates, the others use one axis each. Charts are clockwise seen from outside, since t runs down.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             for outward in [axis, -axis] {
                 let (a, b) = (outward.any_orthonormal_pair(), outward);
@@ -143,7 +141,7 @@ mod tests {
                 let mut mesh = triangle([b, b + a.0, b + a.1], [Vec2::ZERO; 3]);
                 mesh.patches.push([0, 1, 2, 2]);
                 mesh.texcoords.push([Vec2::ZERO, Vec2::X, -Vec2::Y, -Vec2::Y]);
-                cover_bare_triangles(&mut mesh, &material, REPEATS);
+                project_bare_triangles(&mut mesh, &material, REPEATS);
                 let t = mesh.texcoords[0];
                 assert!(((t[1] - t[0]).perp_dot(t[3] - t[0]) + 1.0).abs() < 1e-5, "{outward}: {t:?}");
                 assert_eq!(metres_per_unit(&mesh), Some(1.0));

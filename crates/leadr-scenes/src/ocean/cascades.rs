@@ -1,4 +1,4 @@
-//! Which waves each cascade carries.
+//! Divides a sea spectrum into cascades.
 
 use super::spectrum::Sea;
 use leadr_render::surfaces::ocean::waves::Cascade;
@@ -7,24 +7,24 @@ use std::f64::consts::TAU;
 /// The sea, divided into tiles.
 #[derive(Clone, Debug)]
 pub struct Cascades {
-    /// The tiles, the longest waves first.
+    /// The tiles, longest waves first.
     pub cascades: Vec<Cascade>,
-    /// Smallest wave number that no cascade carries, rad/m: the rest of the spectrum is roughness.
+    /// Smallest wave number beyond all cascades, rad/m; the rest of the spectrum becomes roughness.
     pub cut: f64,
 }
 
-/// Ratio of the sizes of neighbouring tiles; irrational, so that no two repeat together.
+/// Size ratio of neighbouring tiles; irrational, so that no two repeat together.
 const RATIO: f64 = 6.853;
-/// Waves across a tile at the long end of its band: the fewer there are, the more visibly a tile repeats.
+/// Wavelengths across a tile at the long end of its band; fewer make repetition visible.
 const LEAST_WAVES: f64 = 7.0;
-/// Most tiles, and the shortest edge worth having, metres.
+/// Largest number of tiles, and the shortest useful tile edge, metres.
 const MOST: usize = 6;
 const SHORTEST_TILE: f64 = 1.2;
-/// The golden angle, so that no two tiles have the same orientation.
-const TURN: f64 = 2.399_963_229_728_653;
+/// The golden angle gives every tile a different orientation.
+const ROTATION_STEP: f64 = 2.399_963_229_728_653;
 
-/// Divides `sea` into tiles of `resolution²` samples. The longest band is carried by two tiles of different size and angle, half
-/// its energy each, so that nothing repeats visibly from afar.
+/// Divides `sea` into tiles of `resolution²` samples. Two tiles of different size and angle share the energy of the longest band, which
+/// hides repetition at a distance.
 pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     let longest = (12.0 * TAU / sea.peak_wave_number()).max(60.0);
     let mut sizes = vec![longest];
@@ -33,17 +33,17 @@ pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     }
     let density = sea.density();
     let frequency = |k: f64| sea.angular_frequency(k);
-    // A wave takes at least three samples: the shorter ones would be drawn as noise.
+    // A wave needs at least three samples; shorter ones would be noise.
     let finest = |size: f64| TAU / size * f64::from(resolution) / 3.0;
     let mut cascades = Vec::new();
     let mut low = 0.0;
     for (i, &size) in sizes.iter().enumerate() {
         let high = sizes.get(i + 1).map_or(finest(size), |next| (LEAST_WAVES * TAU / next).min(finest(size)));
-        let turned = |n: usize| sea.wind_direction + TURN * n as f64;
+        let direction = |n: usize| sea.wind_direction + ROTATION_STEP * n as f64;
         let mut add = |size: f64, share: f64| {
             let n = cascades.len();
             let seed = seed.wrapping_mul(31).wrapping_add(n as u64);
-            cascades.push(Cascade::new(size, turned(n), resolution, [low, high], share, seed, &density, frequency));
+            cascades.push(Cascade::new(size, direction(n), resolution, [low, high], share, seed, &density, frequency));
         };
         if i == 0 {
             add(size, 0.5);

@@ -1,4 +1,4 @@
-//! The ocean: a wind sea as cascades of waves.
+//! The ocean: a wind sea as wave cascades.
 
 pub mod cascades;
 pub mod sea;

@@ -1,13 +1,12 @@
-//! The spectrum of a wind sea: how much height and slope every wave vector carries.
+//! The spectrum of a wind sea: height and slope per wave vector.
 //!
-//! * The waves that hold the energy follow JONSWAP (Hasselmann et al. 1973) with the depth factor of TMA (Bouws et al. 1985,
-//!   Kitaigorodskii et al. 1975).
-//! * The shorter waves, which hold the slopes, follow the unified spectrum of Elfouhaily et al. 1997: its equilibrium range
-//!   (`ω⁻⁴`, Toba 1973, Donelan et al. 1985) from where JONSWAP's `ω⁻⁵` falls below it, with its roll-off, and its curvature
-//!   spectrum of the gravity–capillary range. JONSWAP's own tail was fitted near the peak; extended to short waves, it
-//!   misses a quarter of the slopes that Cox and Munk (1954) saw at 7 m/s.
-//! * Directions spread as `cos^2s(θ/2)` (Longuet-Higgins et al. 1963), `s` such that the second harmonic is Elfouhaily's:
-//!   unlike his `1 + Δ cos 2θ`, no wave runs against the wind by symmetry.
+//! * Energy-carrying waves follow JONSWAP (Hasselmann et al. 1973) with the depth factor of TMA (Bouws et al. 1985, Kitaigorodskii et al.
+//!   1975).
+//! * Shorter waves, which carry the slopes, follow Elfouhaily et al. 1997. Its equilibrium range (`ω⁻⁴`, Toba 1973, Donelan et al. 1985)
+//!   starts where JONSWAP's `ω⁻⁵` falls below it; its roll-off and gravity–capillary curvature spectrum are included. JONSWAP's own tail,
+//!   fitted near the peak, misses a quarter of the slopes of Cox and Munk (1954) at 7 m/s.
+//! * Directions spread as `cos^2s(θ/2)` (Longuet-Higgins et al. 1963), with `s` chosen to match Elfouhaily's second harmonic. Unlike his
+//!   `1 + Δ cos 2θ`, it has no symmetric waves against the wind.
 //!
 //! SI units and radians throughout; `k` is a wave number in rad/m.
 
@@ -19,9 +18,9 @@ pub const GRAVITY: f64 = 9.81;
 const TENSION: f64 = 7.4e-5;
 /// JONSWAP's peak enhancement.
 const PEAK_ENHANCEMENT: f64 = 3.3;
-/// Slowest phase speed of a water wave, m/s, as Elfouhaily rounds it.
+/// Slowest phase speed of a water wave, m/s, with Elfouhaily's rounding.
 const SLOWEST: f64 = 0.23;
-/// Shortest wave that the slope integrals see, rad/m: 2 mm long, far in the viscous range.
+/// Upper limit of the slope integrals, rad/m: 2 mm long waves, far in the viscous range.
 const SHORTEST: f64 = 3000.0;
 
 /// A sea under a steady wind.
@@ -29,9 +28,9 @@ const SHORTEST: f64 = 3000.0;
 pub struct Sea {
     /// Wind speed 10 m above the water, m/s; above 0.
     pub wind_speed: f64,
-    /// Where the wind blows to, radians counter-clockwise from +x.
+    /// Direction toward which the wind blows, radians counter-clockwise from +x.
     pub wind_direction: f64,
-    /// Distance over which it has blown, metres; above 0.
+    /// Fetch: distance over which the wind has blown, metres; above 0.
     pub fetch: f64,
     /// Depth of the water, metres; above 0.
     pub depth: f64,
@@ -69,7 +68,7 @@ impl Sea {
         slope / (2.0 * self.angular_frequency(k)).max(1e-12)
     }
 
-    /// Angular frequency of the spectral peak, rad/s: JONSWAP's growth with fetch, no lower than a fully developed sea's.
+    /// Angular frequency of the spectral peak, rad/s: JONSWAP's growth with fetch, at least that of a fully developed sea.
     pub fn peak_frequency(&self) -> f64 {
         let growing = 22.0 * (GRAVITY * GRAVITY / (self.wind_speed * self.fetch)).cbrt();
         growing.max(0.855 * GRAVITY / self.wind_speed)
@@ -107,7 +106,7 @@ impl Sea {
         jonswap * factor
     }
 
-    /// All directions together: `∫ S dk` is the height variance. m³.
+    /// Omnidirectional spectrum: `∫ S dk` is the height variance. m³.
     pub fn omnidirectional(&self, k: f64) -> f64 {
         Tail::new(self).omnidirectional(self, k)
     }
@@ -130,7 +129,7 @@ impl Sea {
         }
     }
 
-    /// The moments of the waves with `low ≤ k < high`, by Gauss–Legendre panels in `ln k`; `high` may be infinite.
+    /// Moments of the waves with `low ≤ k < high`, by Gauss–Legendre panels in `ln k`; `high` may be infinite.
     pub fn moments(&self, low: f64, high: f64) -> WaveMoments {
         let (low, high) = (low.max(self.peak_wave_number() * 0.05), high.min(SHORTEST));
         let mut sum = WaveMoments::default();
@@ -142,7 +141,7 @@ impl Sea {
         for (x, weight) in leadr_reflectance::quadrature::composite_gauss(low.ln(), high.ln(), 40, 8) {
             let k = x.exp();
             let variance = tail.omnidirectional(self, k) * k * weight;
-            // E[cos 2θ] of cos^2s(θ/2); E[sin 2θ] is 0 about the wind.
+            // E[cos 2θ] of cos^2s(θ/2); E[sin 2θ] is 0 relative to the wind.
             let s = tail.spreading(self, k);
             let second = s * (s - 1.0) / ((s + 1.0) * (s + 2.0));
             let steep = 0.5 * variance * k * k;
@@ -160,7 +159,7 @@ impl Sea {
     }
 }
 
-/// The parts of Elfouhaily's spectrum that depend on the wind alone.
+/// The wind-dependent parts of Elfouhaily's spectrum.
 struct Tail {
     peak: f64,
     /// Inverse wave age.
@@ -179,7 +178,7 @@ impl Tail {
     fn new(sea: &Sea) -> Self {
         let peak = sea.peak_wave_number();
         let peak_speed = sea.peak_frequency() / peak;
-        // Friction velocity by a drag coefficient that grows with the wind.
+        // Friction velocity from a drag coefficient that grows with the wind.
         let friction = sea.wind_speed * ((0.8 + 0.065 * sea.wind_speed) * 1e-3).sqrt();
         let ratio = (friction / SLOWEST).ln();
         let level = 0.01 * (1.0 + if ratio < 0.0 { ratio } else { 3.0 * ratio });
@@ -276,7 +275,7 @@ mod tests {
 
     #[test]
     fn the_frequency_spectrum_keeps_its_variance_in_wave_numbers() {
-        // The long waves alone: S(k) dk = S(ω) dω. Their roll-off and the short waves change the height by little.
+        // Only the long waves: S(k) dk = S(ω) dω. Their roll-off and the short waves hardly change the height.
         let sea = Sea { wind_speed: 10.0, fetch: 100e3, depth: 1000.0, ..Sea::default() };
         let n = 20_000;
         let (low, high) = (0.3, 20.0f64);
@@ -290,8 +289,9 @@ mod tests {
 
     #[test]
     fn slopes_follow_the_wind_as_cox_and_munk_saw_them() {
-        // Clean water, their regression on the wind 12.5 m up (2 % more than at 10 m by the logarithmic law), ± 0.004:
-        // cross-wind 0.003 + 0.00192 U, along it 0.00316 U.
+        // Their clean-water regression on the wind at 12.5 m (2 % above that at 10 m by the logarithmic law), ± 0.004: cross-wind 0.003 +
+        // 0.00192 U,
+        // along-wind 0.00316 U.
         for wind_speed in [5.0, 7.0, 8.0, 10.0, 12.0, 14.0] {
             let sea = Sea { wind_speed, wind_direction: 0.0, fetch: 100e3, depth: 1000.0 };
             let [up, cross, mixed] = sea.moments(0.0, f64::INFINITY).slopes;
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_the_wind_turns_the_slopes_and_the_density_integrates_to_the_moments() {
+    fn rotating_the_wind_rotates_the_slopes_and_the_density_integrates_to_the_moments() {
         let sea = Sea { wind_direction: 0.7, ..Sea::default() };
         let density = sea.density();
         let (low, high) = (0.2, 2.0f64);

@@ -1,4 +1,4 @@
-//! The waves of a sea, in the units of the command line.
+//! Sea parameters in command-line units.
 
 use serde::Serialize;
 
@@ -6,18 +6,18 @@ use super::sea::{RESOLUTION, ocean};
 use super::spectrum::Sea;
 use leadr_render::surfaces::ocean::Ocean;
 
-/// A sea.
+/// Parameters of a sea.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Waves {
     /// Wind speed 10 m above the water, m/s.
     pub wind: f64,
-    /// Where the wind blows to, degrees counter-clockwise from +x.
+    /// Direction toward which the wind blows, degrees counter-clockwise from +x.
     pub wind_direction: f64,
-    /// Distance over which it has blown, metres.
+    /// Fetch: distance over which the wind has blown, metres.
     pub fetch: f64,
     /// Depth of the water, metres.
     pub depth: f64,
-    /// Factor on the horizontal movement, which sharpens the crests: 0 to 1.
+    /// Factor on the horizontal displacement, which sharpens the crests: 0 to 1.
     pub choppiness: f64,
     /// Samples along the edge of a tile of waves: a power of two, 64 to 512.
     pub fft: u32,
@@ -38,7 +38,7 @@ impl Default for Waves {
 }
 
 impl Waves {
-    /// What the renderer takes.
+    /// Builds the renderer's ocean.
     pub fn ocean(&self) -> Ocean {
         Ocean { choppiness: self.choppiness as f32, ..ocean(&self.sea(), self.fft, 1) }
     }
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn defaults_are_the_spectrums() {
+    fn defaults_match_the_spectrum() {
         let (sea, default) = (Waves::default().sea(), Sea::default());
         assert!((sea.wind_direction - default.wind_direction).abs() < 1e-12);
         assert_eq!(Sea { wind_direction: default.wind_direction, ..sea }, default);

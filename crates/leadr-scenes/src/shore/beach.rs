@@ -1,4 +1,4 @@
-//! The sand as meshes, from the land into the water: dunes, the strip along the water, and the wet sand.
+//! Meshes of the sand, from land to water: dunes, the strip along the water, and wet sand.
 
 use glam::{DVec2, Vec2, Vec3};
 
@@ -10,17 +10,17 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::shore::Shore;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// How far the land reaches, metres: beyond the horizon.
+/// Reach of the land, metres: beyond the horizon.
 const FAR: f64 = 20e3;
-/// Radius of the earth with the usual refraction of the air, metres, as the sea's.
+/// Earth radius with standard atmospheric refraction, metres; the sea uses the same.
 const EARTH: f64 = 6.371e6 * 7.0 / 6.0;
 
-/// By how much each piece of sand sinks under the other beyond their join, metres: more than their bumps. At the join itself neither does, so
-/// that no crease shows.
+/// Depth by which each piece of sand sinks below the other past their join, metres: more than the bumps. It is 0 at the join, so no crease
+/// shows.
 const SINKS: [f64; 2] = [0.15, 0.04];
 
-/// Waves that the dunes are made of, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests along a
-/// period, phase by metre from the waterline, and phase.
+/// Waves of the dunes, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests per period, phase per metre
+/// from the waterline, and phase.
 const HILLS: [(f64, f64, f64, f64); 7] = [
     (0.30, 3.0, 0.05, 0.0),
     (0.24, 2.0, -0.11, 2.1),
@@ -31,28 +31,28 @@ const HILLS: [(f64, f64, f64, f64); 7] = [
     (0.14, 2.0, 0.21, 3.0),
 ];
 
-/// All of it, from the land into the water.
+/// All sand meshes, from land to water.
 pub fn sand(shore: &Shore) -> [Object; 3] {
     let (dunes, (beach, bed)) = rayon::join(|| dunes(shore), || rayon::join(|| beach(shore), || bed(shore)));
     [dunes, beach, bed]
 }
 
-/// How far what lies on the land's side (−1) or the sea's (1) of a join has sunk at `s`.
+/// Depth at `s` by which the land side (−1) or the sea side (1) of a join has sunk.
 fn sunk(join: usize, side: f64, s: f64) -> f64 {
     SINKS[join] * smooth(0.0, OVERLAPS[join], (JOINS[join] - s) * side)
 }
 
-/// The sand along the water, dry on one side and wet on the other.
+/// The strip along the water, dry on one side and wet on the other.
 fn beach(shore: &Shore) -> Object {
     let [dry, wet] = JOINS;
     let columns = spaced(&[(STRIP[0], 2), (dry, 5), (wet, 2)], STRIP[1]);
     let height = |s: f64, _: f64| shore.ground(s) - sunk(0, 1.0, s) - sunk(1, -1.0, s);
     let whole = |s: f64, y: f64| DVec2::new((s - STRIP[0]) / (STRIP[1] - STRIP[0]), y / PERIOD).as_vec2();
     let mesh = mesh(shore, &columns, &coast(), height, whole);
-    object("beach", mesh, strip()).with_tiling(Tiling::OneLook)
+    object("beach", mesh, strip()).with_tiling(Tiling::OneVariant)
 }
 
-/// The wet sand, and the sea floor as far as it shows through the water.
+/// The wet sand and the visible sea floor.
 fn bed(shore: &Shore) -> Object {
     let columns = spaced(&[(JOINS[1] - OVERLAPS[1], 2), (JOINS[1], 14)], 12.0);
     let height = |s: f64, _: f64| shore.ground(s) - sunk(1, 1.0, s);
@@ -67,7 +67,8 @@ fn dunes(shore: &Shore) -> Object {
     columns.extend(spaced(&[(JOINS[0], 2)], JOINS[0] + OVERLAPS[0]));
     let rows = mirrored(&[(240.0, 3.0), (560.0, 10.0)]);
     let height = |s: f64, y: f64| {
-        // They end before columns and rows are too far apart for them, slowly, so that nothing jumps when the dunes follow the animal.
+        // Dunes fade out before columns and rows get too coarse for them. The fade is gradual, so nothing jumps when they follow the
+        // animal.
         let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s) * smooth(760.0, 360.0, y.abs());
         let hills = if there > 0.0 { there * (0.9 + hills(s, y)) } else { 0.0 };
         shore.ground(s) + hills + 1.2 * smooth(-40.0, -200.0, s) - sunk(0, -1.0, s)
@@ -80,12 +81,12 @@ fn hills(s: f64, y: f64) -> f64 {
     HILLS.iter().map(|&(height, crests, by_s, phase)| height * (crests * turn * y + by_s * s + phase).sin()).sum()
 }
 
-/// Texture coordinates of the squares of sand.
+/// Texture coordinates of the sand squares.
 fn square(s: f64, y: f64) -> Vec2 {
     Vec2::new(s as f32, y as f32) / SQUARE
 }
 
-/// Rows of what lies along the water, near enough to each other for its bends wherever the animal is.
+/// Rows along the water, dense enough for its bends at any position of the animal.
 fn coast() -> Vec<f64> {
     mirrored(&[(130.0, 1.0), (250.0, 2.5), (500.0, 5.0)])
 }
@@ -95,7 +96,7 @@ fn smooth(low: f64, high: f64, x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Places from the first to `end`, in so many even steps from each to the next.
+/// Positions up to `end`: each part gives a start and its number of even steps.
 fn spaced(parts: &[(f64, u32)], end: f64) -> Vec<f64> {
     let ends = parts.iter().skip(1).map(|&(next, _)| next).chain([end]);
     let steps = parts
@@ -105,7 +106,7 @@ fn spaced(parts: &[(f64, u32)], end: f64) -> Vec<f64> {
     steps.chain([end]).collect()
 }
 
-/// Places from −[`FAR`] to [`FAR`], symmetric: even steps up to each `(reach, step)`, then increasingly longer ones.
+/// Symmetric positions from −[`FAR`] to [`FAR`]: even steps for each `(reach, step)`, then growing ones.
 fn mirrored(even: &[(f64, f64)]) -> Vec<f64> {
     let (mut half, mut step) = (vec![0.0], 1.0);
     for &(reach, length) in even {
@@ -130,7 +131,7 @@ fn mesh(
     texcoord: impl Fn(f64, f64) -> Vec2,
 ) -> PatchMesh {
     let drop = |p: DVec2| p.length_squared() / (2.0 * EARTH);
-    let place = |s: f64, (y, waterline): (f64, f64)| {
+    let point = |s: f64, (y, waterline): (f64, f64)| {
         let p = -DVec2::new(s + waterline, y);
         p.extend(height(s, y) - drop(p)).as_vec3()
     };
@@ -139,9 +140,9 @@ fn mesh(
     for &y in rows {
         let [before, here, after] = [y - e, y, y + e].map(|y| (y, shore.waterline(y)));
         for &s in columns {
-            let along = place(s, after) - place(s, before);
-            let across = place(s + e, here) - place(s - e, here);
-            mesh.positions.push(place(s, here));
+            let along = point(s, after) - point(s, before);
+            let across = point(s + e, here) - point(s - e, here);
+            mesh.positions.push(point(s, here));
             mesh.normals.push(across.cross(along).normalize_or(Vec3::Z));
         }
     }

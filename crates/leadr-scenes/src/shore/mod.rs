@@ -1,6 +1,6 @@
-//! The walking T-rex on a beach with the animated sea behind it, both filtered and in the same light.
+//! The walking T-rex on a beach with the animated sea behind it, both filtered and under the same light.
 //!
-//! The coast runs along y, the sea lies toward −x (west, so that the sun sets in it), and the animal walks toward +y.
+//! The coast runs along y, the sea lies toward −x (west, for the sunset), and the animal walks toward +y.
 
 pub mod beach;
 pub mod sand;
@@ -23,7 +23,7 @@ use leadr_render::scene::Pose;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_render::surfaces::ocean::shore::{Bend, Shore};
 
-/// x of the animal's path: on the dry sand beside the wet.
+/// x of the animal's path: on dry sand next to the wet.
 const PATH: f64 = 6.2;
 
 /// The beach of the scene.
@@ -46,7 +46,7 @@ pub fn waves() -> Waves {
     Waves { wind: 6.0, wind_direction: -20.0, fetch: 40e3, ..Waves::default() }
 }
 
-/// The sea off the beach, with these waves.
+/// The sea off the beach with these waves.
 pub fn sea(waves: &Waves) -> Ocean {
     Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..waves.ocean() }
 }
@@ -58,7 +58,7 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<S
     let mut objects = animal(trex?).to_vec();
     let pieces = sand.len();
     objects.extend(sand);
-    // Where the animal stands at the beginning; it faces +y, and the sea is on its left.
+    // Start position of the animal; it faces +y, with the sea on its left.
     let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;
     let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.42 + up);
     let middle = at(-0.5, 0.8, 1.85);
@@ -72,7 +72,7 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<S
         let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).into_iter().map(|joint| world * joint).collect();
-        // The sand follows the animal in steps after which all of it repeats, which do not show.
+        // The sand follows the animal in steps of its repeat, which are invisible.
         let steps = (gone / PERIOD as f32).round();
         let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
         let mut poses = vec![Pose::Skinned(joints); 2];

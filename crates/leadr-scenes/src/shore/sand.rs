@@ -1,27 +1,27 @@
-//! Sand as height and colour maps: a strip along the water, across which dry sand becomes wet, and dry and wet sand alone, which repeat.
+//! Height and colour maps of sand: a strip from dry to wet sand along the water, and repeating squares of dry and of wet sand.
 //!
-//! Places are metres: `s` from the waterline toward the sea, `y` along it.
+//! Positions are in metres: `s` from the waterline toward the sea, `y` along it.
 
 use rayon::prelude::*;
 
 use crate::sphere::color_code;
-use leadr_maps::cache::remembered;
+use leadr_maps::cache::cached;
 use leadr_maps::noise::{features, fractal, gradient, smoothstep, unit};
 
 /// Linear albedo of wet sand, and of the sea floor.
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
 /// Linear albedo of dry sand.
 const DRY: [f32; 3] = [0.47, 0.39, 0.28];
-/// Where dry sand and the strip meet, and where the strip and wet sand do.
+/// Joins of dry sand with the strip, and of the strip with wet sand.
 pub const JOINS: [f64; 2] = [-5.7, -1.9];
-/// Metres that each of the two goes on beyond the join, under the other.
+/// Metres that both pieces continue past each join, one below the other.
 pub const OVERLAPS: [f64; 2] = [0.9, 0.5];
-/// Where the strip begins, on dry sand, and ends, where all sand is wet.
+/// Start of the strip on dry sand, and its end on wet sand.
 pub const STRIP: [f64; 2] = [JOINS[0] - OVERLAPS[0], JOINS[1] + OVERLAPS[1]];
-/// Metres along the coast after which all of the shore repeats: the bends of its waterline, the strip and the dunes.
+/// Repeat of the whole shore along the coast, metres: waterline bends, strip and dunes.
 pub const PERIOD: f64 = 200.0;
-/// Edge of a square of sand, metres: so many times the width of its slow waves that pieces of it fit together (`render::scene::Tiling`), and
-/// a whole number of ripples.
+/// Edge of a sand square, metres: long enough against its slow waves for tiling by example (`render::scene::Tiling`), and a whole number of
+/// ripples.
 pub const SQUARE: f32 = 20.0;
 /// Texels across and along the strip, 2.5 cm apart, and along an edge of the squares, 2 and 4 cm apart.
 const STRIP_TEXELS: [u32; 2] = [208, 8192];
@@ -40,16 +40,16 @@ pub struct Sand {
     pub colors: Vec<[u8; 4]>,
 }
 
-/// How wet the sand is: 0 dry, 1 swept by the swash.
+/// Wetness of the sand: 0 dry, 1 swept by the swash.
 fn wetness(s: f32, y: f32, period: i32) -> f32 {
     let ragged = 0.45 * fractal(11, 50.0 + s * 0.2, y * 0.2, period / 5, 4, 0.55);
     smoothstep(-3.9, -2.9, s + ragged)
 }
 
-/// Relief of dry sand: wind ripples in patches, old tracks, slow waves. `period`: metres after which it repeats along y.
+/// Relief of dry sand: patches of wind ripples, old tracks, slow waves. `period`: repeat along y, metres.
 fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     let slow = 0.035 * fractal(3, s * 0.4 + 40.0, y * 0.4, period * 2 / 5, 3, 0.5);
-    // Ripples lie along the coast and fork where the bend of their phase is steep.
+    // Ripples run along the coast and fork where their phase bends steeply.
     let bend =
         2.2 * gradient(5, s * 0.5 + 60.0, y * 0.5, period / 2) + 0.7 * gradient(6, s * 1.5, y * 1.5, period * 3 / 2);
     let phase = std::f32::consts::TAU * (s / 0.16 + bend);
@@ -65,7 +65,7 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     slow + ripples + tracks + 0.0022 * fractal(9, s * 12.0, y * 12.0, period * 12, 2, 0.6)
 }
 
-/// Relief of sand that the water has smoothed: rills, and a few shells.
+/// Relief of sand smoothed by water: rills and a few shells.
 fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
     let rills = 0.0035
         * gradient(21, s * 0.8 + 30.0, y * 5.0, period * 5)
@@ -75,7 +75,7 @@ fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
         + 0.0005 * gradient(24, s * 20.0, y * 20.0, period * 20)
 }
 
-/// What the highest waves left behind: 0 nothing, 1 weed.
+/// The wrack line of the highest waves: 0 nothing, 1 weed.
 fn wrack(s: f32, y: f32, period: i32) -> f32 {
     let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, period / 5, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
@@ -89,7 +89,7 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     let grain = 1.0
         + 0.05 * gradient(41, s * 23.0, y * 23.0, period * 23)
         + 0.06 * fractal(42, s * 0.9 + 30.0, y * 0.9, period * 9 / 10, 3, 0.5);
-    // Hollows are darker, and hold the water longer.
+    // Hollows are darker and stay wet longer.
     let dry = grain * (1.0 + 4.0 * relief.clamp(-0.03, 0.03)) * (1.0 - 0.25 * damp);
     let weed = wrack(s, y, period);
     let channel = |i: usize| {
@@ -108,7 +108,7 @@ fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, 
         [height.to_bits(), u32::from_ne_bytes(color)]
     };
     let count = width * height;
-    let texels = remembered(kind, &programs, count as usize, || (0..count).into_par_iter().map(at).collect());
+    let texels = cached(kind, &programs, count as usize, || (0..count).into_par_iter().map(at).collect());
     let (heights, colors) = texels.iter().map(|&[h, color]| (f32::from_bits(h), color.to_ne_bytes())).unzip();
     Sand { width, height, heights, colors }
 }
@@ -126,17 +126,17 @@ pub fn strip() -> Sand {
     })
 }
 
-/// Dry sand that repeats both ways.
+/// Dry sand that repeats in both directions.
 pub fn dry() -> Sand {
     square("sand", DRY_TEXELS, dry_relief, 0.0, -100.0)
 }
 
-/// Wet sand that repeats both ways.
+/// Wet sand that repeats in both directions.
 pub fn wet() -> Sand {
     square("wet-sand", WET_TEXELS, wet_relief, 1.0, 100.0)
 }
 
-/// Sand of one kind, `away` from the waterline: so far that nothing here depends on that.
+/// A square of one kind of sand, evaluated at `away`, far enough from the waterline not to depend on it.
 fn square(kind: &str, texels: u32, relief: fn(f32, f32, i32) -> f32, wet: f32, away: f32) -> Sand {
     let period = SQUARE as i32;
     map(kind, [texels; 2], |u, v| {
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// Correlation of the strip with itself `lag` rows further along the coast, less what is the same all along it.
+    /// Autocorrelation of the strip at `lag` rows along the coast, without the part that is constant along it.
     fn repetition(strip: &Sand, lag: usize, of: &dyn Fn(usize) -> f32) -> f32 {
         let (width, height) = (strip.width as usize, strip.height as usize);
         let (mut product, mut square) = (0.0, 0.0);
@@ -194,13 +194,13 @@ mod tests {
         let [heights, colors] = [most(&|i| strip.heights[i]), most(&|i| f32::from(strip.colors[i][1]))];
         println!("highest correlation from 25 to 100 m further: heights {heights:.2}, colours {colors:.2}");
         assert!(heights < 0.3 && colors < 0.3, "{heights} {colors}");
-        // What repeats does.
+        // A strip with two repeats fails the check.
         let twice = |i: usize| strip.heights[i % (strip.heights.len() / 2)];
         assert!(repetition(&strip, strip.height as usize / 2, &twice) > 0.99);
     }
 
     #[test]
-    fn squares_are_what_the_strip_is_beyond_its_ends() {
+    fn ground_squares_continue_the_strip() {
         let strip = strip();
         let mean = |sand: &Sand, columns: std::ops::Range<u32>, of: &dyn Fn(usize) -> f32| {
             let texels = (0..sand.height).flat_map(|row| columns.clone().map(move |x| (row * sand.width + x) as usize));

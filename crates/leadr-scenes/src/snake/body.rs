@@ -1,4 +1,4 @@
-//! The snake's smooth body: a tube along a coiled line, flattened where it lies and shaped into a head at its end.
+//! The snake's smooth body: a tube along a coiled curve, flattened on the ground, with a head at its end.
 
 use std::f32::consts::TAU;
 
@@ -18,7 +18,7 @@ pub const THICK: f32 = 0.115;
 /// One cross-section.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring {
-    /// Its middle.
+    /// Its centre.
     pub centre: Vec3,
     /// Toward the head.
     pub forward: Vec3,
@@ -30,10 +30,10 @@ pub struct Ring {
     pub half: Vec2,
 }
 
-/// Sections from the tip of the tail to the snout.
+/// Cross-sections from the tail tip to the snout.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// `ALONG + 1` of them.
+    /// `ALONG + 1` cross-sections.
     pub rings: Vec<Ring>,
     /// Metres along the body at each ring.
     pub distance: Vec<f32>,
@@ -41,7 +41,7 @@ pub struct Body {
     pub girths: Vec<f32>,
 }
 
-/// Metres from the tail to the snout, as `control_points` make it.
+/// Metres from the tail to the snout along the curve of `control_points`.
 const LENGTH: f32 = 8.47;
 
 /// Metres to the snout at `x` from the tail (0) to the snout (1).
@@ -64,7 +64,7 @@ fn section(x: f32) -> Vec2 {
     Vec2::new(width, height) * round
 }
 
-/// Control points of the line: the tail outside, two turns inwards, then up and over the coil.
+/// Control points of the curve: the tail outside, two turns inwards, then up and over the coil.
 fn control_points() -> Vec<Vec3> {
     let turns = 2.05;
     let steps = 26;
@@ -77,7 +77,7 @@ fn control_points() -> Vec<Vec3> {
             Vec3::new(radius * angle.cos(), radius * angle.sin(), section(x).y * 0.96)
         })
         .collect();
-    // The last turn rises out of the middle; the neck is drawn back before the head.
+    // The last turn rises from the centre; the neck is drawn back before the head.
     points.extend([
         Vec3::new(-0.19, -0.13, 0.17),
         Vec3::new(0.02, -0.22, 0.26),
@@ -97,7 +97,7 @@ fn spline(points: &[Vec3], t: f32) -> Vec3 {
     let last = points.len() as i64 - 1;
     let i = (t.floor() as i64).clamp(0, last - 1);
     let f = t - i as f32;
-    // Ends are mirrored, so that the line begins and ends in its first and last point.
+    // Mirrored ends make the curve start and end at its first and last point.
     let at = |k: i64| match k {
         k if k < 0 => 2.0 * points[0] - points[1],
         k if k > last => 2.0 * points[last as usize] - points[last as usize - 1],
@@ -122,8 +122,8 @@ impl Body {
             length.push(length[length.len() - 1] + pair[0].distance(pair[1]));
         }
         let total = length[length.len() - 1];
-        // Rings are four times as close at the head, where the girth changes fast.
-        let place = |k: u32| {
+        // Rings are four times as dense at the head, where the girth changes fast.
+        let fraction = |k: u32| {
             let t = k as f32 / ALONG as f32;
             t + 0.75 * t * t * (1.0 - t)
         };
@@ -136,9 +136,9 @@ impl Body {
         let (mut distance, mut girths) = (Vec::new(), vec![0.0]);
         let mut up = Vec3::Z;
         for k in 0..=ALONG {
-            let x = place(k).clamp(0.0, 1.0);
+            let x = fraction(k).clamp(0.0, 1.0);
             let forward = (at((x + 0.003).min(1.0)) - at((x - 0.003).max(0.0))).normalize();
-            // Carried along without twisting about the line, and pulled toward the vertical so that the belly stays below.
+            // Transported along the curve without twist, and pulled toward the vertical to keep the belly down.
             up = (up + Vec3::Z * 0.35).reject_from(forward).normalize();
             let half = section(x);
             if let Some(last) = rings.last() {
@@ -180,7 +180,7 @@ impl Body {
                 mesh.patches.push([at(k, j), at(k, j + 1), at(k + 1, j + 1), at(k + 1, j)]);
             }
         }
-        // Each end is a fan of quads around a point a little beyond the ring.
+        // Each end is a fan of quads around a point slightly past the ring.
         for (k, beyond) in [(0, -1.0f32), (ALONG, 0.3)] {
             let ring = self.rings[k as usize];
             let tip = mesh.positions.len() as u32;
@@ -195,7 +195,7 @@ impl Body {
             let p = patch.map(|v| mesh.positions[v as usize]);
             for i in 0..4 {
                 let (next, previous) = (p[(i + 1) & 3] - p[i], p[(i + 3) & 3] - p[i]);
-                // Weighted by angle, so that slivers at the tip count little.
+                // Angle weights limit the influence of slivers at the tip.
                 let normal = next.cross(previous).normalize_or_zero();
                 let angle = next.angle_between(previous);
                 mesh.normals[patch[i] as usize] += normal * if angle.is_finite() { angle } else { 0.0 };
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_of_the_coil_do_not_run_into_each_other() {
+    fn coil_windings_do_not_intersect() {
         let body = Body::new();
         assert!((body.length() - LENGTH).abs() < 0.03, "{}", body.length());
         for (i, a) in body.rings.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A coiled snake on dry ground, in the light of the sky and of four lamps (after LEADR Figure 9).
+//! A coiled snake on dry ground, lit by the sky and four lamps (after LEADR Figure 9).
 
 mod body;
 mod scales;
@@ -15,36 +15,36 @@ use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, PointLight};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Angle around the body and ring, both continuous, of a place on a patch.
+/// Continuous body angle and ring index of a point on a patch.
 fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     let (along, around) = (patch / AROUND as usize, patch % AROUND as usize);
     Vec2::new((around as f32 + uv.x) / AROUND as f32 * TAU, along as f32 + uv.y)
 }
 
-/// Linear between the values at the rings, and beyond them.
+/// Linear interpolation between rings, extrapolated past the ends.
 fn at_ring(values: &[f32], ring: f32) -> f32 {
     let k = (ring.floor().max(0.0) as usize).min(values.len() - 2);
     values[k] + (values[k + 1] - values[k]) * (ring - k as f32)
 }
 
-/// The body with its skin, in tiles of `tile` texels.
+/// The body with its skin, in atlas tiles of `tile` texels.
 fn body_object(body: &Body, tile: u32) -> Object {
     let mut mesh = body.mesh();
     let widths: Vec<f32> = body.rings.iter().map(|r| TAU * 0.5 * (r.half.x + r.half.y) / scales::AROUND).collect();
     let tube = (ALONG * AROUND) as usize;
     let (layout, texels) = bake_patches(&mut mesh, tile, |patch, uv, point| {
-        let place = if patch < tube {
+        let parameter = if patch < tube {
             parameters(patch, uv)
         } else {
-            // The ends: by direction from the axis.
+            // End caps: angle from the direction to the axis.
             let k = if patch < tube + AROUND as usize / 2 { 0 } else { ALONG as usize };
             let (ring, offset) = (body.rings[k], point.position - body.rings[k].centre);
             Vec2::new(offset.dot(ring.up).atan2(offset.dot(ring.left)), k as f32)
         };
-        let x = at_ring(&body.distance, place.y) / body.length();
-        let skin = scales::skin(place.x, at_ring(&body.girths, place.y), x);
-        let fade = if patch < tube { (place.y.min(ALONG as f32 - place.y) / 1.5).clamp(0.0, 1.0) } else { 0.0 };
-        let height = skin.height * at_ring(&widths, place.y).max(0.0) * fade;
+        let x = at_ring(&body.distance, parameter.y) / body.length();
+        let skin = scales::skin(parameter.x, at_ring(&body.girths, parameter.y), x);
+        let fade = if patch < tube { (parameter.y.min(ALONG as f32 - parameter.y) / 1.5).clamp(0.0, 1.0) } else { 0.0 };
+        let height = skin.height * at_ring(&widths, parameter.y).max(0.0) * fade;
         (height, color_code(skin.color.to_array(), skin.roughness))
     });
     shade_contacts(body, &mut mesh);
@@ -52,7 +52,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
     tiled_object("snake", mesh, layout, heights, colors).with_specular_f0(0.045)
 }
 
-/// Ambient accessibility: the share of the surroundings that the ground and the body's other turns leave visible.
+/// Ambient accessibility: the fraction not hidden by the ground and the body's other turns.
 fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
     mesh.accessibility = mesh
         .positions
@@ -62,7 +62,7 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
             let ground = 0.5 + 0.5 * n.z;
             let near_ground = (-p.z.max(0.0) / 0.12).exp();
             let mut open = 1.0 - near_ground * (1.0 - ground);
-            // The body's other turns as rows of spheres, each by its solid angle times the cosine.
+            // Approximates the other turns by rows of spheres, each weighted by its solid angle times the cosine.
             for ring in body.rings.iter().step_by(2) {
                 let d = ring.centre - p;
                 let (r, square) = (ring.half.y, d.length_squared());
@@ -76,7 +76,7 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
         .collect();
 }
 
-/// Two glossy eyes, a mesh of two small spheres.
+/// Two glossy eyes in one mesh.
 fn eyes(body: &Body) -> Object {
     let mut mesh = PatchMesh::default();
     let eye = body.length() - 0.13;
@@ -113,7 +113,7 @@ pub fn lamps() -> Vec<PointLight> {
     ]
 }
 
-/// The stage, with atlas tiles of `tile` texels. Nothing moves.
+/// The static stage, with atlas tiles of `tile` texels.
 pub fn stage(tile: u32) -> Stage {
     let body = Body::new();
     let from = |direction: Vec3, distance: f32, target: Vec3, fov: f32| {
@@ -138,9 +138,12 @@ mod tests {
         let mesh = body.mesh();
         for index in [0, 5, 200, (ALONG * AROUND - 1) as usize] {
             for (corner, uv) in [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].into_iter().enumerate() {
-                let place = parameters(index, uv);
+                let parameter = parameters(index, uv);
                 let position = mesh.positions[mesh.patches[index][corner] as usize];
-                assert!(position.distance(body.point(place.y.round() as usize, place.x)) < 1e-4, "{index} {corner}");
+                assert!(
+                    position.distance(body.point(parameter.y.round() as usize, parameter.x)) < 1e-4,
+                    "{index} {corner}"
+                );
             }
         }
     }

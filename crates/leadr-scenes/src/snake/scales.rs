@@ -1,4 +1,4 @@
-//! The snake's skin: overlapping keeled scales on the back and sides, wide plates under the belly, and its colours.
+//! The snake's skin: overlapping keeled scales on back and sides, wide belly plates, and colours.
 
 use std::f32::consts::TAU;
 
@@ -12,10 +12,10 @@ pub const AROUND: f32 = 30.0;
 /// Length of a scale over its width.
 const LENGTH: f32 = 1.25;
 
-/// The skin at one place.
+/// The skin at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin {
-    /// Height over the smooth body in widths of a scale there.
+    /// Height over the smooth body, in local scale widths.
     pub height: f32,
     /// Linear albedo.
     pub color: Vec3,
@@ -29,15 +29,15 @@ struct Scale {
     height: f32,
     /// 0 at its edge, 1 inside.
     inside: f32,
-    /// Middle of the scale in lattice coordinates.
+    /// Centre of the scale in lattice coordinates.
     centre: Vec2,
     id: u32,
 }
 
-/// The highest of the scales over `p`, in widths around and lengths along (toward the head).
+/// The highest scale over `p`, in widths around and lengths along (toward the head).
 fn scale_at(p: Vec2) -> Scale {
     let mut best = Scale { height: 0.0, inside: 0.0, centre: p, id: 0 };
-    // Rows half a length apart, every other one shifted by half a width.
+    // Rows are half a length apart; every other one is shifted by half a width.
     let row = (p.y * 2.0).round() as i32;
     for k in row - 2..=row + 2 {
         let shift = 0.5 * (k & 1) as f32;
@@ -50,7 +50,7 @@ fn scale_at(p: Vec2) -> Scale {
             if !(0.0..=1.0).contains(&t) {
                 continue;
             }
-            // A leaf: widest before the middle, its tip rounded.
+            // Leaf shape: widest before the middle, with a rounded tip.
             let half = if t < 0.42 { 1.0 } else { (1.0 - ((t - 0.42) / 0.58).powi(2)).max(0.0).sqrt() };
             let edge = half - q.abs();
             if edge <= 0.0 {
@@ -69,30 +69,30 @@ fn scale_at(p: Vec2) -> Scale {
     best
 }
 
-/// Wide plates under the belly, one over the next: height and id.
+/// Wide overlapping belly plates: height and id.
 fn belly_at(y: f32) -> (f32, u32) {
     let t = 1.0 - (y - y.floor());
     (0.17 * t * smoothstep(0.0, 0.12, 1.0 - t), hash(23, y.floor() as i32, 0))
 }
 
-/// The skin at `angle` around the body (0 on the left, a quarter turn on top), `girths` of length along it, `x` from the
-/// tail (0) to the snout (1).
+/// The skin at `angle` around the body (0 on the left, a quarter turn on top), `girths` of length along it, and `x` from the tail (0) to
+/// the snout (1).
 pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let p = Vec2::new(angle / TAU * AROUND, girths * AROUND / LENGTH);
-    // From the middle of the back, half way around: 0 on top, 1 below.
+    // Half turns from the middle of the back: 0 on top, 1 below.
     let down = ((angle / TAU - 0.25 + 0.5).rem_euclid(1.0) - 0.5).abs() * 2.0;
     let belly = smoothstep(0.71, 0.77, down);
     let scale = scale_at(p);
     let (plate, plate_id) = belly_at(p.y * LENGTH / 1.7);
     let d = to_snout(x);
     let head = smoothstep(0.42, 0.25, d);
-    // Toward the two ends, which close to a point, the pattern fades out.
+    // The pattern fades toward the two ends, which close to a point.
     let end = smoothstep(0.03, 0.0, d).max(smoothstep(0.006, 0.0, x));
     let mut height = scale.height * (1.0 - belly) + plate * belly;
     // Scales of the head are flat.
     height *= (1.0 - 0.55 * head) * (1.0 - end);
 
-    // Saddles along the back, dark with a black rim and a lighter heart, and spots between them on the sides.
+    // Saddles along the back, dark with a black rim and a lighter centre; spots between them on the sides.
     let at = Vec2::new(down, scale.centre.y / 15.0);
     let wobble = 0.22 * fractal(5, p.x * 0.2 + 40.0, p.y * 0.2, 1 << 20, 3, 0.5);
     let saddle = {
@@ -123,7 +123,7 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     height -= 0.25 * cut;
     let cream = Vec3::new(0.66, 0.58, 0.42) * (0.85 + 0.25 * unit(plate_id));
     color = color.lerp(cream, belly);
-    // No two scales are alike; the skin between them is dark.
+    // Scale colours vary; the skin between scales is dark.
     color *= 1.0 + (0.44 * unit(scale.id) - 0.22) * (1.0 - belly) * (1.0 - end);
     color = color.lerp(color * 0.32, (1.0 - scale.inside) * (1.0 - belly) * (1.0 - end));
     color = color.lerp(Vec3::new(0.03, 0.018, 0.012), smoothstep(0.0, 0.6, cut));
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn scales_overlap_toward_the_tail() {
-        // Along a row of keels the height climbs from root to tip and then drops: more ways up than down.
+        // Along a keel row the height climbs from root to tip and then drops, so most steps go up.
         let heights: Vec<f32> = (0..4000).map(|i| scale_at(Vec2::new(7.0, 40.0 - i as f32 * 0.002)).height).collect();
         let up = heights.windows(2).filter(|w| w[1] > w[0]).count();
         let down = heights.windows(2).filter(|w| w[1] < w[0]).count();

@@ -1,4 +1,4 @@
-//! One sphere as a cell of the supplement's tables shows it, and the three lightings of the tables.
+//! One sphere as a cell of the supplement's tables, and the tables' three lightings.
 
 use glam::{Affine3A, Vec3};
 
@@ -9,12 +9,12 @@ use leadr_maps::RgbImage;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose, Sun};
 
-/// What the facets are made of.
+/// Facet material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Facets {
     /// White, without a specular reflection at any angle.
     Diffuse,
-    /// Mirrors of reflectance 1 at every angle.
+    /// Perfect mirrors: reflectance 1 at every angle.
     Mirror,
 }
 
@@ -28,51 +28,52 @@ impl Facets {
     }
 }
 
-/// Smallest roughness that the eight bits of a vertex colour hold: a mirror, its lobe 0.2° wide.
+/// Smallest roughness in an eight-bit vertex colour: nearly a mirror, with a 0.2° wide lobe.
 pub const MIRROR_ROUGHNESS: f32 = 1.0 / 255.0;
 
-/// Metres from the camera of a table to the centre of the unit sphere.
+/// Camera distance of a table from the centre of the unit sphere, metres.
 pub const DISTANCE: f32 = 12.0;
 
-/// Share of the picture's height that the smooth sphere fills in a table.
+/// Fraction of the picture's height filled by the smooth sphere in a table.
 pub const FILL: f32 = 0.8;
 
-/// Seconds in which the sphere turns once about its poles.
-pub const TURN: f64 = 20.0;
+/// Seconds per rotation of the sphere about its poles.
+pub const ROTATION_PERIOD: f64 = 20.0;
 
 impl Surface {
-    /// The surface as an object whose steeper slope has the standard deviation `steep`.
+    /// The surface as an object whose steeper slope has standard deviation `steep`.
     pub fn object(&self, name: &str, steep: f32, facets: Facets) -> Object {
         let mut mesh = self.mesh.clone();
         mesh.colors = vec![[1.0, 1.0, 1.0, MIRROR_ROUGHNESS]; mesh.positions.len()];
         Object::new(name, mesh).with_heights(self.heights.clone(), steep).with_specular_f0(facets.specular_f0())
     }
 
-    /// The stage of one cell. A frame state's `height_scale` multiplies `steep`, so that one upload serves all rows whose
-    /// slopes are in the ratio of this surface. The sphere turns about its poles in [`TURN`] seconds, which leaves its
-    /// statistics as they are: moments of time are independent pictures of one roughness.
+    /// The stage of one cell. A frame's `height_scale` multiplies `steep`, so one upload serves all rows with the same slope ratio. The
+    /// sphere rotates about its poles in [`ROTATION_PERIOD`] seconds without changing its statistics: different times give independent
+    /// pictures.
     pub fn stage(&self, steep: f32, facets: Facets) -> Stage {
         let object = self.object("sphere", steep, facets);
-        let turn =
-            |time: f64| vec![Pose::Rigid(Affine3A::from_rotation_z((time / TURN * std::f64::consts::TAU) as f32))];
-        Stage::moving(vec![object], views(), turn, |_| Vec3::ZERO)
+        let rotation = |time: f64| {
+            vec![Pose::Rigid(Affine3A::from_rotation_z((time / ROTATION_PERIOD * std::f64::consts::TAU) as f32))]
+        };
+        Stage::moving(vec![object], views(), rotation, |_| Vec3::ZERO)
     }
 }
 
-/// The table's view (`mid`), single bumps (`near`), and the sphere as small as a few pixels (`far`).
+/// The table's view (`mid`), single bumps (`near`), and a sphere of a few pixels (`far`).
 pub fn views() -> Views {
-    // The outline of a unit sphere at distance d is seen under asin(1 / d).
+    // The outline of a unit sphere at distance d lies at the angle asin(1 / d).
     let tangent = 1.0 / (DISTANCE * DISTANCE - 1.0).sqrt();
     let fov = 2.0 * (tangent / FILL).atan().to_degrees();
     let mid = Camera::looking_at(-Vec3::Y * DISTANCE, Vec3::ZERO, fov);
     Views { near: mid.at_distance(2.0), mid, far: mid.at_distance(10.0 * DISTANCE) }
 }
 
-/// The light of a table.
+/// Lighting of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lighting {
-    /// One directional light from the camera, of irradiance π: a white diffuse plane that faces it has radiance 1. No
-    /// environment. Tables 4 and 5.
+    /// One directional light from the camera with irradiance π: a white diffuse plane facing it has radiance 1. No environment. Tables 4
+    /// and 5.
     Front,
     /// The studio as irradiance on diffuse facets. Tables 6 and 7.
     Irradiance,
@@ -81,20 +82,20 @@ pub enum Lighting {
 }
 
 impl Lighting {
-    /// What the tables show in this light.
+    /// The facets of the tables with this lighting.
     #[must_use]
     pub fn facets(self) -> Facets {
         if self == Self::Environment { Facets::Mirror } else { Facets::Diffuse }
     }
 
-    /// Lights beside the environment, for the cameras of [`views`].
+    /// Lights besides the environment, for the cameras of [`views`].
     #[must_use]
     pub fn lights(self) -> Lights {
         let front = Sun { direction: -Vec3::Y, irradiance: Vec3::splat(std::f32::consts::PI) };
         Lights { sun: (self == Self::Front).then_some(front), ..Default::default() }
     }
 
-    /// The panorama that the environment is made of, for `Environment::from_equirect`.
+    /// The environment panorama, for `Environment::from_equirect`.
     #[must_use]
     pub fn panorama(self) -> RgbImage {
         match self {

@@ -12,16 +12,16 @@ use crate::stage::{Stage, Views};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose};
 
-/// Metres between the centres of neighbours; the spheres have radius 1.
+/// Distance between neighbouring sphere centres, metres; the radius is 1.
 const SPACING: f32 = 2.5;
 /// Metres between rows.
 const DEPTH: f32 = 3.0;
 /// 1440 texels around the equator, 29 MB on the device.
 const DETAIL: Detail = Detail { patches: 6, tile: 64 };
 
-/// Slopes of each sphere and where its centre is: the isotropic row behind, smoothest on the left, then the anisotropic
-/// ones with the smallest `σ_θ` in front of the left; each group of three rougher along `ω_φ` to the right.
-pub fn places() -> Vec<(Vec2, Vec3)> {
+/// Slopes and centre of each sphere. The isotropic row is behind, smoothest on the left. The anisotropic ones are in front, with the
+/// smallest `σ_θ` on the left, in groups of three with `ω_φ` roughness increasing to the right.
+pub fn slopes_and_centres() -> Vec<(Vec2, Vec3)> {
     let row = |count: usize, i: usize, y: f32| Vec3::new((i as f32 - 0.5 * (count - 1) as f32) * SPACING, y, 1.0);
     let isotropic = ISOTROPIC.iter().enumerate().map(|(i, &s)| (Vec2::splat(s), row(7, i, DEPTH)));
     let (back, front) = ANISOTROPIC.split_at(5);
@@ -30,11 +30,11 @@ pub fn places() -> Vec<(Vec2, Vec3)> {
     isotropic.chain(middle).chain(front).collect()
 }
 
-/// The stage. Spheres turn slowly about their poles.
+/// The stage, with spheres rotating slowly about their poles.
 pub fn stage() -> Stage {
     let mut surfaces: HashMap<u32, Surface> = HashMap::new();
-    let places = places();
-    let mut objects: Vec<Object> = places
+    let slopes_and_centres = slopes_and_centres();
+    let mut objects: Vec<Object> = slopes_and_centres
         .iter()
         .map(|&(sigma, _)| {
             let aspect = (sigma.y / sigma.x).round();
@@ -47,35 +47,35 @@ pub fn stage() -> Stage {
                 super::cell::Facets::Mirror,
             );
             object.specular_f0 = 0.75;
-            // Below, the floor hides part of the sky.
+            // The floor hides part of the lower sky.
             object.mesh.accessibility = object.mesh.normals.iter().map(|n| 0.7 + 0.3 * n.z).collect();
             object.mesh.colors.fill([0.62, 0.42, 0.22, MIRROR_ROUGHNESS]);
             object
         })
         .collect();
-    objects.push(floor(&places));
+    objects.push(floor(&slopes_and_centres));
     let views = Views {
         near: Camera::looking_at(Vec3::new(1.0, -11.0, 3.6), Vec3::new(1.7, -1.6, 0.9), 24.0),
         mid: Camera::looking_at(Vec3::new(0.0, -20.0, 11.5), Vec3::new(0.0, -0.25, 0.5), 27.0),
         far: Camera::looking_at(Vec3::new(0.0, -120.0, 69.0), Vec3::new(0.0, -0.25, 0.5), 27.0),
     };
     let motion = move |time: f64| {
-        let turn = Affine3A::from_rotation_z((time * 0.3) as f32);
-        let spheres = places.iter().map(|&(_, at)| Pose::Rigid(Affine3A::from_translation(at) * turn));
+        let rotation = Affine3A::from_rotation_z((time * 0.3) as f32);
+        let spheres = slopes_and_centres.iter().map(|&(_, at)| Pose::Rigid(Affine3A::from_translation(at) * rotation));
         spheres.chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
     };
     Stage::moving(objects, views, motion, |_| Vec3::ZERO)
 }
 
-/// A smooth floor, dark around the feet of the spheres, which hide the sky from it.
-fn floor(places: &[(Vec2, Vec3)]) -> Object {
+/// A smooth floor, darkened where the spheres hide the sky.
+fn floor(slopes_and_centres: &[(Vec2, Vec3)]) -> Object {
     let mut mesh = plane(400.0, 112, 1.0, [0.13, 0.13, 0.14, 0.35], |t| (5.5 * t).sinh() / 5.5f32.sinh());
     mesh.accessibility = mesh
         .positions
         .iter()
         .map(|p| {
-            // The share of a cosine-weighted hemisphere that a sphere of radius 1 takes, seen from the plane it rests on.
-            let hidden = places.iter().map(|(_, centre)| (centre - p).length_squared().powf(-1.5));
+            // Fraction of a cosine-weighted hemisphere covered by a unit sphere, from the plane it rests on.
+            let hidden = slopes_and_centres.iter().map(|(_, centre)| (centre - p).length_squared().powf(-1.5));
             hidden.map(|h| 1.0 - h.min(1.0)).product()
         })
         .collect();
@@ -87,12 +87,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pair_has_its_place() {
-        let places = places();
+    fn every_pair_has_a_sphere() {
+        let slopes_and_centres = slopes_and_centres();
         let pairs: Vec<Vec2> = ISOTROPIC.iter().map(|&sigma| Vec2::splat(sigma)).chain(ANISOTROPIC).collect();
-        assert_eq!(places.iter().map(|(sigma, _)| *sigma).collect::<Vec<_>>(), pairs);
-        for (i, (_, a)) in places.iter().enumerate() {
-            assert!(places[..i].iter().all(|(_, b)| a.distance(*b) > 2.1), "spheres overlap");
+        assert_eq!(slopes_and_centres.iter().map(|(sigma, _)| *sigma).collect::<Vec<_>>(), pairs);
+        for (i, (_, a)) in slopes_and_centres.iter().enumerate() {
+            assert!(slopes_and_centres[..i].iter().all(|(_, b)| a.distance(*b) > 2.1), "spheres overlap");
         }
     }
 }

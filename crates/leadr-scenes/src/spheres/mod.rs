@@ -1,7 +1,7 @@
 //! Spheres of known roughness: the grid of the LEADR supplement's tables.
 //!
-//! [`noise`] is the height function, [`surface`] bakes it for the renderer, [`cell`] is one sphere as a table shows it
-//! with its three kinds of light, and [`grid`] all sixteen in one picture.
+//! [`noise`] is the height function, [`surface`] bakes it for the renderer, [`cell`] is one sphere of a table with its three lightings, and
+//! [`grid`] all sixteen in one picture.
 
 pub mod cell;
 pub mod grid;

@@ -1,27 +1,26 @@
-//! Gaussian noise on the unit sphere whose slopes have the same statistics everywhere in the local frame
-//! `(ω_θ, ω_φ)`: down the meridian from the pole z, and along the parallel (LEADR supplement 2.1, Figure 4).
+//! Gaussian noise on the unit sphere with the same slope statistics everywhere in the local frame `(ω_θ, ω_φ)`: along the meridian from the
+//! pole z, and along the parallel (LEADR supplement 2.1, Figure 4).
 //!
-//! White noise is convolved with a kernel. The white noise lives on rings of constant latitude, each with evenly
-//! spaced points; every point carries an independent normal number times the root of its area, so the heights are
-//! *exactly* Gaussian (a weighted sum of normal numbers) and their variance does not depend on how the rings happen to
-//! lie. No texture coordinates are involved. Two kernels:
+//! White noise is convolved with a kernel. The noise lies on rings of constant latitude with evenly spaced points. Each point has an
+//! independent normal number times the root of its area. Heights are therefore *exactly* Gaussian, with a variance independent of the ring
+//! positions. No texture coordinates are used. Two kernels:
 //!
-//! * round, of the straight distance between points: the same everywhere, the poles included;
-//! * stretched, `f(Δθ / R_θ) f(sin θ_i Δφ / R_φ)` about a point at `θ_i`: it bends with the parallels, so the frame turns
-//!   with it. Where the parallels are as short as the kernel it must fail, since every frame field on a sphere has a
-//!   pole; there it is blended into a round kernel of the same mean square slope ([`SphereNoise::cap`]).
+//! * round, in the chord distance between points: the same everywhere, the poles included;
+//! * stretched, `f(Δθ / R_θ) f(sin θ_i Δφ / R_φ)` about a point at `θ_i`, which follows the parallels and rotates the frame. It fails where
+//!   parallels are as short as the kernel, since every frame field on a sphere has a pole. There it is blended into a round
+//!   kernel of the same mean square slope ([`SphereNoise::cap`]).
 
 use glam::{DVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
 use leadr_maps::noise::{hash, unit};
 
-/// `∫ f²`, `∫ f′²` over `[-1, 1]` of the kernel `f(x) = (1 − x²)⁶`: Gaussian by eye, and zero outside.
+/// `∫ f²`, `∫ f′²` over `[-1, 1]` of the kernel `f(x) = (1 − x²)⁶`: nearly Gaussian, with compact support.
 const KERNEL_SQUARE: f64 = 0.496_338_702_353;
 const KERNEL_SLOPE_SQUARE: f64 = 3.384_127_516_043;
 /// `∫ (∂f/∂x)²` over the disc of the round kernel `f(r)`: `6π / 11`.
 const ROUND_SLOPE_SQUARE: f64 = 6.0 * PI / 11.0;
-/// Support of the kernel in standard deviations of the Gaussian `exp(-6x²)` it stands for: `√12`.
+/// Support of the kernel in standard deviations of the Gaussian `exp(-6x²)` that it approximates: `√12`.
 const REACH: f64 = 3.464_101_615;
 
 fn kernel(square: f32) -> f32 {
@@ -42,7 +41,7 @@ struct Ring {
     weights: Vec<f32>,
 }
 
-/// White noise on rings that lie `spacing.0` apart, with points `spacing.1` apart, for `θ` in `range`.
+/// White noise on rings `spacing.0` apart, with points `spacing.1` apart, for `θ` in `range`.
 fn white_noise(seed: u32, spacing: DVec2, range: impl Fn(f64) -> bool) -> Vec<Ring> {
     let count = (PI / spacing.x).ceil().max(4.0) as u32;
     let step = PI / f64::from(count);
@@ -71,7 +70,7 @@ fn normal(seed: u32, x: i32, y: i32) -> f64 {
 #[derive(Debug)]
 struct Field {
     rings: Vec<Ring>,
-    /// Reach of the kernel along `ω_θ` and `ω_φ`, radians.
+    /// Kernel radius along `ω_θ` and `ω_φ`, radians.
     reach: [f32; 2],
     round: bool,
     amplitude: f32,
@@ -91,7 +90,7 @@ impl Field {
                 continue;
             }
             let across = (theta - ring.theta) / self.reach[0];
-            // How far around the ring the kernel reaches.
+            // Extent of the kernel around the ring.
             let around = if self.round {
                 // chord² = 2 − 2 (cos θ cos θ_i + sin θ sin θ_i cos Δφ), and the support is chord ≤ R.
                 let rest = 1.0 - 0.5 * self.reach[0] * self.reach[0] - p.z * ring.cos;
@@ -127,7 +126,7 @@ impl Field {
     }
 }
 
-/// Gaussian heights on the unit sphere with prescribed slopes.
+/// Gaussian heights on the unit sphere with given slopes.
 #[derive(Debug)]
 pub struct SphereNoise {
     main: Field,
@@ -136,11 +135,10 @@ pub struct SphereNoise {
 }
 
 impl SphereNoise {
-    /// Heights whose slopes have the standard deviations `sigma = (σ_θ, σ_φ)`, both above 0, and are uncorrelated with
-    /// each other. The kernel is a Gaussian of standard deviation `length` radians along the steeper direction and
-    /// `length` times the ratio of the two along the other (the product of slope and length is the same for both, and 1.33
-    /// times it the standard deviation of the heights); heights are correlated over `2 · length`. The larger of the lengths must be well
-    /// below the radius, 1.
+    /// Heights with uncorrelated slopes of standard deviations `sigma = (σ_θ, σ_φ)`, both above 0. The Gaussian kernel has the standard
+    /// deviation `length` radians along the steeper direction, and `length` times the slope ratio along the other. The product of slope and
+    /// length is the same for both; 1.33 times it is the standard deviation of the heights. Heights are correlated over `2 · length`. The
+    /// larger length must be well below the radius, 1.
     pub fn new(seed: u32, sigma: DVec2, length: f64) -> Self {
         let steep = sigma.max_element();
         let lengths = DVec2::splat(length * steep) / sigma;
@@ -176,9 +174,9 @@ impl SphereNoise {
         }
     }
 
-    /// Angle around the poles, radians, inside which the slopes are not as prescribed: 0 for equal deviations. At its
-    /// rim the variance in the smoother direction is some 15 % too large, at twice the distance to the pole within 5 %:
-    /// meridians converge over the length of the kernel, and the excess falls with the square of the distance.
+    /// Angle around the poles, radians, inside which the slopes deviate; 0 for equal deviations. At its rim the variance in the smoother
+    /// direction is some 15 % too large, at twice the distance within 5 %. Meridians converge over the kernel length; the excess falls with
+    /// the square of the distance.
     pub fn cap(&self) -> f32 {
         self.cap
     }
@@ -199,7 +197,7 @@ impl SphereNoise {
     }
 }
 
-/// Where the blend at the poles begins and ends, in standard deviations of the longer kernel.
+/// Start and end of the blend at the poles, in standard deviations of the longer kernel.
 const CAP_INNER: f64 = 2.0;
 const CAP_OUTER: f64 = 4.0;
 
@@ -237,7 +235,7 @@ mod tests {
         Statistics { mean, variance, covariance, kurtosis: fourth / (variance * variance) - 3.0 }
     }
 
-    /// Slopes at points spread evenly over the zone of latitudes with `z` in `range`.
+    /// Slopes at evenly spread points of the zone with `z` in `range`.
     fn slopes(noise: &SphereNoise, range: [f64; 2], count: u32) -> Vec<Vec2> {
         use rayon::prelude::*;
         (0..count)
@@ -249,12 +247,12 @@ mod tests {
             .collect()
     }
 
-    /// Kolmogorov and Smirnov's distance of standardised values from the normal distribution.
+    /// Kolmogorov–Smirnov distance of standardised values from the normal distribution.
     fn distance_from_normal(mut x: Vec<f64>) -> f64 {
         x.sort_by(f64::total_cmp);
         let (n, mut cumulative, mut at, mut worst) = (x.len() as f64, 0.0, -8.0f64, 0.0f64);
         for (i, &x) in x.iter().enumerate() {
-            // The integral of the density from the last value to this one, by the midpoint rule in steps of at most 0.01.
+            // Integral of the density from the last value to this one, by the midpoint rule with steps of at most 0.01.
             let steps = ((x - at) / 0.01).ceil().max(1.0);
             let h = (x - at) / steps;
             let density = |x: f64| (-0.5 * x * x).exp() / TAU.sqrt();
@@ -268,7 +266,7 @@ mod tests {
     const PAIRS: [[f64; 2]; 6] = [[1.0, 1.0], [0.5, 1.0], [1.0, 0.5], [0.25, 1.0], [0.125, 1.0], [1.0, 0.125]];
     /// Standard deviation of the kernel along the steep direction.
     const LENGTH: f64 = 0.005;
-    /// Share of the variance that central differences over 8e-4 radians miss along that direction.
+    /// Fraction of the variance lost by central differences over 8e-4 radians along that direction.
     const MISSED: f64 = 0.004;
 
     #[test]
@@ -312,9 +310,9 @@ mod tests {
         }
     }
 
-    /// Near the poles there is too little surface for statistics over one field: the mean over many.
+    /// The area near the poles is too small for statistics of one field, so this averages many fields.
     #[test]
-    fn the_cap_is_where_the_poles_begin_to_show() {
+    fn cap_is_where_the_poles_become_visible() {
         let seeds = 160;
         for pair in [[1.0, 1.0], [0.25, 1.0], [1.0, 0.25]] {
             let (sigma, length) = (DVec2::from_array(pair), 0.01);
@@ -330,8 +328,8 @@ mod tests {
                     *sum += slopes.map(|s| s * s).sum::<DVec2>() / (f64::from(count * seeds) * sigma * sigma);
                 }
             }
-            // Measured: 1.19 in the worst direction at the rim, within 0.05 at twice its distance; a factor of 9 inside,
-            // where the round kernel has the mean of both slopes.
+            // Measured: 1.19 in the worst direction at the rim, within 0.05 at twice its distance; a factor of 9 inside, where the round
+            // kernel has the mean of both slopes.
             let off = sums.map(|s| (s - 1.0).abs().max_element());
             assert!(off[2] < 0.25 && off[3] < 0.08, "{pair:?}: {sums:?}");
             if sigma.x == sigma.y {

@@ -5,79 +5,77 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DVec2, Vec2};
 
 use super::noise::SphereNoise;
-use crate::sphere::{bake_tiles, cube_sphere, lay_tiles, tiled};
-use leadr_maps::cache::remembered;
+use crate::sphere::{bake_tiles, cube_sphere, layout_tiles, tiled};
+use leadr_maps::cache::cached;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// How large the bumps are.
+/// Size of the bumps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Frequency {
-    /// Bumps that can be seen and counted.
+    /// Visible, countable bumps.
     Low,
-    /// Bumps far smaller than the pixels of a table: as small as the tiles can hold.
+    /// Bumps far smaller than a table's pixels: the smallest that the tiles can hold.
     High,
 }
 
-/// Size of the mesh and of its tiles.
+/// Size of the mesh and its tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Detail {
     /// Patches along the edge of a cube face; the sphere has `6 n²`.
     pub patches: u32,
-    /// Texels along a tile, gutter included; up to 64, each of its texels gets a vertex in a reference picture.
+    /// Texels along a tile, gutter included; up to 64, each texel gets a vertex in a reference picture.
     pub tile: u32,
 }
 
 impl Detail {
-    /// For tables: 1536 patches, 3840 texels around the equator. A reference tessellated to the texels draws some
-    /// 6 million triangles; the maps take 200 MB on the device.
+    /// For tables: 1536 patches, 3840 texels around the equator. A reference tessellated to texels draws some 6 million triangles; the maps
+    /// take 200 MB on the device.
     pub const TABLE: Self = Self { patches: 16, tile: 64 };
     /// For pictures with many spheres: 1920 texels around the equator, 50 MB.
     pub const PICTURE: Self = Self { patches: 8, tile: 64 };
 
-    /// Angle of the longest texel, radians: in the middle of a face.
+    /// Angle of the longest texel, radians, at the centre of a face.
     pub fn texel(&self) -> f64 {
         FRAC_PI_2 / f64::from(self.patches * (self.tile - 4))
     }
 }
 
-/// Mean over the sphere of the square of a texel's side, in squares of [`Detail::texel`]: texels shrink to the edges of
-/// the cube's faces.
+/// Mean squared texel side over the sphere, in squares of [`Detail::texel`]: texels shrink toward the face edges.
 const MEAN_SQUARE_TEXEL: f64 = 0.876;
 
-/// A baked sphere, to be scaled: the steeper of its slopes has standard deviation 1.
+/// A baked sphere of unit scale: its steeper slope has standard deviation 1.
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// The unit sphere.
     pub mesh: PatchMesh,
     /// Heights of unit slope.
     pub heights: HeightField,
-    /// Radians around the poles where the ratio of the slopes is not as prescribed ([`SphereNoise::cap`]).
+    /// Radians around the poles where the slope ratio deviates ([`SphereNoise::cap`]).
     pub cap: f32,
-    /// Standard deviation of the kernel along the steeper direction, radians; heights there are correlated over twice as
-    /// much.
+    /// Kernel standard deviation along the steeper direction, radians; heights there are correlated over twice that.
     pub length: f32,
 }
 
-/// Standard deviation of the kernel along the steeper direction, radians, for slopes in the ratio of `sigma`.
+/// Kernel standard deviation along the steeper direction, radians, for slopes in the ratio of `sigma`.
 fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
     let aspect = f64::from(sigma.max_element()) / f64::from(sigma.min_element());
     match frequency {
-        // A stretched kernel is made narrower, so that it is not so long that pixels no longer cover it.
+        // A stretched kernel is made narrower, because pixels must still cover its length.
         Frequency::High => detail.texel() * (4.0 - (aspect.log2() - 1.0).clamp(0.0, 2.0) * 0.5),
         Frequency::Low => 0.03 / aspect.cbrt(),
     }
 }
 
 impl Surface {
-    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in their scale. The slopes
-    /// are those of the triangles between texels, on the average over the sphere: 0.12 / w² of their variance is lost where
-    /// the kernel is `w` texels, and made up for here.
+    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in scale. Slopes are those of the triangles
+    /// between texels, averaged over the sphere. Triangles lose 0.12 / w² of the variance for a kernel of `w` texels; the result
+    /// compensates for that.
     pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         Self::of_length(sigma, length_of(sigma, frequency, detail), detail)
     }
 
-    /// The same, from the user's cache if it holds it.
+    /// Like `bake`, with the user's cache.
     pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         let programs = [
             include_str!("surface.rs"),
@@ -88,16 +86,16 @@ impl Surface {
         let length = length_of(sigma, frequency, detail);
         Self::with(sigma, length, detail, |count, make| {
             let of = format!("{sigma:?} {length:?} {detail:?}");
-            remembered("rough-sphere", &[&programs[..], &[&of]].concat(), count, make)
+            cached("rough-sphere", &[&programs[..], &[&of]].concat(), count, make)
         })
     }
 
-    /// The same with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
+    /// Like `bake`, with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
     pub fn of_length(sigma: Vec2, length: f64, detail: Detail) -> Self {
         Self::with(sigma, length, detail, |_, make| make())
     }
 
-    /// `known`: so many texels, which are made unless they are known.
+    /// `known` returns this many cached texels, or computes them.
     fn with(
         sigma: Vec2,
         length: f64,
@@ -110,7 +108,7 @@ impl Surface {
         let seen = DVec2::ONE - 0.133 * MEAN_SQUARE_TEXEL / (texels * texels);
         let noise = SphereNoise::new(1, unit / DVec2::new(seen.x.sqrt(), seen.y.sqrt()), length);
         let mut mesh = cube_sphere(detail.patches, [1.0; 4]);
-        let layout = lay_tiles(&mut mesh, detail.tile);
+        let layout = layout_tiles(&mut mesh, detail.tile);
         let (width, height) = layout.size();
         let make = || bake_tiles(&mut mesh.clone(), detail.tile, |p, _| noise.at(p.normalize())).1;
         let texels = known(width as usize * height as usize, &make);
@@ -125,8 +123,8 @@ mod tests {
     use leadr_render::surfaces::displacement::Border;
     use leadr_render::surfaces::patch::Patch;
 
-    /// Slopes along `(ω_θ, ω_φ)` in the middle of four texels of a tile, with the place: the mean of the triangles there,
-    /// which has lost `0.3 / w²` of their variance.
+    /// Slopes along `(ω_θ, ω_φ)` at the centre of four texels of a tile, with the point. They average the triangles there, which loses
+    /// `0.3 / w²` of their variance.
     fn slopes(surface: &Surface) -> Vec<(Vec3, DVec2)> {
         let Border::Tiles(layout) = surface.heights.border else { panic!("tiles") };
         let mut slopes = Vec::new();
@@ -164,7 +162,7 @@ mod tests {
                 let detail = Detail { patches: 6, tile: 64 };
                 let surface = Surface::bake(sigma, frequency, detail);
                 let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
-                // Twice the cap: where the excess at its rim has gone.
+                // Twice the cap, where the excess at its rim has vanished.
                 let rim = (2.0 * surface.cap).cos().max(0.0);
                 let slopes = slopes(&surface);
                 let inside: Vec<DVec2> =
@@ -176,7 +174,7 @@ mod tests {
                 let fourth = inside.iter().map(|s| *s * *s * *s * *s).sum::<DVec2>() / n;
                 let kurtosis = fourth / (square * square);
                 println!("{sigma} {frequency:?}: mean {mean} square {square} cross {cross:.4} kurtosis {kurtosis}");
-                // One field strays from its expectation, the more the fewer bumps there are.
+                // One field deviates from its expectation, more so with fewer bumps.
                 let (variance, fourth) = if frequency == Frequency::High { (0.06, 0.15) } else { (0.08, 0.2) };
                 assert!(mean.abs().max_element() < 0.02, "{sigma} {frequency:?}: {mean}");
                 assert!((square - 1.0).abs().max_element() < variance, "{sigma} {frequency:?}: {square}");

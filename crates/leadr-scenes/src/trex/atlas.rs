@@ -1,12 +1,10 @@
 //! The displacement and colour atlas: one tile per cage quad.
 //!
-//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal, skin
-//! relief included. A displaced point folds over only where `1 + hκ` turns negative, so the reach of the
-//! displacement is bounded per vertex by the curvature of the patches around it.
+//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal, skin relief included. A
+//! displaced surface folds over where `1 + hκ` is negative, so the curvature of the surrounding patches bounds the displacement per vertex.
 //!
-//! Edges are evaluated once and shared by both tiles; gutters are the point reflection of the tile through its edge
-//! values, so that bilinear filtering on the edge returns the edge value exactly, at every mip level in which the
-//! gutter survives.
+//! Edges are evaluated once and shared by both tiles. Gutters are the point reflection of the tile through its edge values: bilinear
+//! filtering on an edge returns its value exactly, at every mip level that keeps the gutter.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,13 +24,13 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 const REACH: [f32; 2] = [0.16, 0.10];
 /// Least ratio of displaced to undisplaced area (in projection along the normal) that a bound allows.
 const LEAST_AREA: f32 = 0.3;
-/// Behind this x the full model has only fingers and dew claws more than the cage's, which are props.
+/// Behind this x the full model differs from the cage only in fingers and dew claws, which are props.
 const HEAD_X: f32 = 3.0;
 
 /// Height and appearance of one point: height, linear albedo, `α`.
 type Sample = [f32; 5];
 
-/// Root distance along the normal and what depends smoothly on the place.
+/// Root distance along the normal, and quantities that vary smoothly with position.
 #[derive(Clone, Copy, Default)]
 struct Node {
     distance: f32,
@@ -66,7 +64,7 @@ fn patch_bounds(patch: &Patch) -> [f32; 2] {
         let uv = Vec2::new((i % 6) as f32, (i / 6) as f32) / 5.0;
         let p = patch.at(uv);
         let area = |h: f32| (p.du + p.normal_du * h).cross(p.dv + p.normal_dv * h).dot(p.normal);
-        // Where the limit surface itself degenerates nothing is gained by displacing it.
+        // Displacement does not improve points where the limit surface itself degenerates.
         let least = LEAST_AREA * area(0.0).max(0.05 * usual);
         for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
             let mut h = 0.002;
@@ -101,8 +99,8 @@ impl<'a> Baker<'a> {
         if p.x < HEAD_X { self.sdf.coarse.distance(p) } else { self.sdf.full.distance(p) }
     }
 
-    /// First crossing of the surface along `n`, inwards from outside and outwards from inside; the reach where there
-    /// is none. Depends on nothing but its arguments, so neighbours agree.
+    /// First crossing of the surface along `n`, inwards from outside and outwards from inside; the reach if there is none. It depends only
+    /// on its arguments, so neighbours agree.
     fn cross(&self, x: Vec3, n: Vec3) -> f32 {
         let start = self.field(x);
         let sign = if start > 0.0 { -1.0 } else { 1.0 };
@@ -232,7 +230,7 @@ impl Borders {
         Self { corners, edges, index, inner }
     }
 
-    /// Sample `i` of a side of a quad, along growing u or v.
+    /// Sample `i` of a quad's side, along growing u or v.
     fn edge(&self, quad: &[u32; 4], side: usize, i: usize) -> &Sample {
         let [a, b] = SIDES[side].map(|k| quad[k]);
         let start = self.index[&[a.min(b), a.max(b)]] * self.inner;
@@ -240,7 +238,7 @@ impl Borders {
     }
 }
 
-/// Which lattice nodes a texel is interpolated from: first node and cubic weights, and the linear fraction.
+/// Lattice nodes for a texel: first node, cubic weights, and linear fraction.
 struct Tap {
     first: usize,
     cubic: [f32; 4],
@@ -306,7 +304,7 @@ impl Lattice {
         let k = v.first * side + u.first;
         let n = [&self.nodes[k], &self.nodes[k + 1], &self.nodes[k + side], &self.nodes[k + side + 1]];
         let (low, high) = n.iter().fold((f32::MAX, f32::MIN), |(l, h), q| (l.min(q.distance), h.max(q.distance)));
-        // Where the root jumps (into the mouth, under a lid) a cubic would ring.
+        // A cubic would ring where the root jumps (into the mouth, under a lid).
         let slack = 0.25 * (high - low) + 1e-4;
         let blend = |f: fn(&Node) -> f32| {
             let bottom = f(n[0]) + (f(n[1]) - f(n[0])) * u.fraction;
@@ -372,8 +370,8 @@ fn intervals(inner: usize) -> usize {
     inner.min(20)
 }
 
-/// Bakes all tiles of `mesh` in `layout`: displacement along the patch normal in metres, and sRGB-encoded albedo with linear
-/// Beckmann `α`, each row by row. `progress` receives the share done, from any thread.
+/// Bakes all tiles of `mesh` in `layout`: displacement along the patch normal in metres, and sRGB-encoded albedo with linear Beckmann `α`,
+/// each row by row. `progress` receives the completed fraction, from any thread.
 ///
 /// The mesh is in the bind pose and each of its edges joins two patches; `layout` holds a tile per patch.
 pub fn bake(

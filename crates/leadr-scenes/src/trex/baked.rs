@@ -1,19 +1,19 @@
-//! The baked animal as the content of a [cache](leadr_maps::cache) file, which is untrusted input.
+//! The baked animal as a [cache](leadr_maps::cache) file, which is untrusted input.
 //!
 //! Layout (little endian): tile, counts, then the arrays back to back.
 
-use leadr_maps::cache::{nothing_left, put, take};
+use leadr_maps::cache::{expect_end, put, take};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
-/// Larger counts are not believed.
+/// Largest accepted count.
 const MOST: u32 = 1 << 16;
 
-/// The most bytes of an animal with tiles of so many texels.
+/// Largest file size for tiles of `tile` texels, bytes.
 pub fn most_bytes(tile: u32) -> u64 {
     9 * u64::from(MOST) * u64::from(tile) * u64::from(tile)
 }
 
-/// Body mesh, its layout and atlas as stored.
+/// Stored body mesh, layout and atlas.
 pub struct Baked {
     /// The control mesh with texture coordinates and skin weights.
     pub body: PatchMesh,
@@ -26,7 +26,7 @@ pub struct Baked {
 }
 
 impl Baked {
-    /// The content of the file.
+    /// Serialises the file's content.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mesh = &self.body;
         let mut out = Vec::with_capacity(8 * self.heights.len() + (1 << 20));
@@ -43,16 +43,16 @@ impl Baked {
         out
     }
 
-    /// The animal with tiles of `tile` texels from the content of a file.
+    /// Parses the content of a file, for tiles of `tile` texels.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the content is invalid; the text gives the reason.
     pub fn from_bytes(mut bytes: &[u8], tile: u32) -> Result<Self, &'static str> {
         let r = &mut bytes;
         let counts = take::<u32>(r, 3)?;
         let [stored, vertices, patches] = [counts[0], counts[1], counts[2]];
         if stored != tile {
-            return Err("its tiles are of another size");
+            return Err("its tiles have another size");
         }
         if vertices > MOST || patches > MOST || patches == 0 {
             return Err("its counts are out of range");
@@ -72,7 +72,7 @@ impl Baked {
         let (weights, joints) = (take(r, n)?, take(r, n)?);
         body.skin = joints.into_iter().zip(weights).map(|(joints, weights)| SkinWeights { joints, weights }).collect();
         let (heights, colors) = (take(r, texels)?, take(r, texels)?);
-        nothing_left(r)?;
+        expect_end(r)?;
         if body.patches.iter().flatten().any(|&v| v >= vertices) {
             return Err("a patch names a vertex that does not exist");
         }
@@ -101,14 +101,14 @@ mod tests {
             flat_repeat: None,
             triplanar: None,
             triangles: false,
-            places: Vec::new(),
+            welds: Vec::new(),
             rims: Vec::new(),
         };
         Baked { body, layout, heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] }
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_text_reads_back() {
         let baked = small();
         let back = Baked::from_bytes(&baked.to_bytes(), 8).unwrap();
         assert_eq!(back.body.positions, baked.body.positions);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn content_that_lies_is_refused() {
+    fn inconsistent_content_is_refused() {
         let good = small().to_bytes();
         for (at, value) in [(0, 16_u32), (4, 9), (4, u32::MAX), (8, 70_000), (8, 4000), (8, 0)] {
             let mut bytes = good.clone();

@@ -1,4 +1,4 @@
-//! Tests of the baked body: its tiles meet, do not fold, and come out the same every time.
+//! Tests of the baked body: tiles meet, do not fold, and are deterministic.
 
 use std::time::Instant;
 
@@ -60,7 +60,7 @@ fn folds(trex: &Trex) -> (usize, usize, usize) {
     (n * n * per_patch.len(), sum(|f| f.0), sum(|f| f.1))
 }
 
-/// Worst difference of filtered heights (metres) over edges seen from both sides.
+/// Largest difference of filtered heights across edges, metres.
 fn worst_edge(trex: &Trex) -> f32 {
     let mut seen = std::collections::HashMap::new();
     let mut worst = 0.0_f32;
@@ -100,7 +100,7 @@ fn tiles_agree_on_their_edges_and_do_not_fold() {
     assert!(worst < 1e-5, "{worst}");
     assert!((folded as f32) < 2e-4 * all as f32, "{folded} of {all}");
     assert!(trex.heights.iter().all(|h| h.is_finite() && h.abs() < 0.4));
-    // Both measures notice a fault.
+    // Both measures detect a fault.
     let broken = trex.layout.origin(100);
     let width = trex.layout.size().0;
     for y in 0..16 {
@@ -128,7 +128,7 @@ fn baking_twice_gives_the_same_animal_and_the_cache_returns_it() {
         assert_eq!(first.body.patches, other.body.patches);
     }
     assert!(std::fs::metadata(file).unwrap().len() > 1000, "the damaged file was replaced");
-    // A folder that cannot be made: a file stands in its place.
+    // A folder that cannot be created, because a file has its name.
     assert!(Trex::load_from(Some(&MapCache::in_folder(file.join("below"))), 8, &|_| ()).is_ok());
 }
 

@@ -1,7 +1,7 @@
 //! The control mesh: one closed all-quad surface around the coarse distance field.
 //!
-//! Signs on a warped grid whose cells shrink where detail is needed, dual marching cubes, relaxation onto the
-//! field. With the spacing of the grid the result is a topological ball, as a test makes sure.
+//! Dual marching cubes on a warped grid with smaller cells for detail, then relaxation onto the field. With this spacing the result is a
+//! topological ball; a test checks that.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ const SPACING: f32 = 0.11;
 const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
 const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
 
-/// Where cells shrink: centre, radius, and by how much at the centre (0.6: to 0.4 of the spacing).
+/// Warps that shrink cells: centre, radius, and reduction at the centre (0.6: to 0.4 of the spacing).
 const WARPS: [([f32; 3], f32, f32); 9] = [
     ([4.15, 0.0, 3.80], 1.75, 0.56),
     ([0.0, 0.48, 0.75], 0.80, 0.30),
@@ -84,8 +84,8 @@ fn sample(sdf: &TrexSdf) -> SampledGrid {
 /// Directions of the accessibility's cones over the hemisphere.
 const CONES: usize = 36;
 
-/// Cosine-weighted part of the hemisphere above each point that the animal itself leaves open, in `[0, 1]`.
-/// Cones are marched through the full field out to a metre; the ground is not included.
+/// Cosine-weighted fraction of the hemisphere above each point that the animal leaves open, in `[0, 1]`. Cones are marched through the full
+/// field up to a metre; the ground is not included.
 fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32> {
     let cosine_directions: Vec<Vec3> = (0..CONES)
         .map(|i| {

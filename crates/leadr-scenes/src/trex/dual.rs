@@ -1,7 +1,7 @@
 //! Dual marching cubes on a structured grid: an all-quad surface with one vertex per surface sheet of a cell.
 //!
-//! Plain surface nets put one vertex into a cell however many sheets cross it, and become non-manifold where
-//! two come close; one vertex per sheet (Nielson 2004) avoids that.
+//! Plain surface nets use one vertex per cell and become non-manifold where two sheets are close; one vertex per sheet (Nielson 2004)
+//! avoids that.
 
 use glam::Vec3;
 
@@ -60,7 +60,7 @@ fn sheets(inside: usize, edges: &[[usize; 2]]) -> [Option<u8>; 12] {
                 let (a, b) = (root(&parent, on[0]), root(&parent, on[1]));
                 parent[a] = b;
             } else if on.len() == 4 {
-                // Ambiguous face: the two inside corners stay apart, in both cells that share it.
+                // Ambiguous face: the two inside corners stay separate, in both cells that share it.
                 for corner in (0..8).filter(|&c| on_face(c) && is_inside(c)) {
                     let pair: Vec<usize> = on.iter().copied().filter(|&e| edges[e].contains(&corner)).collect();
                     let (a, b) = (root(&parent, pair[0]), root(&parent, pair[1]));
@@ -156,7 +156,7 @@ pub mod tests {
     use crate::trex::relax::neighbors;
     use leadr_render::surfaces::topology::Topology;
 
-    /// Vertices − edges + faces, connected pieces, and edges that do not join two quads that run along it in opposite directions.
+    /// Vertices − edges + faces, connected pieces, and edges not shared by two quads in opposite directions.
     pub fn shape(surface: &QuadSurface) -> (i64, usize, usize) {
         let topology = Topology::new(&surface.quads);
         let euler = surface.positions.len() as i64 - topology.edges.len() as i64 + surface.quads.len() as i64;
@@ -174,7 +174,7 @@ pub mod tests {
         (euler, pieces, topology.irregular_edges())
     }
 
-    /// What [`shape`] says of one closed surface of genus zero.
+    /// The [`shape`] of one closed surface of genus zero.
     pub const BALL: (i64, usize, usize) = (2, 1, 0);
 
     fn sampled(n: usize, field: impl Fn(Vec3) -> f32) -> SampledGrid {
@@ -201,7 +201,7 @@ pub mod tests {
     }
 
     #[test]
-    fn a_ring_and_two_balls_are_found_out() {
+    fn fabricated_ring_and_spheres_are_detected() {
         let ring = extract(&sampled(24, |p| glam::Vec2::new(p.truncate().length() - 0.6, p.z).length() - 0.2));
         assert_eq!(shape(&ring), (0, 1, 0));
         let balls = |p: Vec3| (p - Vec3::X * 0.5).length().min((p + Vec3::X * 0.5).length()) - 0.3;

@@ -1,7 +1,7 @@
-//! Where the pelvis, the feet and the other joints want to be during the walk, as functions of the phase.
+//! Target poses of pelvis, feet and other joints during the walk, as functions of the phase.
 //!
-//! Phase `t` in `[0, 1)`: 0 is the touchdown of the left foot; the right leg is half a cycle later. Angles in
-//! radians, lengths in metres; positive pitch turns the nose down (and the far end of a leg backwards).
+//! Phase `t` in `[0, 1)`: 0 is the touchdown of the left foot; the right leg is half a cycle later. Angles in radians, lengths in metres;
+//! positive pitch lowers the nose (and moves the far end of a leg backwards).
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -25,14 +25,14 @@ const TRACK: f64 = 0.35;
 const REACH: f64 = 1.17;
 /// Height of the metatarsal joint over flat ground, metres.
 const FOOT_HEIGHT: f64 = 0.15;
-/// The joint of the middle toe relative to the metatarsal joint: the foot rolls over it.
+/// The joint of the middle toe relative to the metatarsal joint; the foot rolls over it.
 const PIVOT: [f64; 2] = [0.32, -0.05];
 /// Heel lift at the end of the stance, degrees.
 const HEEL_LIFT: f64 = 42.0;
 
 /// Roll, pitch and yaw; the rotation is yaw · roll · pitch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Turn {
+pub struct JointAngles {
     /// About x.
     pub roll: f64,
     /// About y.
@@ -41,33 +41,32 @@ pub struct Turn {
     pub yaw: f64,
 }
 
-/// Displacement of the root in the travelling frame, and turn of the pelvis.
-pub fn pelvis(t: f64) -> (DVec3, Turn) {
+/// Displacement of the root in the travelling frame, and rotation of the pelvis.
+pub fn pelvis(t: f64) -> (DVec3, JointAngles) {
     let wave = |h: f64, at: f64| (TAU * h * (t - at)).cos();
     let offset =
         DVec3::new(0.03 * (2.0 * TAU * (t - 0.02)).sin(), 0.060 * wave(1.0, 0.31), -0.085 - 0.040 * wave(2.0, 0.07));
     let degrees = |d: f64| d.to_radians();
-    let turn = Turn {
+    let angles = JointAngles {
         roll: degrees(2.2 * wave(1.0, 0.29)),
         pitch: degrees(0.4 * wave(2.0, 0.12)),
         yaw: degrees(-4.0 * wave(1.0, 0.02)),
     };
-    (offset, turn)
+    (offset, angles)
 }
 
-/// Place of a foot: metatarsal joint in the travelling frame, tilt of the metatarsus, pitch of the foot and of
-/// its toes against the ground.
+/// Pose of a foot: metatarsal joint in the travelling frame, tilt of the metatarsus, pitch of the foot and of its toes against the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Foot {
     /// Metatarsal joint: x relative to the rest position of the hip, distance from the mid-line, height.
     pub joint: DVec3,
-    /// Ankle behind the metatarsal joint, from the vertical.
+    /// Angle of the ankle behind the metatarsal joint, from the vertical.
     pub metatarsus: f64,
     /// Pitch of the foot; positive lifts the heel.
     pub pitch: f64,
     /// Pitch of toes II, III and IV against the ground.
     pub toes: [f64; 3],
-    /// How far the outer toes close towards the middle one, radians.
+    /// Closing angle of the outer toes toward the middle one, radians.
     pub closing: f64,
 }
 
@@ -106,8 +105,7 @@ pub fn foot(t: f64) -> Foot {
     Foot { joint: DVec3::new(x, y, z.max(FOOT_HEIGHT)), metatarsus, pitch, toes, closing: 0.14 * bump(s) }
 }
 
-/// Metatarsal joint (x, z) and foot pitch while the foot is on the ground: flat, then rolling over the joint of
-/// the middle toe, which stays where it is.
+/// Metatarsal joint (x, z) and foot pitch on the ground: flat, then rolling over the fixed joint of the middle toe.
 fn stance(t: f64) -> [f64; 3] {
     let roll = ((t - HEEL_OFF) / (DUTY - HEEL_OFF)).max(0.0);
     let pitch = HEEL_LIFT.to_radians() * roll * roll;
@@ -158,12 +156,12 @@ fn metatarsus(t: f64) -> f64 {
     hermite(t, begin, if j == 0 { end + 1.0 } else { end }, a, b, SLOPES[i], SLOPES[j])
 }
 
-/// `amplitude · cos(2π · harmonic · (t − phase))` degrees, added to an angle of a joint's turn; harmonic 0 is constant.
-struct Swing(&'static str, fn(&mut Turn) -> &mut f64, f64, f64, f64);
+/// A term of a joint angle: `amplitude · cos(2π · harmonic · (t − phase))` degrees; harmonic 0 is constant.
+struct Swing(&'static str, fn(&mut JointAngles) -> &mut f64, f64, f64, f64);
 
-const ROLL: fn(&mut Turn) -> &mut f64 = |turn| &mut turn.roll;
-const PITCH: fn(&mut Turn) -> &mut f64 = |turn| &mut turn.pitch;
-const YAW: fn(&mut Turn) -> &mut f64 = |turn| &mut turn.yaw;
+const ROLL: fn(&mut JointAngles) -> &mut f64 = |angles| &mut angles.roll;
+const PITCH: fn(&mut JointAngles) -> &mut f64 = |angles| &mut angles.pitch;
+const YAW: fn(&mut JointAngles) -> &mut f64 = |angles| &mut angles.yaw;
 
 /// Terms of all joints that are not legs; arms are given for the left side.
 #[rustfmt::skip]
@@ -189,19 +187,19 @@ const SWINGS: [Swing; 48] = [
     // The right arm: half a cycle later.
     Swing("arm_R", PITCH, 1.0, 5.0, 0.05), Swing("arm_R", PITCH, 0.0, 4.0, 0.0),
     Swing("elbow_R", PITCH, 1.0, 4.0, 0.12), Swing("wrist_R", PITCH, 1.0, 5.0, 0.20),
-    // The eyes undo the head's own turns: the gaze stays ahead.
+    // The eyes cancel the head's rotation to keep the gaze ahead.
     Swing("eye_L", YAW, 1.0, 0.5, 0.52), Swing("eye_R", YAW, 1.0, 0.5, 0.52),
     Swing("eye_L", PITCH, 2.0, -0.3, 0.17), Swing("eye_R", PITCH, 2.0, -0.3, 0.17),
 ];
 
-/// Local turns of all joints but the pelvis and those of the legs, which stay at rest.
-pub fn body_turns(t: f64) -> [Turn; JOINT_COUNT] {
-    let mut turns = [Turn::default(); JOINT_COUNT];
+/// Local rotations of all joints but the pelvis and the legs; these stay at rest.
+pub fn joint_angles(t: f64) -> [JointAngles; JOINT_COUNT] {
+    let mut angles = [JointAngles::default(); JOINT_COUNT];
     for &Swing(joint, channel, harmonic, amplitude, phase) in &SWINGS {
-        let turn = &mut turns[joint_index(joint)];
-        *channel(turn) += (amplitude * (TAU * harmonic * (t - phase)).cos()).to_radians();
+        let own = &mut angles[joint_index(joint)];
+        *channel(own) += (amplitude * (TAU * harmonic * (t - phase)).cos()).to_radians();
     }
-    turns
+    angles
 }
 
 #[cfg(test)]

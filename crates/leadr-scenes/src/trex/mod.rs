@@ -1,5 +1,5 @@
-//! The walking Tyrannosaurus: its shape as a distance field, its skin as a function of the rest position, baked into
-//! a mesh of patches with one displacement tile each.
+//! The walking Tyrannosaurus: its shape is a distance field, its skin a function of the rest position. Both are baked into a patch mesh
+//! with one displacement tile per patch.
 
 mod atlas;
 mod attach;
@@ -23,7 +23,7 @@ mod weights;
 
 use crate::error::SceneError;
 use crate::registry::Progress;
-use crate::sphere::lay_tiles;
+use crate::sphere::layout_tiles;
 use baked::Baked;
 use leadr_maps::cache::MapCache;
 use leadr_maps::checksum::checksum;
@@ -31,7 +31,7 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use sdf::TrexSdf;
 use skin::Skin;
 
-/// The generator's own source text: whatever changes what is baked changes the cache key.
+/// The generator's source text: any change to it changes the cache key.
 const SOURCES: [&str; 15] = [
     include_str!("atlas.rs"),
     include_str!("baked.rs"),
@@ -54,7 +54,7 @@ const SOURCES: [&str; 15] = [
 pub struct Trex {
     /// The body: patches displaced by the atlas, with texture coordinates and skin weights.
     pub body: PatchMesh,
-    /// How the atlas is laid out: one tile per patch of the body.
+    /// Layout of the atlas: one tile per patch of the body.
     pub layout: TileLayout,
     /// Displacement along the patch normal, metres, row by row.
     pub heights: Vec<f32>,
@@ -62,17 +62,17 @@ pub struct Trex {
     pub colors: Vec<[u8; 4]>,
     /// Teeth, claws, eyes, tongue, fingers: undisplaced, coloured per vertex, each rigid to one joint.
     pub props: PatchMesh,
-    /// The same in fewer patches, for distances at which those of `props` are smaller than pixels.
+    /// The same props with fewer patches, for distances at which the patches of `props` are smaller than pixels.
     pub coarse_props: PatchMesh,
 }
 
-/// Identifies what the generator would make: its source and the tile size.
+/// Cache key: the generator's source and the tile size.
 fn key(tile: u32) -> u64 {
     let sums: Vec<u64> = SOURCES.iter().map(|s| checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
     checksum(bytemuck::cast_slice(&sums))
 }
 
-/// What the cache calls it.
+/// Kind name in the cache.
 fn kind(tile: u32) -> String {
     format!("trex-{tile}")
 }
@@ -80,8 +80,8 @@ fn kind(tile: u32) -> String {
 fn generate(tile: u32, progress: Progress<'_>) -> Baked {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf);
-    let layout = lay_tiles(&mut body, tile);
-    // Mean skin colour per vertex, for whoever draws without the atlas.
+    let layout = layout_tiles(&mut body, tile);
+    // Mean skin colour per vertex, for drawing without the atlas.
     body.colors = body
         .positions
         .iter()
@@ -92,23 +92,23 @@ fn generate(tile: u32, progress: Progress<'_>) -> Baked {
 }
 
 impl Trex {
-    /// The animal with tiles of `tile` texels (64: full detail, 16: a quick look), from the cache if it holds one,
-    /// else baked (and stored for the next time). `progress` receives the share baked, in `[0, 1]`, from any thread.
+    /// The animal with tiles of `tile` texels (64: full detail, 16: preview), from the cache, else baked and cached. `progress` receives
+    /// the completed fraction, in `[0, 1]`, from any thread.
     ///
-    /// A cache that is damaged, unreadable or unwritable only costs a warning.
+    /// A damaged, unreadable or unwritable cache only causes a warning.
     ///
     /// # Errors
-    /// [`SceneError::Tile`] if the tile size is not one of those possible.
+    /// [`SceneError::Tile`] if the tile size is invalid.
     pub fn load(tile: u32, progress: Progress<'_>) -> Result<Self, SceneError> {
         Self::load_from(MapCache::of_user().as_ref(), tile, progress)
     }
 
-    /// Whether one with tiles of so many texels is in the user's cache, so that it need not be made.
+    /// Whether the user's cache holds an animal with tiles of this size.
     pub fn is_kept(tile: u32) -> bool {
         MapCache::of_user().is_some_and(|cache| cache.holds(&kind(tile), key(tile)))
     }
 
-    /// As [`Self::load`], with this cache or none.
+    /// Like [`Self::load`], with this cache or none.
     pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: Progress<'_>) -> Result<Self, SceneError> {
         if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
             return Err(SceneError::Tile(tile));
@@ -120,7 +120,7 @@ impl Trex {
             let content = baked.to_bytes();
             Ok((baked, content))
         };
-        cache.remember(&kind(tile), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
+        cache.load_or_make(&kind(tile), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
     }
 
     fn assemble(Baked { body, layout, heights, colors }: Baked) -> Self {

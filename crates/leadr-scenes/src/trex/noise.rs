@@ -1,6 +1,6 @@
-//! Deterministic noise over the rest position: value noise and a hexagon-leaning Worley pattern.
+//! Deterministic noise over the rest position: value noise and a nearly hexagonal Worley pattern.
 //!
-//! Only integer hashing and plain arithmetic, so every machine bakes the same skin.
+//! It uses only integer hashing and plain arithmetic, so every machine bakes the same skin.
 
 use glam::Vec3;
 
@@ -24,7 +24,7 @@ pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Value noise in `[0, 1)`: a random value per lattice point of the unit grid, joined by Hermite blends.
+/// Value noise in `[0, 1)`: one random value per lattice point, with Hermite interpolation.
 pub fn value(p: Vec3, seed: u32) -> f32 {
     let cell = p.floor();
     let f = p - cell;
@@ -43,7 +43,7 @@ pub fn value(p: Vec3, seed: u32) -> f32 {
     low + (high - low) * f.z
 }
 
-/// The two nearest feature points of a point, in cell units.
+/// The two nearest feature points, in cell units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worley {
     /// Distance to the nearest feature point.
@@ -54,8 +54,8 @@ pub struct Worley {
     pub id: f32,
 }
 
-/// Worley noise on the unit grid, features jittered by ±0.275 about the cell centre; every second layer in z is
-/// shifted by a quarter cell, which pushes slices of the cells towards hexagons.
+/// Worley noise on the unit grid, features jittered by ±0.275 about the cell centre. Every second z layer is shifted by a quarter cell,
+/// which makes slices of the cells more hexagonal.
 pub fn worley(p: Vec3, seed: u32) -> Worley {
     let cell = p.floor();
     let f = p - cell;

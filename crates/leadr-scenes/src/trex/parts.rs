@@ -1,7 +1,7 @@
-//! The parts the animal is modelled from: eighty primitives in seven groups, bind pose, metres.
+//! The primitives of the animal: eighty in seven groups, bind pose, metres.
 //!
-//! Only the left side is listed; the evaluator folds `y` to `|y|`. Groups are joined in order by a smooth
-//! union of radius [`Group::blend`], parts inside a group by their own radius.
+//! Only the left side is listed; the evaluator folds `y` to `|y|`. Groups are joined in order by a smooth union of radius [`Group::blend`],
+//! parts within a group by their own radius.
 
 use glam::{Mat3, Vec3};
 
@@ -10,10 +10,10 @@ use Op::{Add, Carve};
 use Shape::{Cone, Ellipsoid, Loft};
 use Space::{Head, Jaw, Model};
 
-/// Opening of the mouth in the bind pose, degrees. Wide, so that the coarse cells of the cage do not bridge the lips.
+/// Mouth opening in the bind pose, degrees. It is wide to keep the cage's coarse cells from bridging the lips.
 pub const BIND_GAPE_DEGREES: f32 = 28.0;
 
-/// A coordinate frame in which parts are given.
+/// Coordinate frame of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
     /// Model space.
@@ -70,7 +70,7 @@ impl Frame {
     }
 }
 
-/// How a part joins what came before it in its group.
+/// Operation that joins a part to the previous parts of its group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Op {
     /// Smooth union.
@@ -79,7 +79,7 @@ pub enum Op {
     Carve,
 }
 
-/// Which joints move the skin near a part. Limb joints are named without their side.
+/// Joints that move the skin near a part. Limb joints are named without their side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binding {
     /// The chain coordinate indexes the axial chain from the tail tip (0) to the head (15).
@@ -120,7 +120,7 @@ pub struct PartSpec {
     pub shape: Shape,
 }
 
-/// Parts that are folded together before they join the rest.
+/// Parts that are combined before joining the rest.
 #[derive(Clone, Debug)]
 pub struct Group {
     /// Radius of the smooth union with the groups before, metres.
@@ -129,8 +129,7 @@ pub struct Group {
     pub parts: &'static [PartSpec],
 }
 
-/// Parts smaller than a cell of the cage, which its coarse distance field leaves out (the lower lip would crumple the
-/// rim of the mandible).
+/// Parts smaller than a cage cell, left out of the coarse distance field (the lower lip would crumple the mandible's rim).
 pub const TOO_FINE_FOR_CAGE: [&str; 10] =
     ["lower_lip", "palate", "mouth_floor", "tongue", "nostril", "lid", "lid_open", "finger1", "finger2", "hallux"];
 

@@ -25,7 +25,7 @@ pub fn smooth_min(a: f32, b: f32, k: f32) -> f32 {
     a.min(b) - h * h / (4.0 * k)
 }
 
-/// One section of a densified loft. Contiguous, for the scan over consecutive pairs.
+/// One section of a densified loft. Contiguous, for scans over consecutive pairs.
 #[derive(Clone, Copy, Debug)]
 struct Station {
     center: Vec3,
@@ -96,7 +96,7 @@ pub fn ellipsoid_rotation(degrees: [f32; 3]) -> Mat3 {
 }
 
 impl Primitive {
-    /// Brings a part into model space and returns it with its bounds.
+    /// Transforms a part to model space and returns it with its bounds.
     pub fn new(spec: &PartSpec) -> (Self, Bounds) {
         let frame = spec.space.frame();
         let s = frame.scale;
@@ -130,8 +130,8 @@ impl Primitive {
         self.hit_in(p, 0, u16::MAX)
     }
 
-    /// Distance with a loft's scan limited to stations `first..=last`. Rounded ends count only when their
-    /// station is inside the range. A loft none of whose pairs face `p` is at distance `f32::MAX`.
+    /// Distance with a loft's scan limited to stations `first..=last`. A rounded end counts only if its station is in the range. If no pair
+    /// of a loft faces `p`, the distance is `f32::MAX`.
     #[inline]
     pub fn hit_in(&self, p: Vec3, first: u16, last: u16) -> Hit {
         match self {
@@ -166,7 +166,7 @@ fn superellipse(u: f32, w: f32, a: f32, b: f32, n: f32) -> (f32, f32) {
         let f = (u * u + w * w).sqrt().max(1e-9);
         return (f, ((u / a).powi(2) + (w / b).powi(2)).sqrt() / f);
     }
-    // |u|^(n−1) and |w|^(n−1) by one power each; the powers n follow by a multiplication.
+    // |u|^(n−1) and |w|^(n−1) by one power each; the powers n then need one multiplication.
     let (pu, pw) = (u.max(1e-9).powf(n - 1.0), w.max(1e-9).powf(n - 1.0));
     let sum = (pu * u + pw * w).max(1e-20);
     let f = sum.powf(1.0 / n);
@@ -288,8 +288,7 @@ impl Loft {
     }
 }
 
-/// Densifies the given stations: Akima spline over chord length for the centres, PCHIP for the rest, so that
-/// radii never overshoot.
+/// Densifies the given stations: Akima splines over chord length for the centres, PCHIP for the rest to avoid radius overshoot.
 fn densify(stations: &[[f32; 8]]) -> Vec<[f64; 8]> {
     let n = stations.len();
     let rows: Vec<[f64; 8]> = stations.iter().map(|r| r.map(f64::from)).collect();
@@ -398,7 +397,7 @@ mod tests {
     fn distances_have_unit_slope_at_the_surface() {
         for part in GROUPS.iter().flat_map(|g| g.parts) {
             let (primitive, bounds) = Primitive::new(part);
-            // Walk from a point inside to one outside and look at the slope where the sign changes.
+            // March from an inside point to an outside one and check the slope at the sign change.
             let center = (bounds.low + bounds.high) * 0.5;
             let f = |p: Vec3| primitive.hit(p).distance;
             let (mut inside, mut outside) = (center, bounds.high + 0.5);

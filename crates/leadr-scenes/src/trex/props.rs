@@ -11,7 +11,7 @@ use super::skin::Skin;
 use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights};
 
-/// Joint indices of the design's skeleton table, left side; right ones are [`RIGHT`] further.
+/// Joint indices of the skeleton table, left side; right ones are [`RIGHT`] higher.
 const HEAD: u16 = 8;
 const JAW: u16 = 9;
 const EYE: u16 = 10;
@@ -26,17 +26,17 @@ const EYE_RADIUS: f32 = 0.047 * 1.09;
 /// Sides of horns and of fingers.
 const SIDES: usize = 8;
 
-/// How many patches props are made of. Patches are curved, so that few of them are as smooth as many.
+/// Number of patches of the props. Patches are curved, so a few are as smooth as many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// For views in which a patch covers pixels.
+    /// For views where a patch covers pixels.
     Fine,
-    /// For views in which patches of the fine mesh are smaller than pixels.
+    /// For views where patches of the fine mesh are smaller than pixels.
     Coarse,
 }
 
 impl Detail {
-    /// Every how manieth side of a tube is kept: `step` of the coarse mesh.
+    /// Step between the kept sides of a tube; the coarse mesh uses `step`.
     fn step(self, step: usize) -> usize {
         match self {
             Self::Fine => 1,
@@ -44,7 +44,7 @@ impl Detail {
         }
     }
 
-    /// Whether a ring of a tube is kept: every third, and the last.
+    /// Whether a ring of a tube is kept: every third one and the last.
     fn keeps(self, ring: usize, rings: usize) -> bool {
         ring.is_multiple_of(self.step(3)) || ring + 1 == rings
     }
@@ -103,7 +103,7 @@ fn append(
     let mut normals = vec![Vec3::ZERO; solid.positions.len()];
     for q in &solid.quads {
         let p = q.map(|v| solid.positions[v as usize]);
-        // Each corner's own normal, weighted by its angle's sine and edges; robust to collapsed tips.
+        // Each corner's own normal, weighted by the sine of its angle and its edges; robust to collapsed tips.
         for k in 0..4 {
             let (next, before) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
             normals[q[k] as usize] += next.cross(before).normalize_or_zero();
@@ -143,7 +143,7 @@ fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) ->
         let turn = TAU / SIDES as f32;
         (0..SIDES).map(|k| c + (u * (k as f32 * turn).cos() + v * (k as f32 * turn).sin()) * r).collect()
     };
-    // A ring of the hemisphere at an end, so many degrees from its rim.
+    // A ring of an end's hemisphere, `degrees` from its rim.
     let cap = |end: Vec3, outward: Vec3, radius: f32, degrees: f32| {
         let (s, c) = degrees.to_radians().sin_cos();
         ring(end + outward * (radius * s), radius * c)
@@ -276,8 +276,8 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin, detail: Detail) {
     }
 }
 
-/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It covers the
-/// tongue of the distance field, which the body's own tiles follow as far as a height can.
+/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It covers the distance field's tongue, which the
+/// body's tiles can only approximate.
 const TONGUE_STATIONS: [[f32; 5]; 9] = [
     [0.08, -0.112, 0.122, 0.030, 0.05],
     [0.14, -0.106, 0.160, 0.056, 0.07],
@@ -382,8 +382,7 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
     }
 }
 
-/// All props merged: teeth, claws, fingers and dew claws, tongue, eyes. Bind pose, metres; each rigid to one joint of
-/// the design's skeleton.
+/// All props merged: teeth, claws, fingers, dew claws, tongue and eyes. Bind pose, metres; each is rigid to one skeleton joint.
 pub fn build(skin: &Skin, detail: Detail) -> PatchMesh {
     let (head, jaw) = (Space::Head.frame(), Space::Jaw.frame());
     let mut mesh = PatchMesh::default();
@@ -485,14 +484,14 @@ mod tests {
         let mesh = build(&Skin::new(), Detail::Fine);
         for (p, skin) in mesh.positions.iter().zip(&mesh.skin) {
             let joint = &JOINTS[usize::from(skin.joints[0])];
-            // The snout is the furthest from its joint; the side is the joint's.
+            // The snout is the point furthest from its joint; the side must match the joint.
             assert!(p.distance(joint.position) < 1.7, "{} at {p}", joint.name);
             assert!(joint.position.y * p.y >= 0.0, "{} at {p}", joint.name);
         }
     }
 
     #[test]
-    fn mirrored_about_the_middle_plane() {
+    fn symmetric_about_the_middle_plane() {
         let mesh = build(&Skin::new(), Detail::Fine);
         let sum: Vec3 = mesh.positions.iter().sum();
         assert!(sum.y.abs() < 1e-2, "{sum}");

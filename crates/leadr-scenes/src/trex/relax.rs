@@ -1,4 +1,4 @@
-//! Moves the vertices of the extracted surface to even, square quads that follow the distance field.
+//! Relaxes the extracted surface to even, square quads on the distance field.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -29,7 +29,7 @@ pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
     out
 }
 
-/// Smooths, evens and projects. `ring`: of [`neighbors`].
+/// Smooths, evens and projects the vertices. `ring`: from [`neighbors`].
 pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
     // Taubin's pair of steps removes the staircase of the grid without shrinking.
     for pass in 0..6 {
@@ -46,7 +46,7 @@ pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
         move_on_surface(surface, &pull, ring, sdf);
     }
     for _ in 0..SQUARING_ROUNDS {
-        // Per vertex: where the squares of its quads would have it, and how many they are.
+        // Per vertex: sum of the target positions of its quads' squares, and their number.
         let mut sums = vec![(Vec3::ZERO, 0.0f32); surface.positions.len()];
         for q in &surface.quads {
             for (&v, corner) in q.iter().zip(nearest_square(surface, *q)) {
@@ -64,8 +64,7 @@ pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
 /// Rounds of local smoothing spent on folded patches.
 const UNFOLD_ROUNDS: usize = 30;
 
-/// Smooths the corners of patches that fold, or nearly do: tips and clefts narrower than a quad become rounder than
-/// the field there.
+/// Smooths the corners of folding or nearly folding patches: tips and clefts narrower than a quad become rounder than the field.
 pub fn unfold(surface: &mut QuadSurface, ring: &[Vec<u32>]) {
     for _ in 0..UNFOLD_ROUNDS {
         let normals = vertex_normals(surface, ring);
@@ -90,8 +89,7 @@ fn folds(surface: &QuadSurface, normals: &[Vec3], quad: [u32; 4]) -> bool {
     })
 }
 
-/// Area-weighted mean of the face normals, smoothed once: patches then bend evenly where the field has
-/// creases finer than a quad.
+/// Area-weighted mean of the face normals, smoothed once, so that patches bend evenly at creases finer than a quad.
 pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; surface.positions.len()];
     for q in &surface.quads {
@@ -116,8 +114,7 @@ fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], 
     });
 }
 
-/// Steps of the gradient's differences: a tenth of the local edge length, so that creases finer than the
-/// quads are averaged.
+/// Gradient difference steps: a tenth of the local edge length, which averages creases finer than the quads.
 fn difference_steps(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<f32> {
     let edge = |v: usize| {
         ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>() / ring[v].len() as f32
@@ -136,12 +133,12 @@ fn laplacian(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
     mean
 }
 
-/// The square in a quad's mean plane that is nearest to its corners (least squares).
+/// The least-squares square to a quad's corners, in its mean plane.
 fn nearest_square(surface: &QuadSurface, quad: [u32; 4]) -> [Vec3; 4] {
     let p = quad.map(|i| surface.positions[i as usize]);
     let center = (p[0] + p[1] + p[2] + p[3]) * 0.25;
     let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
-    // Turning corner k back by k right angles brings all four of a square to the same place.
+    // Rotating corner k back by k right angles maps all four corners of a square to the same point.
     let turn = |v: Vec3, k: usize| match k {
         0 => v,
         1 => normal.cross(v),

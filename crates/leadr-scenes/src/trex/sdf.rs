@@ -1,8 +1,7 @@
-//! The signed distance field of the animal in its bind pose, and a grid that makes it fast.
+//! The signed distance field of the animal in its bind pose, with an acceleration grid.
 //!
-//! A part changes the folded value only near the surface it shapes. The grid keeps, for every cell, the
-//! parts (and of long lofts the stations) that can matter inside it; a value then costs a handful of
-//! primitives instead of eighty. `Field::distance_unaccelerated` is the definition it must reproduce.
+//! A part affects the combined value only near its surface. Each grid cell lists the parts (and stations of long lofts) that can matter
+//! inside it, so an evaluation needs a few primitives instead of eighty. It must reproduce `Field::distance_unaccelerated`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -10,22 +9,21 @@ use rayon::prelude::*;
 use super::parts::{Binding, GROUPS, Op, PartSpec, TOO_FINE_FOR_CAGE};
 use super::primitive::{Bounds, Hit, Primitive, smooth_min};
 
-/// Value where nothing is near, metres.
+/// Value with nothing near, metres.
 const FAR: f32 = 1e3;
-/// Largest value returned: further away first-order distances mean little, metres.
+/// Largest returned value, metres; first-order distances are inaccurate further away.
 const LARGEST: f32 = 1.0;
 /// Edge of a grid cell, metres.
 const CELL: f32 = 0.125;
 /// Low corner of the grid (`y` folded) and its cells along each axis; outside of it every part is evaluated.
 const LOW: Vec3 = Vec3::new(-7.25, 0.0, -0.5);
 const SIZE: [usize; 3] = [102, 12, 43];
-/// How far two distances may approach each other between samples half a cell apart, metres.
+/// Largest change of the difference of two distances between samples half a cell apart, metres.
 const MARGIN: f32 = 0.12;
-/// Parts whose box is further away than this (plus their blend radius) are taken to be at that distance
-/// while the grid is built.
+/// While the grid is built, parts whose box is further away than this (plus their blend radius) are treated as at that distance.
 const REACH: f32 = 0.5;
 
-/// A primitive with its place in the fold.
+/// A primitive with its order in the fold.
 #[derive(Clone, Debug)]
 struct Part {
     spec: PartSpec,
@@ -51,7 +49,7 @@ pub struct Field {
     entries: Vec<Entry>,
 }
 
-/// Folds part distances in order: parts into their group, groups into the total.
+/// Combines part distances in order: parts into their group, groups into the total.
 struct Fold {
     total: f32,
     inner: f32,
@@ -81,7 +79,7 @@ impl Fold {
         self.inner = FAR;
     }
 
-    /// The distance once all parts are folded.
+    /// The distance after all parts are combined.
     #[inline]
     fn distance(mut self) -> f32 {
         self.close();
@@ -94,7 +92,7 @@ fn fold_sides(p: Vec3) -> Vec3 {
 }
 
 impl Field {
-    /// The parts without a grid.
+    /// Collects the parts, without a grid.
     fn new(leave_out: &[&str]) -> Self {
         let specs = GROUPS.iter().enumerate().flat_map(|(group, g)| g.parts.iter().map(move |spec| (group, spec)));
         let kept = specs.filter(|(_, spec)| !leave_out.contains(&spec.name));
@@ -105,7 +103,7 @@ impl Field {
         Self { parts: kept.map(part).collect(), offsets: vec![0], entries: Vec::new() }
     }
 
-    /// Distance by folding every part.
+    /// Distance from all parts.
     fn distance_unaccelerated(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let mut fold = Fold::new();
@@ -159,8 +157,8 @@ impl Field {
 
     /// Bit mask of the parts that may matter where the part distances are within [`MARGIN`] of the given ones.
     ///
-    /// A part does not matter if the fold before it is smaller by its blend radius, or if a later union
-    /// overrides everything before itself; the same holds for whole groups.
+    /// A part does not matter if the fold before it is smaller by its blend radius, or if a later union overrides everything before it. The
+    /// same rule applies to whole groups.
     fn relevant(&self, distances: &[f32]) -> u128 {
         let (mut mask, mut total) = (0_u128, FAR);
         for (group, g) in GROUPS.iter().enumerate() {
@@ -170,7 +168,7 @@ impl Field {
                 match part.spec.op {
                     Op::Add => {
                         if inner > d + k + MARGIN {
-                            // Carvings stay: leaving one out would lower the value that is overridden here.
+                            // Carvings are kept: removing one would lower the overridden value.
                             kept = carved;
                         }
                         if d <= inner + k + MARGIN {
@@ -236,7 +234,7 @@ impl Field {
 pub struct TrexSdf {
     /// The full model: mouth cavity, tongue, lids and fingers included.
     pub full: Field,
-    /// Without the parts of [`TOO_FINE_FOR_CAGE`]: what the cage follows.
+    /// Without the parts of [`TOO_FINE_FOR_CAGE`], for the cage.
     pub coarse: Field,
 }
 
@@ -281,7 +279,7 @@ impl TrexSdf {
             .fold(FAR, f32::min)
     }
 
-    /// Which joints move the skin near each additive part of the full model whose box is within `reach` of `p`, and how near it is.
+    /// Joints of each additive part of the full model whose box is within `reach` of `p`, and the distance to the part.
     pub fn near_parts(&self, p: Vec3, reach: f32) -> Vec<(Binding, Hit)> {
         let p = fold_sides(p);
         let near = self.full.parts.iter().filter(|q| q.spec.op == Op::Add && q.bounds.distance(p) <= reach);

@@ -65,7 +65,7 @@ pub const JOINTS: [Joint; JOINT_COUNT] = [
     joint("wrist_R", Some(38), [2.13, -0.6, 1.9]),
 ];
 
-/// The axial chain from the tail tip to the head, as the chain coordinates of the body's lofts count it.
+/// The axial chain from the tail tip to the head, in the order of the lofts' chain coordinates.
 pub const AXIAL_CHAIN: [&str; 16] = [
     "tail8", "tail7", "tail6", "tail5", "tail4", "tail3", "tail2", "tail1", "pelvis", "spine1", "spine2", "chest",
     "neck1", "neck2", "neck3", "head",
@@ -74,9 +74,9 @@ pub const AXIAL_CHAIN: [&str; 16] = [
 /// Index of a joint by name.
 ///
 /// # Panics
-/// If there is no such joint (names are constants of this crate).
+/// If there is no such joint; names are constants of this crate.
 pub fn joint_index(name: &str) -> usize {
-    JOINTS.iter().position(|j| j.name == name).unwrap_or_else(|| panic!("no joint is called {name}"))
+    JOINTS.iter().position(|j| j.name == name).unwrap_or_else(|| panic!("there is no joint named {name}"))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The skin as a function of the rest position: displacement, albedo and roughness.
 //!
-//! `y` is folded, so both sides are alike. The zones and layers follow the animal design: three sizes of pebble
-//! scales, scattered feature scales, folds by zone, slack skin, scutes on the feet, labial scales along the lips.
+//! `y` is folded, so both sides are alike. Layers: three sizes of pebble scales, scattered feature scales, folds by zone, slack skin,
+//! scutes on the feet, and labial scales along the lips.
 
 use glam::Vec3;
 
@@ -76,7 +76,7 @@ pub struct Skin {
     jaw: Frame,
 }
 
-/// What the shading of a point needs besides its position.
+/// Inputs of a point's shading besides its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinPoint {
     /// Displacement along the surface normal, metres (about -16 to 22 mm).
@@ -130,7 +130,7 @@ impl Skin {
         let fine = head.max(0.8 * foot).max(0.7 * tail);
         let coarse = (1.0 - fine) * ss(2.3, 3.1, p.z);
         let sizes = [(0.021, fine), (0.034, (1.0 - fine - coarse).max(0.0)), (0.052, coarse)];
-        // Scales shrink near the eye and the mouth would look knitted: details fade there.
+        // Details fade near the eye and the mouth, where shrunken scales would look knitted.
         let warp = Vec3::new(value(p * 9.0, 1), value(p * 9.0, 2), value(p * 9.0, 3)) - 0.5;
         let warped = p + 0.018 * warp;
         let lips = face.upper.max(face.lower);
@@ -140,7 +140,7 @@ impl Skin {
         for (i, (size, weight)) in sizes.into_iter().enumerate().filter(|(_, s)| s.1 >= 0.02) {
             let w = worley(warped / size, 3 * i as u32 + 1);
             let edge = ss(0.02, 0.38, w.f2 - w.f1);
-            // A slight crown keeps the tops from reading as flat tiles.
+            // A slight crown keeps scale tops from looking like flat tiles.
             let crown = 0.82 + 0.18 * (1.0 - (w.f1 / 0.6).min(1.0));
             pebbles += weight * size * 0.095 * edge * crown * (0.75 + 0.5 * w.id);
             top += weight * edge;
@@ -186,8 +186,8 @@ impl Skin {
 
     /// Linear albedo (rgb) and Beckmann roughness `α` at rest position `p` with its relief.
     ///
-    /// The design's roughness is perceptual; `α` is its square. Cavities (grooves between scales, folds) darken the
-    /// albedo, since their inter-reflection is not computed.
+    /// The design's roughness is perceptual; `α` is its square. Cavities (grooves between scales, folds) darken the albedo in place of
+    /// inter-reflection.
     pub fn shade(&self, p: Vec3, relief: &SkinPoint, mouth: f32) -> [f32; 4] {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let (n1, n2, n3) = (value(p * 2.1, 61), value(p * 7.0, 62), value(p * 23.0, 63));
@@ -216,7 +216,7 @@ impl Skin {
         c = mix(c, c * Vec3::new(1.15, 1.0, 0.95), lips);
         let mud = (1.0 - ss(0.05, 0.30, p.z)) * ss(0.35, 0.6, n2 * 0.5 + n1 * 0.5);
         c = mix(c, Vec3::new(0.075, 0.058, 0.040), 0.5 * mud);
-        // Mouth lining: wet, slightly mottled; the gum line is where it fades into the lips.
+        // Mouth lining: wet, slightly mottled; it fades into the lips at the gum line.
         let lining = Vec3::new(0.42, 0.13, 0.12) * (0.75 + 0.3 * n3 + 0.2 * n2);
         let gum = 4.0 * mouth * (1.0 - mouth);
         c = mix(mix(c, lining, mouth), Vec3::new(0.17, 0.055, 0.05), 0.7 * gum);
@@ -224,7 +224,7 @@ impl Skin {
         rough += 0.10 * relief.fold + 0.06 * (n3 - 0.5) + 0.10 * mud;
         let soft = lips.max(1.0 - ss(0.06, 0.10, face.eye)).max(1.0 - ss(0.05, 0.09, face.nostril));
         rough += (0.45 - rough) * soft;
-        // The wall of the nostril is steeper than a height can follow: no glints from it.
+        // The nostril's wall is too steep for the displacement; high roughness suppresses glints.
         rough += (0.85 - rough) * inside;
         rough += (0.27 - rough) * mouth;
         let rough = rough.clamp(0.2, 0.85);

@@ -19,7 +19,7 @@ const BODY_PATCHES: u32 = 5920;
 /// Body and props of the animal, both skinned by [`walk::pose`].
 pub fn animal(trex: Trex) -> [Object; 2] {
     let mut body = trex.body;
-    // Colours come from the atlas; vertex colours must not tint them.
+    // Colours come from the atlas, so vertex colours are white.
     body.colors = vec![[1.0; 4]; body.positions.len()];
     // Keratin, slightly above the usual 0.04.
     let body = tiled_object(BODY, body, trex.layout, trex.heights, trex.colors).with_specular_f0(0.045);
@@ -29,7 +29,7 @@ pub fn animal(trex: Trex) -> [Object; 2] {
     [body, props]
 }
 
-/// The body before it is baked: its maps have sizes and nothing else.
+/// A body with the maps' sizes but no map contents.
 pub fn unbaked_body(tile: u32) -> Object {
     let layout = TileLayout::new(BODY_PATCHES, tile);
     tiled_object(BODY, PatchMesh::default(), layout, Vec::new(), Vec::new())
@@ -41,7 +41,7 @@ pub fn trex_stage(tile: u32, progress: Progress<'_>) -> Result<Stage, SceneError
     trex.map(|trex| walking_on(trex, ground))
 }
 
-/// The stage on which `trex` walks.
+/// The stage with the walking `trex`.
 pub fn walking(trex: Trex) -> Stage {
     walking_on(trex, ground())
 }
@@ -56,7 +56,7 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
     };
     let motion = |time: f64| {
         let joints = walk::pose(time);
-        // The mesh of the ground follows the animal, so that its small patches are near it.
+        // The ground mesh follows the animal to keep its small patches nearby.
         let steps = (walked(time) / STEP).round();
         let below = Affine3A::from_translation(Vec3::X * steps * STEP);
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]

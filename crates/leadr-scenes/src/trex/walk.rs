@@ -1,16 +1,15 @@
-//! The walk: joint matrices at a time. Legs are solved exactly for the foot's place, so feet do not slide.
+//! The walk: joint matrices at a time. Leg IK is exact for the foot's position, so feet do not slide.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, Mat4};
 
-use super::gait::{Foot, PERIOD, STRIDE, Turn, body_turns, foot, pelvis};
+use super::gait::{Foot, JointAngles, PERIOD, STRIDE, foot, joint_angles, pelvis};
 use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
 
 /// Speed over the ground, metres per second.
 pub const SPEED: f64 = STRIDE / PERIOD;
 
-/// World-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at
-/// [`SPEED`], repeating every `PERIOD` seconds `STRIDE` metres further on. At time zero the left foot touches down and the rest
-/// pelvis is over the origin.
+/// World-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at [`SPEED`] and
+/// advances `STRIDE` metres every `PERIOD` seconds. At time zero the left foot touches down and the rest pelvis is over the origin.
 pub fn pose(time_seconds: f64) -> Vec<Mat4> {
     let cycles = time_seconds / PERIOD;
     skinning(&world_from_joint(cycles.rem_euclid(1.0), cycles * STRIDE))
@@ -21,22 +20,22 @@ fn skinning(world_from_joint: &[Mat4; JOINT_COUNT]) -> Vec<Mat4> {
     joints.map(|(m, joint)| *m * Mat4::from_translation(-joint.position)).collect()
 }
 
-fn rotation(turn: Turn) -> DMat3 {
-    DMat3::from_rotation_z(turn.yaw) * DMat3::from_rotation_x(turn.roll) * DMat3::from_rotation_y(turn.pitch)
+fn rotation(angles: JointAngles) -> DMat3 {
+    DMat3::from_rotation_z(angles.yaw) * DMat3::from_rotation_x(angles.roll) * DMat3::from_rotation_y(angles.pitch)
 }
 
 fn rest(name: &str) -> DVec3 {
     JOINTS[joint_index(name)].position.as_dvec3()
 }
 
-/// World-from-joint at a phase of the walk, in the order of [`JOINTS`], after so many metres.
+/// World-from-joint at a phase of the walk, in the order of [`JOINTS`], at `travelled` metres.
 fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
-    let mut local = body_turns(t).map(rotation);
-    let (offset, pelvis_turn) = pelvis(t);
-    local[joint_index("pelvis")] = rotation(pelvis_turn);
+    let mut local = joint_angles(t).map(rotation);
+    let (offset, pelvis_angles) = pelvis(t);
+    local[joint_index("pelvis")] = rotation(pelvis_angles);
     for (side, sign) in [("L", 1.0), ("R", -1.0)] {
         let foot = foot(t + if sign < 0.0 { 0.5 } else { 0.0 });
-        solve_leg(&mut local, side, sign, &foot, offset, pelvis_turn);
+        solve_leg(&mut local, side, sign, &foot, offset, pelvis_angles);
     }
     // Forward kinematics.
     let root = offset + DVec3::X * travelled;
@@ -58,19 +57,19 @@ fn sagittal_angle(v: DVec2) -> f64 {
     v.x.atan2(v.y)
 }
 
-/// Sets the five joints of a leg and its toes so that the foot is where `foot` says.
+/// Solves the five joints of a leg and its toes for the pose `foot`.
 ///
-/// The lateral offsets of a leg's bones cancel (hip and metatarsal joint have the same rest `y`), so after yaw and
-/// roll of the hip the problem is planar: the ankle follows from the metatarsus, the knee from two bones.
-fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec3, pelvis_turn: Turn) {
+/// The lateral offsets of a leg's bones cancel (hip and metatarsal joint have the same rest `y`). After yaw and roll of the hip the problem
+/// is planar: the ankle follows from the metatarsus, the knee from two bones.
+fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec3, pelvis_angles: JointAngles) {
     let joint = |name: &str| joint_index(&format!("{name}_{side}"));
     let [hip, knee, ankle, toes] = ["hip", "knee", "ankle", "toes"].map(|n| rest(&format!("{n}_{side}")));
-    let pelvis_rotation = rotation(pelvis_turn);
+    let pelvis_rotation = rotation(pelvis_angles);
     let pelvis_rest = rest("pelvis");
     let hip_world = root + pelvis_rest + pelvis_rotation * (hip - pelvis_rest);
     let target = DVec3::new(foot.joint.x + hip.x, sign * foot.joint.y, foot.joint.z);
-    // Feet point ahead: the hip undoes the yaw of the pelvis.
-    let yaw = -pelvis_turn.yaw;
+    // Feet point ahead: the hip cancels the yaw of the pelvis.
+    let yaw = -pelvis_angles.yaw;
     let reach = (pelvis_rotation * DMat3::from_rotation_z(yaw)).transpose() * (target - hip_world);
     let roll = (-reach.y / reach.z).atan();
     let planar = DMat3::from_rotation_x(-roll) * reach;
@@ -88,11 +87,11 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     let thigh = sagittal_angle(knee_at) - sagittal_angle(femur);
     let shank = sagittal_angle(direction * distance - knee_at) - sagittal_angle(tibia);
     let foot_bone = sagittal_angle(shaft) - sagittal_angle(metatarsus);
-    local[joint("hip")] = rotation(Turn { roll, pitch: thigh, yaw });
+    local[joint("hip")] = rotation(JointAngles { roll, pitch: thigh, yaw });
     local[joint("knee")] = DMat3::from_rotation_y(shank - thigh);
     local[joint("ankle")] = DMat3::from_rotation_y(foot_bone - shank);
-    // The foot is level across whatever the leg does.
-    let ankle_world = pelvis_rotation * rotation(Turn { roll, pitch: foot_bone, yaw });
+    // The foot stays level across for any leg pose.
+    let ankle_world = pelvis_rotation * rotation(JointAngles { roll, pitch: foot_bone, yaw });
     local[joint("toes")] = ankle_world.transpose() * DMat3::from_rotation_y(foot.pitch);
     for (i, name) in ["toe2", "toe3", "toe4"].into_iter().enumerate() {
         let yaw = foot.closing * sign * [1.0, 0.0, -1.0][i];
@@ -108,7 +107,7 @@ mod tests {
     use glam::Vec3;
     use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-    /// Joints at a time, travelling or as on a treadmill.
+    /// Joints at a time, travelling or on a treadmill.
     fn joints(time: f64, travels: bool) -> [Mat4; JOINT_COUNT] {
         let cycles = time / PERIOD;
         world_from_joint(cycles.rem_euclid(1.0), if travels { cycles * STRIDE } else { 0.0 })
@@ -188,7 +187,7 @@ mod tests {
                 }
                 println!("{side} {} points until {until}: slip {:.4} mm", points.len(), slip * 1e3);
                 assert!(slip < 1e-3);
-                // The comparison sees a foot that is not planted.
+                // The comparison detects a foot that is not planted.
                 let late = skinned(&mesh, &pose(start + PERIOD * (DUTY + 0.1)));
                 assert!(points.iter().any(|&v| late[v].distance(before[v]) > 0.05));
             }

@@ -1,4 +1,4 @@
-//! Skinning weights of the cage from the parts that lie near each vertex.
+//! Skinning weights of the cage from the parts near each vertex.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,18 +8,17 @@ use super::sdf::TrexSdf;
 use super::skeleton::{AXIAL_CHAIN, JOINT_COUNT, joint_index};
 use leadr_render::surfaces::patch_mesh::SkinWeights;
 
-/// Length over which the influence of a part falls by `e`, metres; shorter in the feet, so that toes stay rigid and
-/// planted.
+/// Falloff length of a part's influence (to `1/e`), metres; shorter in the feet, so that toes stay rigid and planted.
 const FALLOFF: f32 = 0.055;
 const FOOT_FALLOFF: f32 = 0.022;
 /// Heights between which the falloff changes, metres.
 const FOOT: [f32; 2] = [0.14, 0.50];
-/// Influences below this share of the strongest are dropped.
+/// Weights below this fraction of the largest are dropped.
 const LEAST: f32 = 0.004;
-/// Depth inside a part beyond which it is no nearer, metres.
+/// Depth at which the distance inside a part is clamped, metres.
 const DEPTH: f32 = -0.02;
-/// Smoothing passes; they blur as far as on a mesh of such edges (metres): little in the feet and around the mouth,
-/// more where large muscles slide.
+/// Smoothing passes. They blur as far as on a mesh with the following edge lengths (metres): little in the feet and around the mouth, more
+/// where large muscles slide.
 const PASSES: usize = 12;
 const CRISP_EDGE: f32 = 0.028;
 const SOFT_EDGE: f32 = 0.065;
@@ -29,7 +28,7 @@ type Row = [f32; JOINT_COUNT];
 /// Weights for the given rest positions; `ring` lists the neighbours of each vertex for smoothing.
 pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<SkinWeights> {
     let mut rows: Vec<Row> = positions.par_iter().with_min_len(64).map(|&p| raw_weights(sdf, p)).collect();
-    // A pass spreads by the edge length, so coarse parts of the mesh take smaller steps for the same blur.
+    // A pass spreads by the edge length, so coarse parts of the mesh use smaller steps for the same blur.
     let step: Vec<f32> = (0..positions.len())
         .map(|v| {
             let edges = ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>();
@@ -117,7 +116,7 @@ mod tests {
     #[test]
     fn weights_sum_to_one_and_follow_the_nearest_bone() {
         let sdf = TrexSdf::new();
-        let places = [
+        let samples = [
             (Vec3::new(-6.6, 0.0, 2.72), "tail8"),
             (Vec3::new(0.85, 0.44, 0.02), "toe3_L"),
             (Vec3::new(0.85, -0.44, 0.02), "toe3_R"),
@@ -126,9 +125,9 @@ mod tests {
             (Vec3::new(4.3, 0.0, 2.95), "jaw"),
             (Vec3::new(2.2, 0.6, 1.85), "wrist_L"),
         ];
-        let points: Vec<Vec3> = places.iter().map(|p| p.0).collect();
+        let points: Vec<Vec3> = samples.iter().map(|p| p.0).collect();
         let alone = vec![Vec::new(); points.len()];
-        for (skin, (p, name)) in skin_weights(&sdf, &points, &alone).iter().zip(places) {
+        for (skin, (p, name)) in skin_weights(&sdf, &points, &alone).iter().zip(samples) {
             assert!((skin.weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
             assert!(skin.weights.is_sorted_by(|a, b| a >= b));
             assert_eq!(usize::from(skin.joints[0]), joint_index(name), "{p} follows {skin:?}");

@@ -1,4 +1,4 @@
-//! A run against an earlier one: ratios row by row, and their geometric means pass by pass.
+//! Comparison with an earlier run: ratios for each row, and their geometric means for each pass.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -14,10 +14,10 @@ use crate::error::LabError;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_file;
 
-/// The times of a run, as `leadr bench --json` writes them. Further fields are ignored.
+/// The times of a run from the output of `leadr bench --json`. Other fields are ignored.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Times {
-    /// Where they were read; empty for the run that is going on.
+    /// Their file; empty for the current run.
     #[serde(skip)]
     file: PathBuf,
     device: String,
@@ -37,7 +37,7 @@ pub(super) struct Time {
     pub min_ms: f64,
 }
 
-/// A run against an earlier one.
+/// The comparison with an earlier run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
     /// The earlier run.
@@ -45,19 +45,19 @@ pub struct Comparison {
     device: String,
     driver: String,
     commit: String,
-    /// Whether this run was on a device of another name.
+    /// Whether the names of the devices differ.
     other_device: bool,
-    /// Passes of rows that both runs have and that take time in both.
+    /// Passes of rows that take time in both runs.
     rows: Vec<RowRatio>,
     /// Geometric means over rows.
     passes: Vec<PassRatio>,
-    /// Rows, or passes of rows of both, that only this run has.
+    /// Rows that only this run has, and passes of common rows that only this run has.
     only_in_this: Vec<Lonely>,
-    /// Those that only the earlier run has.
+    /// The same for the earlier run.
     only_in_that: Vec<Lonely>,
 }
 
-/// A pass of a row in both runs. Ratios are of this run to the earlier one: below 1 is faster.
+/// A pass of a row in both runs. Ratios are this run over the earlier one; below 1 is faster.
 #[derive(Clone, Debug, Serialize)]
 struct RowRatio {
     table: String,
@@ -70,7 +70,7 @@ struct RowRatio {
     median_ratio: f64,
 }
 
-/// A pass over all rows that have it in both runs.
+/// Mean ratios of a pass over all rows that have it in both runs.
 #[derive(Clone, Debug, Serialize)]
 struct PassRatio {
     pass: String,
@@ -81,17 +81,17 @@ struct PassRatio {
     median_ratio: f64,
 }
 
-/// What only one of the runs has.
+/// A row or pass that only one of the runs has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Lonely {
     table: String,
     row: String,
     size: [u32; 2],
-    /// The pass; none where the whole row is missing in the other run.
+    /// The pass; `None` if the other run lacks the whole row.
     pass: Option<String>,
 }
 
-/// A result of more bytes than this is none: that of every table has some hundreds of thousands.
+/// Largest size of a result. The result of all tables has some hundreds of thousands of bytes.
 const MOST_BYTES: usize = 64 << 20;
 
 type Key<'a> = (&'a str, &'a str, [u32; 2], &'a str);
@@ -107,43 +107,48 @@ impl Time {
 }
 
 impl Times {
-    /// Those of a run that was just measured.
+    /// The times of the current run.
     pub(super) fn new(on: &DeviceInfo, commit: &str, rows: Vec<Time>) -> Self {
         let DeviceInfo { device, driver } = on.clone();
         Self { file: PathBuf::new(), device, driver, commit: commit.to_owned(), rows }
     }
 
-    /// Reads what `leadr bench --json` wrote.
+    /// Reads the output of `leadr bench --json`.
     ///
     /// # Errors
-    /// One sentence that names the file: it cannot be read, ends too early, is no JSON, or is no result of a bench.
+    /// If the file cannot be read, is truncated, is not JSON, or is not the result of a bench. The message is one sentence with the file
+    /// name.
     pub fn read(path: &Path) -> Result<Self, LabError> {
         let bytes = read_file(path).map_err(|fault| match fault {
-            MapFault::NotAFile => LabError::io("read", path, "it is no file; give what leadr bench --json printed"),
+            MapFault::NotAFile => LabError::io("read", path, "it is not a file; give the output of leadr bench --json"),
             fault => LabError::io("read", path, fault),
         })?;
         let times = Self::parse(&bytes).map_err(|fault| {
-            LabError::io("compare with", path, format!("{fault}; it should be what leadr bench --json printed"))
+            LabError::io("compare with", path, format!("{fault}; give the output of leadr bench --json"))
         })?;
         Ok(Self { file: path.to_owned(), ..times })
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         if bytes.len() > MOST_BYTES {
-            return Err(format!("it has {} bytes, more than {MOST_BYTES}", bytes.len()));
+            return Err(format!("it has {} bytes, over the limit of {MOST_BYTES}", bytes.len()));
         }
         let value: Value = serde_json::from_slice(bytes).map_err(|e| {
-            let place = format!("line {} column {}", e.line(), e.column());
-            if e.is_eof() { format!("it ends too early, at {place}") } else { format!("it is no JSON at {place}") }
+            let location = format!("line {} column {}", e.line(), e.column());
+            if e.is_eof() {
+                format!("it ends too early, at {location}")
+            } else {
+                format!("it is not JSON at {location}")
+            }
         })?;
-        let Some(object) = value.as_object() else { return Err("it is no JSON object".to_owned()) };
+        let Some(object) = value.as_object() else { return Err("it is not a JSON object".to_owned()) };
         match object.get("command").and_then(Value::as_str) {
             Some("bench") => {}
             Some(other) => return Err(format!("it is the result of leadr {}", other.escape_debug())),
-            None => return Err("it does not say which command wrote it".to_owned()),
+            None => return Err("it has no field command".to_owned()),
         }
         if !object.contains_key("rows") {
-            return Err("it has no rows of times".to_owned());
+            return Err("it has no field rows".to_owned());
         }
         let times: Self = serde_json::from_value(value).map_err(|e| e.to_string().escape_debug().to_string())?;
         if times.rows.is_empty() {
@@ -162,7 +167,7 @@ impl Times {
         Ok(times)
     }
 
-    /// Refuses to compare with a run on another device.
+    /// Checks that these times were measured on the device of this name.
     ///
     /// # Errors
     /// If the names of the devices differ.
@@ -171,13 +176,13 @@ impl Times {
             return Ok(());
         }
         let fault = format!(
-            "it was measured on {}, this run is on {device}; --any-device compares them all the same",
+            "it was measured on {}, and this run is on {device}; add --any-device to compare them anyway",
             self.device.escape_debug()
         );
         Err(LabError::io("compare with", &self.file, fault))
     }
 
-    /// The device that they were measured on.
+    /// Name of the device of these times.
     pub fn device(&self) -> &str {
         &self.device
     }
@@ -185,14 +190,14 @@ impl Times {
     /// Compares `this` run with these earlier times.
     ///
     /// # Errors
-    /// If they have no row in common.
+    /// If the runs have no row in common.
     pub fn compare(&self, this: &Self) -> Result<Comparison, LabError> {
         let before: HashMap<Key<'_>, &Time> = self.rows.iter().map(|time| (time.key(), time)).collect();
         let rows: Vec<RowRatio> = this
             .rows
             .iter()
             .filter_map(|time| Some((time, *before.get(&time.key())?)))
-            // A pass that does nothing takes no time that could be compared.
+            // A pass without work has a time of 0, which has no ratio.
             .filter(|(now, then)| [now.min_ms, now.median_ms, then.min_ms, then.median_ms].iter().all(|ms| *ms > 0.0))
             .map(|(now, then)| RowRatio {
                 table: now.table.clone(),
@@ -205,7 +210,7 @@ impl Times {
             .collect();
         if rows.is_empty() {
             let fault = format!(
-                "the two runs have no row in common: that one has {}, this one {}; measure the same tables at the same --size",
+                "the runs have no row in common: the earlier one has {}, this one {}; measure the same tables at the same --size",
                 self.first_row(),
                 this.first_row()
             );
@@ -247,7 +252,7 @@ fn means(rows: &[RowRatio]) -> Vec<PassRatio> {
     passes.iter().map(mean).collect()
 }
 
-/// What of `these` times the `others` do not have.
+/// The rows and passes of `these` times that the `others` lack.
 fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
     let keys: HashSet<Key<'_>> = others.iter().map(Time::key).collect();
     let rows: HashSet<_> = others.iter().map(Time::row_key).collect();
@@ -260,7 +265,7 @@ fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
 }
 
 impl Comparison {
-    /// Geometric mean of the ratios of the least times of all passes together: below 1, this run was the faster one.
+    /// Geometric mean of the ratios of least total times; below 1, this run is faster.
     pub fn total(&self) -> Option<f64> {
         self.passes.iter().find(|mean| mean.pass == TOTAL).map(|mean| mean.min_ratio)
     }
@@ -292,9 +297,9 @@ impl fmt::Display for Comparison {
         let Self { file, device, driver, commit, .. } = self;
         writeln!(f, "against {}: {device} ({driver}), commit {commit}", file.display())?;
         if self.other_device {
-            writeln!(f, "the devices differ: the ratios are of devices as well as of programs")?;
+            writeln!(f, "the devices differ: the ratios compare devices as well as programs")?;
         }
-        writeln!(f, "ratios of this run to that one, below 1 is faster: of the least times, then of the medians")?;
+        writeln!(f, "ratios of this run to the earlier one, below 1 is faster: least times, then medians")?;
         for table in in_order(self.rows.iter().map(|row| row.table.as_str())) {
             self.table(f, table)?;
         }
@@ -302,7 +307,7 @@ impl fmt::Display for Comparison {
         for PassRatio { pass, rows, min_ratio, median_ratio } in &self.passes {
             write!(f, "\n  {pass:32} {rows:>5} {min_ratio:>9.3} {median_ratio:>9.3}")?;
         }
-        for (run, lonely) in [("this run", &self.only_in_this), ("that run", &self.only_in_that)] {
+        for (run, lonely) in [("this run", &self.only_in_this), ("the earlier run", &self.only_in_that)] {
             for Lonely { table, row, size: [width, height], pass } in lonely {
                 let pass = pass.as_ref().map_or(String::new(), |pass| format!(", {pass}"));
                 write!(f, "\nonly in {run}: {table}: {row}, {width}x{height}{pass}")?;
@@ -343,7 +348,9 @@ mod tests {
             [("gone", None)]
         );
         let text = comparison.to_string();
-        for part in ["0.500 0.250", "1.414", "only in this run: t: a, 8x4, tiles", "only in that run: t: gone, 8x4"] {
+        for part in
+            ["0.500 0.250", "1.414", "only in this run: t: a, 8x4, tiles", "only in the earlier run: t: gone, 8x4"]
+        {
             assert!(text.contains(part), "{part}: {text}");
         }
     }
@@ -368,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_bench_is_refused_with_its_reason() {
+    fn non_bench_files_are_refused() {
         let row = r#"{"table": "t", "row": "r", "pass": "p", "size": [1, 2], "median_ms": 1, "min_ms": 1}"#;
         let bench = |rows: &str| {
             format!(r#"{{"command": "bench", "device": "d", "driver": "e", "commit": "c", "rows": {rows}}}"#)
@@ -377,11 +384,11 @@ mod tests {
         let cases = [
             (String::new(), "ends too early"),
             (bench(&format!("[{row}]"))[..100].to_owned(), "ends too early, at line 1"),
-            ("\u{89}PNG".to_owned(), "no JSON at line 1"),
-            ("[1]".to_owned(), "no JSON object"),
-            ("{}".to_owned(), "which command"),
+            ("\u{89}PNG".to_owned(), "not JSON at line 1"),
+            ("[1]".to_owned(), "not a JSON object"),
+            ("{}".to_owned(), "no field command"),
             (r#"{"command": "capture\n"}"#.to_owned(), r"leadr capture\n"),
-            (r#"{"command": "bench", "samples": []}"#.to_owned(), "no rows"),
+            (r#"{"command": "bench", "samples": []}"#.to_owned(), "no field rows"),
             (bench("[]"), "empty"),
             (bench("7"), "expected a sequence"),
             (bench(&format!("[{row}, {row}]")), "twice"),

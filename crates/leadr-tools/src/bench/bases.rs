@@ -1,4 +1,4 @@
-//! A scene in base materials of several kinds: the same relief, from the same place.
+//! The table of base materials: the same relief and view with several base materials.
 
 use std::sync::Arc;
 
@@ -14,17 +14,17 @@ use leadr_render::settings::Technique;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::set::{Inputs, set};
 
-/// Texels along a side of the relief, and its metres.
+/// Texels along a side of the relief, and its depth in metres.
 const SIDE: u32 = 1024;
 const DEPTH: f32 = 0.09;
-/// What others are compared with.
+/// The row that others are compared with.
 const ONE_LOBE: &str = "one Beckmann lobe";
 
-/// Renderers of the scene in each material, with a row each: one Beckmann lobe, the GGX base of the same roughness, the lobes of a measured
-/// material. `only`: this technique instead of LEADR.
+/// Renderers with their rows: one Beckmann lobe, a GGX base of the same roughness, and the lobes of a measured material. `only` replaces
+/// LEADR by another technique.
 ///
 /// # Errors
-/// Memory or a device that fails.
+/// If memory runs out or the device fails.
 pub fn bases(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,

@@ -1,7 +1,7 @@
-//! A plain forward pass over the quad of the paper's tables: what the paper's fragment shaders cost without a renderer around them.
+//! A plain forward pass over the quad of the paper's tables: the cost of the paper's fragment shaders without the renderer.
 //!
-//! One render pass, a fragment shader per technique as the supplement prints them (section 3), one trilinear fetch of each LEADR map;
-//! no G-buffer, no tiles, no edge samples.
+//! It is one render pass with a fragment shader per technique from the supplement (section 3), and one trilinear fetch of each LEADR map.
+//! It has no G-buffer, tiles or edge samples.
 
 use std::fmt;
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use leadr_render::scene::{FrameState, Object};
 use leadr_render::surfaces::displacement::Border;
 use leadr_render::surfaces::moments::{LeadrMapGpu, MomentFormat};
 
-/// The pass by name.
+/// Name of the pass.
 pub const FORWARD: &str = "forward";
 
-/// What a pixel is shaded by.
+/// The shading of the forward pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Forward {
     /// The albedo.
@@ -33,14 +33,14 @@ pub enum Forward {
     Lean,
     /// One light by LEADR mapping, masking alone.
     Leadr,
-    /// A mirrored environment on a grid of so many slopes along a side (simplified Algorithm 1).
+    /// The specular environment on a grid with this many slopes along a side (simplified Algorithm 1).
     Environment(u32),
-    /// A diffuse environment on such a grid (simplified Algorithm 3).
+    /// The diffuse environment on such a grid (simplified Algorithm 3).
     Irradiance(u32),
 }
 
 impl Forward {
-    /// All that are measured.
+    /// All measured variants.
     pub const ALL: [Self; 9] = [
         Self::Constant,
         Self::BlinnPhong,
@@ -64,7 +64,7 @@ impl Forward {
         }
     }
 
-    /// Slope samples along a side of its grid.
+    /// Slope samples along a side of the grid.
     fn grid(self) -> Option<u32> {
         match self {
             Self::Environment(n) | Self::Irradiance(n) => Some(n),
@@ -72,7 +72,7 @@ impl Forward {
         }
     }
 
-    /// Slope samples.
+    /// Number of slope samples.
     pub fn samples(self) -> u32 {
         self.grid().map_or(1, |n| n * n)
     }
@@ -92,7 +92,7 @@ impl fmt::Display for Forward {
 }
 
 shared_struct! {
-    /// The block that all stages share.
+    /// The uniform block of all stages.
     struct ForwardGpu for "Forward" {
         clip_from_world: [[f32; 4]; 4],
         camera_position: [f32; 4],
@@ -100,7 +100,7 @@ shared_struct! {
         sun_irradiance: [f32; 4],
         /// Albedo; w: Beckmann roughness.
         material: [f32; 4],
-        /// F0, height scale, texels along an edge of the environment's cube.
+        /// F0, height scale, texels along an edge of the environment cube.
         surface: [f32; 4],
         radiance_sh: [[f32; 4]; 9],
     }
@@ -120,7 +120,7 @@ shared_struct! {
 
 const STRUCTS: [StructLayout; 2] = [ForwardGpu::LAYOUT, CornerGpu::LAYOUT];
 
-/// The pass on a device, with its quad, maps and target.
+/// The forward pass on a device, with its quad, maps and target.
 pub struct ForwardPass {
     gpu: Arc<Gpu>,
     timestamps: Timestamps,
@@ -134,11 +134,12 @@ pub struct ForwardPass {
 }
 
 impl ForwardPass {
-    /// The pass over the only patch of `object`, which has heights that repeat, in the light of `state` and of an environment, in a picture of
-    /// `size` pixels. `face_size` is that of the environment's cube, `radiance_sh` its nine SH coefficients of radiance.
+    /// A pass over the only patch of `object`, which must have repeating heights, lit by `state` and an environment, in a picture of `size`
+    /// pixels. `face_size` is the edge of the environment cube in texels, and `radiance_sh` its nine SH coefficients of radiance.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for another object or other coefficients, or without a sun; memory that is short; a failed pipeline.
+    /// [`GpuError::Usage`] for another kind of object, another number of coefficients, or without a sun. If memory runs out or a pipeline
+    /// cannot be created.
     pub fn new(
         gpu: &Arc<Gpu>,
         object: &Object,
@@ -153,7 +154,7 @@ impl ForwardPass {
         else {
             return Err(fault("the object is not one patch with heights"));
         };
-        let sun = state.sun.ok_or_else(|| fault("there is no sun"))?;
+        let sun = state.sun().ok_or_else(|| fault("there is no sun"))?;
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let [r, g, b, alpha] = object.mesh.colors[patch[0] as usize];
         let block = ForwardGpu {
@@ -163,16 +164,16 @@ impl ForwardPass {
             sun_irradiance: four(sun.irradiance, 0.0),
             material: [r, g, b, alpha],
             surface: [object.specular_f0, state.height_scale * object.height_scale, face_size as f32, 0.0],
-            radiance_sh: radiance_sh.try_into().map_err(|_| fault("nine coefficients are wanted"))?,
+            radiance_sh: radiance_sh.try_into().map_err(|_| fault("there must be nine coefficients"))?,
         };
-        let place = |corner: usize| object.mesh.positions[patch[corner] as usize];
+        let corner_position = |corner: usize| object.mesh.positions[patch[corner] as usize];
         let across = texcoords[1].x - texcoords[0].x;
         let down = texcoords[3].y - texcoords[0].y;
         let corner = |i: usize| CornerGpu {
-            position: four(place(i), texcoords[i].x),
+            position: four(corner_position(i), texcoords[i].x),
             normal: four(object.mesh.normals[patch[i] as usize], texcoords[i].y),
-            tangent: four((place(1) - place(0)) / across, 0.0),
-            bitangent: four((place(3) - place(0)) / down, 0.0),
+            tangent: four((corner_position(1) - corner_position(0)) / across, 0.0),
+            bitangent: four((corner_position(3) - corner_position(0)) / down, 0.0),
         };
         let pipeline = |kind: Forward| {
             let grid = kind.grid().map(|n| ("GRID", SpecValue::I32(n as i32)));
@@ -201,14 +202,14 @@ impl ForwardPass {
         })
     }
 
-    /// Draws a picture `repeats` times under the environment of this cube and returns the time of one.
+    /// Draws a picture `repeats` times under the environment of this cube, and returns the time of one repetition.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a kind that is not measured; a lost device.
+    /// [`GpuError::Usage`] for a kind that is not in [`Forward::ALL`]. If the device is lost.
     pub fn measure(&self, kind: Forward, cube: &ImageView, repeats: u32) -> Result<PassTime> {
         let pipeline = self.pipelines.iter().find(|(made, _)| *made == kind).map(|(_, pipeline)| pipeline);
         let Some(pipeline) = pipeline else {
-            return Err(GpuError::Usage { name: kind.to_string(), fault: "it is not measured".to_owned() });
+            return Err(GpuError::Usage { name: kind.to_string(), fault: "it is not in Forward::ALL".to_owned() });
         };
         self.gpu.submit(FORWARD, |cmd| {
             cmd.reset_timestamps(&self.timestamps);
@@ -242,7 +243,7 @@ impl ForwardPass {
     /// The last picture: linear radiance, row by row from the top.
     ///
     /// # Errors
-    /// A lost device, or memory that is short.
+    /// If the device is lost or memory runs out.
     pub fn picture(&self) -> Result<Vec<[f32; 4]>> {
         self.target.read(0, 0)
     }

@@ -1,5 +1,5 @@
-//! A square that fills the picture, one texel of its map per pixel: nothing is filtered and every pixel does the same
-//! work, so only the fragment shader is measured (the configuration of the LEADR paper's tables, section 7).
+//! A quad that fills the picture, with one texel of its map per pixel. Nothing is filtered and all pixels do the same
+//! work, so only the fragment shader is measured (as for the tables of the LEADR paper, section 7).
 
 use glam::{Vec2, Vec3};
 
@@ -10,16 +10,16 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_scenes::stage::{Stage, Views};
 
-/// Vertical field of view, degrees: the view is up to 22° off the normal at the rims of a square picture.
+/// Vertical field of view, degrees. The view is up to 22° off the normal at the edges of a square picture.
 const FOV: f32 = 45.0;
 /// Beckmann roughness of the material.
 const ROUGHNESS: f32 = 0.2;
 /// Standard deviation of the map's slopes, along each axis.
 const SLOPE: f32 = 0.5;
 
-/// A rectangle in the plane z = 0 with a Gaussian height map of `size` texels, seen from straight above so that it
-/// exactly fills pictures of that many pixels: every pixel centre falls on a texel centre, at LOD 0. To be drawn
-/// without displacement, which would push it out of the picture.
+/// A rectangle in the plane z = 0 with a Gaussian height map of `size` texels. Seen from above, it exactly fills a
+/// picture of that many pixels: pixel centres coincide with texel centres, at LOD 0. Draw it without displacement, which
+/// would move it out of the picture.
 pub fn full_screen_stage(size: (u32, u32)) -> Stage {
     let (width, height) = (size.0.max(1), size.1.max(1));
     let half = Vec2::new(width as f32 / height as f32, 1.0);
@@ -33,7 +33,7 @@ pub fn full_screen_stage(size: (u32, u32)) -> Stage {
         texcoords: vec![corners.map(|c| c * 0.5 + 0.5)],
         ..Default::default()
     };
-    // Bumps six texels wide. The map's slopes are per unit texture coordinate, which spans 2 m of the height.
+    // Bumps are six texels wide. Slopes of the map are per unit of texture coordinate, which spans the height of 2 m.
     let map = procedural::gaussian(width, height, 1, 2.0 * SLOPE, 6.0 / height as f32);
     let object = Object::new("full screen", mesh).with_heights(HeightField::repeating(map), 1.0).without_shadow();
     let distance = 1.0 / (FOV.to_radians() * 0.5).tan();
@@ -54,11 +54,11 @@ mod tests {
             let clip = camera.clip_from_world(size, Vec2::ZERO);
             for (corner, texcoord) in mesh.patches[0].iter().zip(&mesh.texcoords[0]) {
                 let ndc = clip.project_point3(mesh.positions[*corner as usize]);
-                // Rows of the picture go down, those of the map up.
+                // Rows of the picture run down, and rows of the map run up.
                 let seen = Vec2::new(ndc.x, -ndc.y) * 0.5 + 0.5;
                 assert!((seen - *texcoord).length() < 1e-6, "{seen} shows {texcoord}");
             }
-            // Counter-clockwise seen from above, so it faces the viewer.
+            // Counter-clockwise from above means that the quad faces the viewer.
             let p: Vec<Vec3> = mesh.positions.clone();
             assert!((p[1] - p[0]).cross(p[3] - p[0]).z > 0.0);
         }

@@ -9,14 +9,14 @@ use super::stats::Ratio;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// Not slower than this many times.
+    /// The ratio is at most this.
     AtMost(f64),
-    /// At least this many times slower.
+    /// The ratio is at least this.
     AtLeast(f64),
 }
 
 impl Bound {
-    /// Whether a ratio keeps the bound; the bound itself is allowed.
+    /// Whether a ratio satisfies the bound, which includes its limit.
     pub fn holds(self, ratio: f64) -> bool {
         match self {
             Self::AtMost(most) => ratio <= most,
@@ -27,53 +27,53 @@ impl Bound {
 
 /// One time of one row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// The table.
+pub struct TimeRef {
+    /// Name of the table.
     pub table: &'static str,
-    /// The row's name in it.
+    /// Name of the row in the table.
     pub row: &'static str,
-    /// The pass.
+    /// The pass or sum of passes.
     pub pass: &'static str,
     /// Factor on this time.
     pub times: u32,
 }
 
-/// A ratio of two times and where it should lie.
+/// A ratio of two times with a bound.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
-    /// Name, in words.
+    /// Name.
     pub name: &'static str,
     /// Dividend.
-    pub of: Place,
+    pub of: TimeRef,
     /// Divisor.
-    pub to: Place,
-    /// Where the ratio should lie.
+    pub to: TimeRef,
+    /// Bound on the ratio.
     pub bound: Bound,
 }
 
 /// The verdict on a goal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// The goal in words.
+    /// Name of the goal.
     pub goal: &'static str,
     /// Its bound.
     pub bound: Bound,
     /// Median of the ratios within rounds.
     pub median: f64,
-    /// Their lower quartile.
+    /// Lower quartile of these ratios.
     pub low: f64,
-    /// Their upper quartile.
+    /// Upper quartile of these ratios.
     pub high: f64,
     /// Ratio of the fastest frames.
     pub fastest: f64,
-    /// Whether the median keeps the bound.
+    /// Whether the median satisfies the bound.
     pub met: bool,
-    /// Whether both quartiles agree with the median. If not, more frames or a quieter machine may change the verdict.
+    /// Whether both quartiles give the same verdict. If not, more frames or a quieter machine may change it.
     pub clear: bool,
 }
 
 impl Goal {
-    /// Judges the goal by rows found by table and name. `None` if one of them was not measured.
+    /// Judges the goal. `find` returns the times of a row by table and name. `None` if a row was not measured.
     pub fn judge<'a>(&self, find: impl Fn(&str, &str) -> Option<&'a Series>) -> Option<Verdict> {
         let of = find(self.of.table, self.of.row)?;
         let to = find(self.to.table, self.to.row)?;
@@ -100,13 +100,13 @@ mod tests {
         Series { repeats: 1, rounds: times.iter().map(round).collect() }
     }
 
-    fn place(row: &'static str, times: u32) -> Place {
-        Place { table: "t", row, pass: TOTAL, times }
+    fn time_ref(row: &'static str, times: u32) -> TimeRef {
+        TimeRef { table: "t", row, pass: TOTAL, times }
     }
 
     fn judge(bound: Bound, a: &[f64], b: &[f64]) -> Option<Verdict> {
         let (a, b) = (series(a), series(b));
-        let goal = Goal { name: "a against b", of: place("a", 1), to: place("b", 1), bound };
+        let goal = Goal { name: "a against b", of: time_ref("a", 1), to: time_ref("b", 1), bound };
         goal.judge(|_, row| match row {
             "a" => Some(&a),
             "b" => Some(&b),
@@ -125,20 +125,20 @@ mod tests {
     }
 
     #[test]
-    fn a_verdict_within_the_noise_says_so() {
+    fn verdicts_within_noise_are_marked() {
         let verdict = judge(Bound::AtMost(1.0), &[0.9, 0.99, 1.1], &[1.0, 1.0, 1.0]).unwrap();
         assert!(verdict.met && !verdict.clear, "{verdict:?}");
     }
 
     #[test]
-    fn nothing_measured_is_no_verdict() {
+    fn empty_measurement_gives_no_verdict() {
         assert_eq!(judge(Bound::AtMost(1.0), &[], &[1.0]), None);
         let alone = series(&[1.0]);
-        let goal = Goal { name: "", of: place("a", 1), to: place("b", 1), bound: Bound::AtMost(1.0) };
+        let goal = Goal { name: "", of: time_ref("a", 1), to: time_ref("b", 1), bound: Bound::AtMost(1.0) };
         assert_eq!(goal.judge(|_, row| (row == "a").then_some(&alone)), None);
         let passless = Goal {
-            of: Place { pass: PIXELS, ..place("a", 1) },
-            to: Place { pass: "geometry", ..place("a", 1) },
+            of: TimeRef { pass: PIXELS, ..time_ref("a", 1) },
+            to: TimeRef { pass: "geometry", ..time_ref("a", 1) },
             ..goal
         };
         assert_eq!(passless.judge(|_, _| Some(&alone)), None);
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn times_can_count_more_than_once() {
         let row = series(&[3.0]);
-        let goal = Goal { name: "", of: place("a", 64), to: place("a", 1), bound: Bound::AtLeast(64.0) };
+        let goal = Goal { name: "", of: time_ref("a", 64), to: time_ref("a", 1), bound: Bound::AtLeast(64.0) };
         let verdict = goal.judge(|_, _| Some(&row)).unwrap();
         assert!(verdict.met && verdict.median == 64.0);
     }

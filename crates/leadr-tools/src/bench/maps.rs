@@ -1,4 +1,4 @@
-//! A scene over maps of different sizes: the same surface, from the same place, of more and more texels.
+//! The table of map sizes: the same surface and view with maps of increasing size.
 
 use std::sync::Arc;
 
@@ -16,17 +16,16 @@ use leadr_scenes::registry::Choice;
 use leadr_scenes::set::{Inputs, Set, set};
 use leadr_scenes::stage::{GENERATED_HEIGHT, USUAL_RELIEF};
 
-/// Texels along the tiles of an atlas: of the T-rex, maps of about 1k to 8k.
+/// Texels along an atlas tile; for the T-rex this gives maps of about 1k to 8k texels.
 const TILES: [u32; 4] = [16, 32, 64, 128];
-/// Texels along a map of heights.
+/// Texels along a height map.
 const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
 
-/// Renderers of the scene over maps of each size, each with its rows. All of them stay alive, so that they can be drawn in turn; of
-/// sizes that do not fit the device's memory beside the others, that is said. The largest is compared with the smallest, so those two
-/// come first.
+/// Renderers of the scene with maps of each size, and their rows. All stay alive, because rounds are interleaved. Sizes that do not fit
+/// the device's memory are skipped with a message. The largest and the smallest size are created first, because they are compared.
 ///
 /// # Errors
-/// Files, memory or a device that fail.
+/// If files cannot be read, memory runs out, or the device fails.
 pub fn maps(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
@@ -47,7 +46,7 @@ pub fn maps(
         match set(&config, inputs, gpu, None, &output.set_up()) {
             Ok(set) => sets.extend(set.map_size.map(|texels| (texels, config, set))),
             Err(SceneError::Gpu(error @ (GpuError::TooLarge { .. } | GpuError::InOnePiece { .. }))) => {
-                output.say(&format!("{size} is left out: {error}"))
+                output.say(&format!("maps of {size} texels are skipped: {error}"))
             }
             Err(error) => return Err(error.into()),
         }

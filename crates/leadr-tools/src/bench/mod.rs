@@ -1,4 +1,4 @@
-//! The bench: the time of every pass on the device, of rows that are measured alternately.
+//! The bench: measures the time of every pass on the device, in interleaved rounds.
 
 mod against;
 mod bases;

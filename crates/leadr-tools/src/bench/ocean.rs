@@ -1,4 +1,4 @@
-//! The sea's own tables: the time of its passes by the size of the transforms and of the picture.
+//! The tables of the sea: times of its passes by size of the transforms and of the picture.
 
 use std::sync::Arc;
 
@@ -15,17 +15,17 @@ use leadr_scenes::ocean::waves::Waves;
 use leadr_scenes::set::{Inputs, set};
 use leadr_scenes::view::Size;
 
-/// The passes that make the waves' maps; they do not depend on the picture.
+/// The passes that compute the wave maps; they do not depend on the picture.
 pub const WAVES: &str = "wave rows+wave columns+wave mips";
 
-/// Sizes of transforms that are measured: samples along a tile's edge.
+/// Measured sizes of transforms: samples along the edge of a tile.
 const TRANSFORMS: [u32; 4] = [64, 128, 256, 512];
 
-/// Renderers of the sea with every size of transform, then in pictures with half, once and twice its sides, each with its row. Maps and
-/// targets of every size stay alive.
+/// Renderers of the sea with their rows: every size of transform, then pictures with half, once and twice the sides. Maps and targets of
+/// all sizes stay alive.
 ///
 /// # Errors
-/// Files, memory or a device that fail.
+/// If files cannot be read, memory runs out, or the device fails.
 pub fn seas(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,

@@ -1,7 +1,7 @@
-//! The paper's tables over a full-screen quad, and the goals about times.
+//! The paper's tables over a full-screen quad, and the goals for times.
 
 use super::forward::Forward;
-use super::goals::{Bound, Goal, Place};
+use super::goals::{Bound, Goal, TimeRef};
 use super::rounds::{PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Row;
 use leadr_reflectance::masking::shadowing::Shadowing;
@@ -26,20 +26,20 @@ const VISIBILITY_DIFFUSE: &str = "visibility, diffuse environment";
 /// The row that environment rows are compared with.
 const ONE_SAMPLE: &str = "one sample";
 
-/// Tables of time against the number of samples.
+/// Tables of times over the number of samples.
 pub const FIGURE_11: [&str; 2] = [FIGURE_11_SPECULAR, FIGURE_11_DIFFUSE];
 
-const fn pixels(table: &'static str, row: &'static str) -> Place {
-    Place { table, row, pass: PIXELS, times: 1 }
+const fn pixels(table: &'static str, row: &'static str) -> TimeRef {
+    TimeRef { table, row, pass: PIXELS, times: 1 }
 }
 
-/// 64 samples of a reference picture. The passes that prepare a frame are left out, in the reference's favour.
-const fn reference(table: &'static str, row: &'static str) -> Place {
-    Place { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
+/// The time of 64 samples of a reference picture, without the passes that prepare a frame, in favour of the reference.
+const fn reference(table: &'static str, row: &'static str) -> TimeRef {
+    TimeRef { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
 }
 
-const fn total(table: &'static str, row: &'static str) -> Place {
-    Place { table, row, pass: TOTAL, times: 1 }
+const fn total(table: &'static str, row: &'static str) -> TimeRef {
+    TimeRef { table, row, pass: TOTAL, times: 1 }
 }
 
 const fn of_forward(
@@ -49,12 +49,12 @@ const fn of_forward(
     name: &'static str,
     most: f64,
 ) -> Goal {
-    let of = Place { table: AGAINST_FORWARD, row, pass, times: 1 };
-    let to = Place { table: AGAINST_FORWARD, row: forward, pass: TOTAL, times: 1 };
+    let of = TimeRef { table: AGAINST_FORWARD, row, pass, times: 1 };
+    let to = TimeRef { table: AGAINST_FORWARD, row: forward, pass: TOTAL, times: 1 };
     Goal { name, of, to, bound: Bound::AtMost(most) }
 }
 
-/// The goals about times. Most go with a bound on errors, which `leadr-lab report` measures.
+/// The goals for times. Most have a corresponding bound on errors, which `leadr-lab report` measures.
 pub const GOALS: [Goal; 12] = [
     Goal {
         name: "specular, one light: LEADR / LEAN",
@@ -118,13 +118,13 @@ pub const GOALS: [Goal; 12] = [
     ),
 ];
 
-/// Whether a goal compares this row.
+/// Whether a goal uses this row.
 pub fn in_a_goal(row: &Row) -> bool {
-    GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
+    GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|time| time.table == row.table && time.row == row.name)
 }
 
-/// The paper's settings: masking alone, like its printed algorithms, the base rough in the macrosurface's frame, no pixel kernel
-/// and no occlusion by relief.
+/// The paper's settings: masking alone, as in its printed algorithms; base roughness in the frame of the macrosurface; no pixel kernel
+/// and no occlusion by the relief.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     technique.with(ShadingOptions {
         quadrature,
@@ -161,13 +161,13 @@ fn row(state: &FrameState, size: Size, table: &str, name: &str, base: Option<&st
     }
 }
 
-/// The renderer's rows and those of a plain forward pass over the same quad, which they are compared with.
+/// Rows of the renderer, and of a plain forward pass over the same quad to compare them with.
 pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     let leadr = |rule, terms| paper(Technique::Leadr, rule, terms);
     let light = |technique| paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
-    let (mirrored, diffuse) = (Terms::SPECULAR_ENVIRONMENT, Terms::DIFFUSE_ENVIRONMENT);
-    let grid = |n| leadr(Quadrature::Grid(n), mirrored);
-    let probes = leadr(Quadrature::VisibleSlopes(Probes::Sixteen), mirrored);
+    let (specular, diffuse) = (Terms::SPECULAR_ENVIRONMENT, Terms::DIFFUSE_ENVIRONMENT);
+    let grid = |n| leadr(Quadrature::Grid(n), specular);
+    let probes = leadr(Quadrature::VisibleSlopes(Probes::Sixteen), specular);
     let closed = leadr(Quadrature::VisibleSlopes(Probes::Five), diffuse);
     let finest = Forward::Environment(5);
     let pairs = [
@@ -195,15 +195,15 @@ pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     rows
 }
 
-/// The tables of the full-screen quad that `state` shows.
+/// The tables of the full-screen quad in `state`.
 pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut add =
         |table: &str, name: &str, base: &str, shading| rows.push(row(state, size, table, name, Some(base), shading));
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
-    // One fetch along the reflection about the mean normal, one irradiance of the mean normal.
+    // One fetch along the direction reflected about the mean normal, and one irradiance of the mean normal.
     let one = |terms| paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
-    // The diffuse rule has its own few samples whatever the probes of the environment.
+    // The diffuse rule has a fixed number of samples, which does not depend on the probes.
     let visible = |terms| leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
 
     for technique in Technique::ALL.into_iter().filter(|t| !t.is_reference()) {
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_a_place_of_its_own_and_its_base_is_there() {
+    fn rows_are_unique_and_have_their_base() {
         let rows = all_rows();
         for row in &rows {
             let same = rows.iter().filter(|r| r.table == row.table && r.name == row.name).count();
@@ -306,11 +306,11 @@ mod tests {
     }
 
     #[test]
-    fn every_goal_is_about_rows_that_are_measured() {
+    fn every_goal_uses_measured_rows() {
         let rows = all_rows();
         for goal in GOALS {
-            for place in [goal.of, goal.to] {
-                assert!(rows.iter().any(|r| r.table == place.table && r.name == place.row), "{}: {place:?}", goal.name);
+            for time in [goal.of, goal.to] {
+                assert!(rows.iter().any(|r| r.table == time.table && r.name == time.row), "{}: {time:?}", goal.name);
             }
         }
     }
@@ -320,10 +320,10 @@ mod tests {
         let rows: Vec<Row> =
             all_rows().into_iter().filter(|row| in_a_goal(row) && row.table != AGAINST_FORWARD).collect();
         let quad = rows.iter().filter(|r| r.compared == PIXELS);
-        let places: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
+        let found: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
         let expected = [(LIGHT, "lean"), (LIGHT, "leadr"), (SPECULAR, ONE_SAMPLE), (SPECULAR, "leadr visible 16")];
         let diffuse = [(DIFFUSE, ONE_SAMPLE), (DIFFUSE, "leadr visible"), (VISIBILITY_DIFFUSE, "correlated")];
-        assert_eq!(places, [&expected[..], &diffuse[..]].concat());
+        assert_eq!(found, [&expected[..], &diffuse[..]].concat());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The result of a bench, as JSON or as tables to read.
+//! The result of a bench as JSON or as text tables.
 
 use std::fmt;
 
@@ -17,29 +17,29 @@ use crate::error::LabError;
 use crate::program::commit;
 use leadr_gpu::Gpu;
 
-/// Everything that was measured.
+/// The result of a bench.
 #[derive(Debug, Serialize)]
 pub struct BenchReport {
     command: &'static str,
     #[serde(flatten)]
     device: DeviceInfo,
-    /// How the program was compiled; the times of the device do not depend on it.
+    /// Build profile of the program; device times do not depend on it.
     profile: &'static str,
     /// Number of rounds.
     frames: u32,
     rows: Vec<RowReport>,
     ratios: Vec<RatioReport>,
-    /// Time against samples: one straight line per table (LEADR Figure 11).
+    /// Time over samples: one straight line per table (LEADR Figure 11).
     lines: Vec<LineReport>,
     goals: Vec<Verdict>,
-    /// This run against an earlier one.
+    /// Comparison with an earlier run.
     #[serde(skip_serializing_if = "Option::is_none")]
     against: Option<Comparison>,
-    /// Wall-clock seconds, everything included.
+    /// Wall-clock seconds of the whole bench.
     seconds: f64,
 }
 
-/// The pass in which techniques differ most, compared beside the others.
+/// The pass in which techniques differ most; its ratio is also printed.
 const SHADE: &str = "shade";
 
 /// One pass of one row.
@@ -48,44 +48,44 @@ pub struct RowReport {
     table: String,
     /// Name of the row in its table.
     row: String,
-    /// The row it is compared with.
+    /// The row that it is compared with.
     base: Option<String>,
-    /// Another row that its passes per pixel are compared with.
+    /// Another row that its per-pixel passes are compared with.
     beside: Option<String>,
     /// The pass, or sum of passes, that is compared.
     compared: &'static str,
     technique: &'static str,
-    /// How the integrals over slopes are sampled.
+    /// The sampling rule of the integrals over slopes.
     rule: &'static str,
     /// Slope samples (or probes) per pixel and environment term.
     samples: u32,
     visibility: &'static str,
-    /// Metres to the camera's target, for scenes that are seen from several distances.
+    /// Distance of the camera to its target, metres, if it differs between rows.
     distance: Option<f32>,
     size: [u32; 2],
-    /// Upper bound on the triangles of a frame, shadow maps included; of rows about whole frames.
+    /// Upper bound on the triangles of a frame, including shadow maps; only for whole frames.
     triangles: Option<u64>,
-    /// Patches drawn for the camera; of rows about whole frames.
+    /// Patches drawn for the camera; only for whole frames.
     patches: Option<u32>,
-    /// A pass or a sum of passes on the device; a part of the processor's time (`cpu prepare`, `cpu record`, `cpu wait`), or all
-    /// three of them (`frame`).
+    /// A pass or a sum of passes on the device; or a part of the CPU time (`cpu prepare`, `cpu record`, `cpu wait`), or the sum of
+    /// these three (`frame`).
     pass: String,
     median_ms: f64,
     p95_ms: f64,
     /// Time of the fastest frame.
     min_ms: f64,
-    /// Times the pass was drawn in each timed region.
+    /// Repetitions of the pass in each timed region.
     repeats: u32,
     /// Rounds in which the row was measured.
     measurements: usize,
-    /// Seconds that setting the scene up took; of rows that are about it.
+    /// Seconds of the scene's set-up, for rows that measure it.
     #[serde(skip_serializing_if = "Option::is_none")]
     set_up_s: Option<f64>,
-    /// What the paper's authors measured on their GPU (NVIDIA GTX 480).
+    /// The paper's time on an NVIDIA GTX 480, milliseconds.
     paper_ms: Option<f64>,
 }
 
-/// A row against the row of its table that it is compared with.
+/// The ratio of a row to the row of its table that it is compared with.
 #[derive(Clone, Debug, Serialize)]
 pub struct RatioReport {
     table: String,
@@ -98,7 +98,7 @@ pub struct RatioReport {
     paper: Option<f64>,
 }
 
-/// A least-squares line through medians of `filter+shade` against the number of samples.
+/// A least-squares line through the medians of `filter+shade` over the number of samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct LineReport {
     table: String,
@@ -107,7 +107,7 @@ pub struct LineReport {
 }
 
 impl BenchReport {
-    /// Summarises what was measured on `gpu` in this many rounds and seconds.
+    /// Summarises measurements on `gpu`. `frames` is the number of rounds, and `seconds` the wall-clock time.
     pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
         let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
         Self {
@@ -158,7 +158,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
     if !passes.contains(&row.compared) {
         passes.push(row.compared);
     }
-    // A forward pass filters and shades in one.
+    // A forward pass has no separate filter and shade passes.
     passes.retain(|pass| series.of(pass).iter().any(Option::is_some));
     let counts = series.counts();
     let report = |pass: &&str| {
@@ -204,22 +204,22 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     Some(LineReport { table: table.to_owned(), line: least_squares(&points)? })
 }
 
-/// Whether a pass runs once however often others are repeated.
+/// Whether a pass always runs once, even if others are repeated.
 fn is_once(pass: &str) -> bool {
     pass == "sky" || is_cpu(pass)
 }
 
-/// Whether it is time of the processor.
+/// Whether the name is a part of the CPU time.
 fn is_cpu(pass: &str) -> bool {
     pass == FRAME || CPU.contains(&pass)
 }
 
-/// Heading of the column of a pass or sum of passes.
+/// Column heading of a pass or sum of passes.
 fn title(pass: &str) -> &str {
     if pass == WAVES { "waves" } else { pass }
 }
 
-/// Milliseconds with about four digits.
+/// Formats milliseconds with about four digits.
 fn ms(value: f64) -> String {
     let digits = [1000.0, 100.0, 10.0].into_iter().filter(|power| value < *power).count();
     format!("{value:.digits$}")
@@ -231,7 +231,7 @@ impl fmt::Display for BenchReport {
         writeln!(f, "{device} ({driver}), commit {}", commit())?;
         writeln!(
             f,
-            "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then of the fastest frames",
+            "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then the ratio of the fastest frames",
             self.frames
         )?;
         for table in in_order(self.rows.iter().map(|row| row.table.as_str())) {
@@ -270,7 +270,7 @@ impl fmt::Display for BenchReport {
 impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
-        // For the quad only the cost of the pixels matters; JSON has the rest.
+        // Tables of the quad print only the cost of pixels; JSON has the other passes.
         let own = |pass: &str| ["geometry", "filter", "shade", "filter and shade", PIXELS, FORWARD].contains(&pass);
         let compared = rows[0].compared;
         let timed = rows.iter().map(|row| row.pass.as_str());
@@ -328,12 +328,12 @@ impl BenchReport {
         for line in self.lines.iter().filter(|l| l.table == table) {
             let Line { intercept, slope, r_squared, worst } = line.line;
             let (a, b) = (ms(intercept), ms(slope));
-            writeln!(f, "  {a} ms + {b} ms a sample; R² {r_squared:.5}, farthest point {:.1} % off", 100.0 * worst)?;
+            writeln!(f, "  {a} ms + {b} ms per sample; R² {r_squared:.5}, largest deviation {:.1} %", 100.0 * worst)?;
         }
         Ok(())
     }
 
-    /// Triangles and the processor's time, of rows about whole frames.
+    /// Prints triangles and CPU times of rows that measure whole frames.
     fn frames(f: &mut fmt::Formatter<'_>, rows: &[&RowReport], names: &[&str]) -> fmt::Result {
         let columns: Vec<&str> = CPU.into_iter().chain([FRAME]).collect();
         if !rows.iter().any(|row| is_cpu(&row.pass)) {

@@ -1,42 +1,42 @@
-//! Rows measured alternately: every round draws one frame of each row, and ratios are taken within rounds. Whatever slows the
-//! machine down for a while then slows all rows alike.
+//! Interleaved measurement: every round draws one frame of each row, and ratios are taken within rounds. A temporary slowdown of the
+//! machine then affects all rows equally.
 
 use super::forward::FORWARD;
 use super::stats::{Ratio, paired_ratio};
 use crate::error::LabError;
 use leadr_render::frame::{CpuTime, PassTime};
 
-/// What was measured of one frame.
+/// The measurements of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
     /// The time of each pass on the device.
     pub passes: Vec<PassTime>,
-    /// Of rows about whole frames: the processor's time for a frame whose passes run once.
+    /// CPU time of a frame whose passes run once; only for rows that measure whole frames.
     pub cpu: Option<CpuTime>,
-    /// Upper bound on its triangles, shadow maps included.
+    /// Upper bound on its triangles, including shadow maps.
     pub triangles: u64,
     /// Patches drawn for the camera.
     pub patches: u32,
 }
 
-/// A timed region should take at least this long, milliseconds: clocks of GPUs tick as slowly as once in a microsecond.
+/// Target length of a timed region, milliseconds. GPU clocks may tick only once per microsecond.
 const MEASURABLE: f64 = 0.5;
-/// Most repetitions of a pass.
+/// Largest number of repetitions of a pass.
 const MAX_REPEATS: u32 = 256;
 /// A row whose frame takes longer than this, milliseconds, skips some rounds.
 const PATIENCE: f64 = 1000.0;
-/// Every row takes part in at least this many rounds.
+/// Smallest number of rounds of a row.
 const FEWEST: usize = 5;
 
-/// The passes that work per pixel: filtering of the maps, and shading.
+/// The per-pixel passes: filtering of the maps, and shading.
 pub const PIXELS: &str = "filter+shade";
-/// The same with the geometry that they need.
+/// The per-pixel passes and the geometry pass.
 pub const WITH_GEOMETRY: &str = "geometry+filter+shade";
 /// All passes of a frame.
 pub const TOTAL: &str = "total";
-/// The processor's parts of a frame: posing and dividing the scene, recording, waiting for the device.
+/// Parts of the CPU time of a frame: posing and tessellating the scene, recording commands, waiting for the device.
 pub const CPU: [&str; 3] = ["cpu prepare", "cpu record", "cpu wait"];
-/// A frame by the clock on the wall: the sum of [`CPU`].
+/// Wall-clock time of a frame: the sum of [`CPU`].
 pub const FRAME: &str = "frame";
 
 /// The times of one row.
@@ -44,12 +44,12 @@ pub const FRAME: &str = "frame";
 pub struct Series {
     /// Repetitions of each pass in its timed region.
     pub repeats: u32,
-    /// Per round, what was measured; `None` where the row skipped the round.
+    /// The measurements of each round; `None` if the row skipped the round.
     pub rounds: Vec<Option<Frame>>,
 }
 
 impl Frame {
-    /// Milliseconds of a pass or of several, as in [`Series::of`].
+    /// Milliseconds of a pass or a sum of passes, as in [`Series::of`].
     fn of(&self, pass: &str) -> Option<f64> {
         if let Some(CpuTime { prepare, record, wait }) = self.cpu {
             let parts = [prepare, record, wait];
@@ -61,7 +61,7 @@ impl Frame {
             }
         }
         let names: Vec<&str> = pass.split('+').collect();
-        // A pass may do the work of several: "filter and shade".
+        // One pass may do the work of several, such as "filter and shade".
         let counts = |t: &&PassTime| {
             let of_several = || t.pass.split(" and ").all(|part| names.contains(&part));
             pass == TOTAL || names.contains(&t.pass.as_str()) || of_several()
@@ -72,7 +72,7 @@ impl Frame {
 }
 
 impl Series {
-    /// Passes in the order in which they run, then [`PIXELS`] and [`TOTAL`]; of rows about whole frames [`CPU`] and [`FRAME`] too.
+    /// Names of the passes in order of execution, then [`PIXELS`] and [`TOTAL`]; for whole frames also [`CPU`] and [`FRAME`].
     pub fn passes(&self) -> Vec<&str> {
         let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
         let mut passes: Vec<&str> = first.passes.iter().map(|time| time.pass.as_str()).collect();
@@ -84,13 +84,13 @@ impl Series {
         passes
     }
 
-    /// Milliseconds of `pass` per round: of one pass, of [`PIXELS`], of [`TOTAL`], of several joined by `+`, of one of [`CPU`], or
-    /// of [`FRAME`].
+    /// Milliseconds of `pass` in each round. `pass` is one pass, several joined by `+`, [`PIXELS`], [`TOTAL`], one of [`CPU`], or
+    /// [`FRAME`].
     pub fn of(&self, pass: &str) -> Vec<Option<f64>> {
         self.rounds.iter().map(|frame| frame.as_ref().and_then(|frame| frame.of(pass))).collect()
     }
 
-    /// Triangles and patches of the last frame of a row about whole frames.
+    /// Triangles and patches of the last frame; `None` unless the row measures whole frames.
     pub fn counts(&self) -> Option<(u64, u32)> {
         let last = self.rounds.iter().flatten().next_back()?;
         last.cpu.map(|_| (last.triangles, last.patches))
@@ -106,19 +106,18 @@ impl Series {
         self.of(pass).into_iter().flatten().collect()
     }
 
-    /// This row's time over another's.
+    /// Ratio of this row's time to another row's.
     pub fn ratio(&self, pass: &str, to: &Self, to_pass: &str) -> Option<Ratio> {
         paired_ratio(&self.of(pass), &to.of(to_pass))
     }
 }
 
-/// Measures `rounds` rounds of frames that `draw` draws: by the number of a row, that of the round, and how often every pass is repeated, with
-/// the time of each pass once. They come after a warm-up of two frames per row: the first compiles pipelines, the second tells how long a frame
-/// takes. Rounds go through the rows forwards and backwards alternately, so that a steady drift favours none. `tick` hears of every
-/// row that is warm, of the number of frames to come, and of every measured frame.
+/// Measures `rounds` rounds of `rows` rows. `draw(row, round, repeats)` draws a frame with repeated passes, and returns the times of one
+/// repetition. A warm-up draws two frames per row: the first compiles pipelines, and the second estimates the time of a frame. Rounds
+/// alternate between forward and backward order, so a steady drift favours no row. `tick` reports progress.
 ///
 /// # Errors
-/// The first failed frame's.
+/// The error of the first failed frame.
 pub fn measure(
     draw: &mut dyn FnMut(usize, usize, u32) -> Result<Frame, LabError>,
     rows: usize,
@@ -133,7 +132,7 @@ pub fn measure(
         warm.push((total, repeats(&times)));
         tick(Tick::Warm(row));
     }
-    // Repeated passes find warm caches: rows can only be compared if they are repeated alike.
+    // Repeated passes use warm caches, so rows are comparable only with equal repetitions.
     let most = warm.iter().map(|w| w.1).max().unwrap_or(1);
     let mut series = Vec::with_capacity(rows);
     let mut turns = Vec::with_capacity(rows);
@@ -144,8 +143,8 @@ pub fn measure(
     }
     tick(Tick::Begin(turns.iter().sum()));
     for round in 0..rounds {
-        for place in 0..rows {
-            let row = if round % 2 == 0 { place } else { rows - 1 - place };
+        for index in 0..rows {
+            let row = if round % 2 == 0 { index } else { rows - 1 - index };
             if takes_part(round, turns[row], rounds) {
                 let frame = draw(row, round, series[row].repeats)?;
                 series[row].rounds[round] = Some(frame);
@@ -159,17 +158,17 @@ pub fn measure(
 /// Progress of [`measure`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tick {
-    /// The row of this number is warm.
+    /// The row with this index has finished its warm-up.
     Warm(usize),
-    /// All rows are warm; this many frames will be measured.
+    /// The warm-up is finished; this many frames will be measured.
     Begin(usize),
-    /// A frame of the row of this number was measured.
+    /// A frame of the row with this index was measured.
     Frame(usize),
 }
 
-/// Repetitions that make the passes per pixel long enough to measure.
+/// Repetitions that make the per-pixel passes long enough to measure.
 fn repeats(times: &[PassTime]) -> u32 {
-    // The sea has a filter pass of its own, and may be all there is.
+    // The sea has its own filter and shade passes, and may be the only surface.
     let all = |pass: &str| times.iter().filter(|t| t.pass.ends_with(pass)).map(|t| t.milliseconds).reduce(|a, b| a + b);
     let shortest = PIXELS.split('+').chain([FORWARD]).filter_map(all).fold(f64::INFINITY, f64::min);
     if shortest.is_finite() {
@@ -179,13 +178,13 @@ fn repeats(times: &[PassTime]) -> u32 {
     }
 }
 
-/// In how many of `rounds` rounds a row that takes this long takes part.
+/// Number of rounds, of `rounds`, in which a row with this frame time is drawn.
 fn turns_of(milliseconds: f64, rounds: usize) -> usize {
     let turns = (rounds as f64 * PATIENCE / milliseconds.max(PATIENCE)).round() as usize;
     turns.clamp(FEWEST.min(rounds), rounds)
 }
 
-/// Whether a row that takes part in `turns` rounds takes part in this one: they are spread evenly, and the first is always one.
+/// Whether a row that is drawn in `turns` rounds is drawn in this one. These rounds are evenly spaced and include the first.
 fn takes_part(round: usize, turns: usize, rounds: usize) -> bool {
     round == 0 || round * turns / rounds != (round - 1) * turns / rounds
 }
@@ -234,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pass_may_do_the_work_of_several() {
+    fn combined_pass_counts_for_its_parts() {
         let time = |pass: &str, milliseconds| PassTime { pass: pass.to_owned(), milliseconds };
         let passes = vec![time("geometry", 1.0), time("filter and shade", 2.0), time("sea filter and shade", 4.0)];
         let frame = Frame { passes, ..Default::default() };
@@ -263,12 +262,12 @@ mod tests {
 
     #[test]
     fn drift_leaves_the_ratio_alone() {
-        // Ten times slower at the end than in the beginning: the rows' medians say little, their ratio is right.
+        // The machine becomes ten times slower. Medians of the rows are then meaningless, but the ratio is right.
         let (_, series) = run(&[10.0, 15.0], 40, |call| 1.0 + call as f64 / 9.0);
         let ratio = series[1].ratio(PIXELS, &series[0], PIXELS).unwrap();
         assert!((ratio.median - 1.5).abs() < 0.02, "{ratio:?}");
         assert!(ratio.low < 1.5 && ratio.high > 1.5, "rounds alternate, so the drift falls on both sides: {ratio:?}");
-        // One row after the other would have said something else.
+        // Measuring one row after the other gives a wrong ratio.
         let mut calls = 0;
         let mut one_after_the_other = |cost: f64| {
             let times: Vec<f64> = (0..40)

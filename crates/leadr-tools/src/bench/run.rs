@@ -1,4 +1,4 @@
-//! Runs the bench: puts the scenes on the device and measures their rows.
+//! Runs the bench: uploads the scenes and measures their rows.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -25,22 +25,22 @@ use leadr_scenes::set::{Inputs, set};
 use leadr_scenes::stage::Lights;
 use leadr_scenes::view::Size;
 
-/// What to measure.
+/// The measurements to make.
 #[derive(Clone, Debug)]
 pub struct BenchConfig {
-    /// The paper's tables, if they are wanted.
+    /// The paper's tables, if selected.
     pub quad: Option<Quad>,
-    /// The renderer against a plain forward pass, over a quad of this size.
+    /// Size of the quad for the comparison with a plain forward pass, if selected.
     pub forward: Option<Size>,
-    /// Scenes.
+    /// The scenes.
     pub scenes: Vec<SceneConfig>,
-    /// The tables of each scene that has them.
+    /// The tables to measure for each scene that supports them.
     pub tables: Vec<Table>,
-    /// Sizes of the pictures of [`Table::Views`].
+    /// Picture sizes of [`Table::Views`].
     pub view_sizes: Vec<Size>,
-    /// Only this technique in scenes.
+    /// The only technique to measure in scenes, if given.
     pub technique: Option<Technique>,
-    /// Rounds: frames of every row, except rows that take over a second.
+    /// Number of rounds. Rows that take over a second per frame skip some.
     pub rounds: u32,
 }
 
@@ -49,21 +49,21 @@ pub struct BenchConfig {
 pub struct Quad {
     /// Size of the quad and of its map.
     pub size: Size,
-    /// Only the rows that goals compare.
+    /// Whether to measure only the rows that goals compare.
     pub goals_only: bool,
 }
 
 /// Runs the bench. `open` opens the device, after the input files have been checked.
 ///
 /// # Errors
-/// If an input file or the device is not what it should be, or the device fails.
+/// If an input file is invalid, or the device cannot be opened or fails.
 pub fn bench(
     config: &BenchConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
     output: &Output,
 ) -> Result<BenchReport, LabError> {
     let start = Instant::now();
-    // Files first: their errors are found at once, without a device.
+    // Files are read first, so their errors are reported without opening a device.
     let inputs = config.scenes.iter().map(Inputs::load).collect::<Result<Vec<_>, _>>()?;
     let gpu = open()?;
     let mut measured = Vec::new();
@@ -110,7 +110,7 @@ pub fn bench(
     Ok(BenchReport::new(&gpu, measured, config.rounds, start.elapsed().as_secs_f64()))
 }
 
-/// The renderer of a scene with the rows of all tables that one renderer can draw.
+/// The renderer of a scene, and the rows of all tables that this renderer can draw.
 fn one_scene(
     config: &BenchConfig,
     scene: &SceneConfig,
@@ -132,21 +132,21 @@ fn one_scene(
     Ok((set.renderer, rows))
 }
 
-/// The quad of the paper's tables on a device.
+/// The uploaded quad of the paper's tables.
 pub struct FullScreen {
     /// Its renderer.
     pub renderer: Renderer,
-    /// The quad itself, which the renderer has a copy of.
+    /// The quad; the renderer has a copy.
     pub object: Object,
-    /// What is drawn.
+    /// The state to draw.
     pub state: FrameState,
 }
 
 impl FullScreen {
-    /// A quad of this size over a map of as many texels.
+    /// A quad of this size, with a map of as many texels.
     ///
     /// # Errors
-    /// Memory that is short, or a device that fails.
+    /// If memory runs out or the device fails.
     pub fn new(size: Size, gpu: &Arc<Gpu>) -> Result<Self, LabError> {
         let mut stage = full_screen_stage((size.width, size.height));
         let object = stage.objects[0].clone();
@@ -157,12 +157,12 @@ impl FullScreen {
         Ok(Self { renderer, object, state })
     }
 
-    /// A plain forward pass over it in the same light.
+    /// A plain forward pass over the quad in the same light.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Like [`new`](Self::new).
     pub fn forward(&mut self, size: Size, settings: &RenderSettings) -> Result<ForwardPass, LabError> {
-        // Drawing a frame makes the environment's coefficients.
+        // Drawing a frame computes the SH coefficients of the environment.
         self.renderer.measure(&self.state, settings, 0, 1)?;
         let radiance_sh = self.renderer.radiance_sh()?;
         let (gpu, face_size) = (self.renderer.gpu(), self.renderer.environment().face_size());
@@ -170,13 +170,13 @@ impl FullScreen {
     }
 }
 
-/// Renderers and the rows they draw, each with the index of its renderer.
+/// Renderers, and rows with the indices of their renderers.
 struct Bench {
     renderers: Vec<Renderer>,
     rows: Vec<(usize, Row)>,
-    /// What pictures of each size are drawn into, by renderer: made once, not whenever a row follows one of another size.
+    /// Render targets by renderer and size. They are kept, so a row of another size does not recreate them.
     targets: HashMap<(usize, (u32, u32)), KeptTargets>,
-    /// Draws the rows that the renderer does not.
+    /// The forward pass for rows that the renderer does not draw.
     forward: Option<ForwardPass>,
 }
 
@@ -189,7 +189,7 @@ impl Bench {
             return Ok(Frame { passes: vec![time], ..Default::default() });
         }
         let targets = self.targets.entry((*index_of_renderer, row.settings.size)).or_default();
-        // A row with many samples draws another of them in every round.
+        // A row with several samples draws a different one in every round.
         let index = round as u32 % row.settings.samples.max(1);
         let mut state = row.state.clone();
         daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
@@ -198,7 +198,7 @@ impl Bench {
         let cpu = match repeats {
             _ if !row.is_of_a_frame() => None,
             1 => Some(cost.cpu),
-            // The sun would not move again.
+            // A second draw for the CPU time would not move the sun.
             _ if row.sun_hours != 0.0 => None,
             _ => Some(renderer.cost(&state, &row.settings, index, 1)?.cpu),
         };
@@ -206,14 +206,14 @@ impl Bench {
         if row.sun_hours != 0.0
             && let Some(sky) = &row.state.sky
         {
-            // Moving the sun back must not count as the next row's time.
+            // Moving the sun back must not be part of the next row's time.
             renderer.show_sky(sky)?;
         }
         Ok(Frame { passes: cost.passes, cpu, triangles: cost.triangles, patches: cost.patches })
     }
 }
 
-/// Measures all rows of some renderers, and of a plain forward pass, alternating between them.
+/// Measures all rows of some renderers and of a plain forward pass in interleaved rounds.
 fn measure(
     subjects: Vec<(Renderer, Vec<Row>)>,
     forward: Option<ForwardPass>,

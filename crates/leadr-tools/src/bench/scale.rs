@@ -1,4 +1,4 @@
-//! How frames and set-up grow with a scene: objects, materials, triangles and lights.
+//! The tables of scale: frame and set-up times by number of objects, materials, triangles and lights.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -19,23 +19,24 @@ use leadr_render::settings::Technique;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::sphere::{color_code, cube_sphere};
 
-/// Balls of a picture, which they fill alike however many they are.
+/// Numbers of balls; any number fills the picture equally.
 const COUNTS: [u32; 4] = [1, 10, 100, 1000];
-/// Patches along a side of a face of a ball with 10^5 undivided triangles, and how many instances of it there are.
+/// Patches along a side of the six faces of a ball with 10^5 triangles before tessellation.
 const FINE_SIDE: u32 = 92;
+/// Numbers of its instances, and of their triangles.
 const INSTANCES: [(u32, &str); 4] = [(1, "10^5"), (10, "10^6"), (100, "10^7"), (1000, "10^8")];
-/// Patches along a side of a face of each of many balls.
+/// Patches along a side of a face, for many balls.
 const SIDE: u32 = 4;
 /// Texels along a side of each material.
 const TEXELS: u32 = 16;
-/// Half the width of what they fill, metres.
+/// Half the width of the square of balls, metres.
 const HALF: f32 = 5.0;
 
-/// Renderers of more and more balls, of balls with a material each, of more and more instances of a fine ball, and of balls under more
-/// and more lamps, each with its rows; every row is compared with the first of its kind.
+/// Renderers with their rows for increasing numbers of balls, of balls with a material each, of instances of a fine ball, and of lamps.
+/// Every row is compared with the first of its table.
 ///
 /// # Errors
-/// Memory that is short, or a device that fails.
+/// If memory runs out or the device fails.
 pub fn scale(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
@@ -66,8 +67,8 @@ pub fn scale(
     }
     let (renderer, state, _) = set_up(gpu, balls(100, SIDE, false))?;
     let lamps = (0..=MAX_POINT_LIGHTS).map(|count| {
-        let place = |i: usize| Vec3::new(HALF * (i as f32 - 1.5), 0.0, HALF);
-        let point_lights = (0..count).map(|i| PointLight::new(place(i), Vec3::splat(50.0))).collect();
+        let position = |i: usize| Vec3::new(HALF * (i as f32 - 1.5), 0.0, HALF);
+        let point_lights = (0..count).map(|i| PointLight::new(position(i), Vec3::splat(50.0))).collect();
         row("lamps", &count.to_string(), "0", FrameState { point_lights, ..state.clone() }, None)
     });
     let lamps = lamps.collect();
@@ -75,13 +76,13 @@ pub fn scale(
     Ok(all)
 }
 
-/// A renderer of balls, a state that shows all of them, and the seconds that uploading them took.
+/// Returns a renderer of the balls, a state that shows all of them, and the seconds of the upload.
 fn set_up(gpu: &Arc<Gpu>, balls: Vec<Object>) -> Result<(Renderer, FrameState, f64), LabError> {
     let sky = Sky::default();
     let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
     let camera = Camera::looking_at(Vec3::new(0.0, -0.01, 3.0 * HALF), Vec3::ZERO, 40.0);
     let count = balls.iter().map(|ball| ball.instances).sum();
-    let state = FrameState::new(camera, places(count)).under(&sky);
+    let state = FrameState::new(camera, poses(count)).under(&sky);
     gpu.wait_idle()?;
     let start = Instant::now();
     let renderer = Renderer::new(gpu, balls, environment)?;
@@ -89,7 +90,7 @@ fn set_up(gpu: &Arc<Gpu>, balls: Vec<Object>) -> Result<(Renderer, FrameState, f
     Ok((renderer, state, start.elapsed().as_secs_f64()))
 }
 
-/// So many unit balls; with a material each, if they have any.
+/// Returns `count` unit balls, each with its own material if `materials` is set.
 fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
     let mesh = cube_sphere(side, [0.5, 0.5, 0.5, 0.3]);
     let ball = |i: u32| {
@@ -101,11 +102,11 @@ fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
     (0..count).map(ball).collect()
 }
 
-/// Where they lie: rows of a square.
-fn places(count: u32) -> Vec<Pose> {
+/// Poses of the balls on a square grid.
+fn poses(count: u32) -> Vec<Pose> {
     let columns = f64::from(count).sqrt().ceil() as u32;
     let spacing = 2.0 * HALF / columns as f32;
-    let place = |i: u32| {
+    let position = |i: u32| {
         let at = |k: u32| (k as f32 + 0.5) * spacing - HALF;
         Vec3::new(at(i % columns), at(i / columns), 0.0)
     };
@@ -113,7 +114,7 @@ fn places(count: u32) -> Vec<Pose> {
         Pose::Rigid(Affine3A::from_scale_rotation_translation(
             Vec3::splat(0.45 * spacing),
             glam::Quat::IDENTITY,
-            place(i),
+            position(i),
         ))
     };
     (0..count).map(pose).collect()

@@ -1,4 +1,4 @@
-//! The tables of a scene: its views, its techniques, and what its time depends on.
+//! The tables of a scene: by view, technique, distance, resolution, triangle size and map size.
 
 use clap::ValueEnum;
 
@@ -11,41 +11,41 @@ use leadr_scenes::config::{Picture, SceneConfig};
 use leadr_scenes::registry::{Choice, NamedScene};
 use leadr_scenes::view::{Size, ViewChoice};
 
-/// A table of a scene; its lines of help are the command line's. In the order in which they are measured.
+/// A table of a scene, in the order of measurement. The doc comments of the variants are the help texts of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Table {
-    /// Near, mid and far in pictures of several sizes
+    /// Near, mid and far views at several picture sizes
     Views,
-    /// Every technique, and a sun that moves
+    /// Every technique, and a moving sun
     Techniques,
-    /// From half to sixteen times the middle view's distance
+    /// Half to sixteen times the distance of the middle view
     Distance,
-    /// Pictures of a quarter to twice the size along each side
+    /// A quarter to twice the picture size along each side
     Resolution,
     /// Triangles of 1, 2, 4, 8 and 16 pixels
     Triangles,
-    /// Maps of more and more texels, LEADR beside LEAN in sunlight
+    /// Maps of increasing size, with LEADR and LEAN in sunlight
     Maps,
     /// One Beckmann lobe, a GGX base, and the lobes of a measured material
     Bases,
-    /// The open sea by size of transform and of picture
+    /// The passes of the open sea by size of transform and of picture
     Waves,
-    /// Balls by number of objects, of materials, of triangles and of lamps, and how long each takes to set up
+    /// Balls by number of objects, materials, triangles and lamps, and their set-up times
     Scale,
 }
 
 impl Table {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether a scene has this table.
+    /// Whether a scene supports this table.
     pub fn is_of(self, scene: &NamedScene) -> bool {
         match self {
             Self::Maps => scene.offers(Choice::AtlasTile) || scene.offers(Choice::HeightMap),
             Self::Bases => scene.offers(Choice::HeightMap),
-            // Beside the objects of a beach, the sea is a small part of a frame.
+            // With the objects of a beach, the sea is only a small part of a frame.
             Self::Waves => scene.offers(Choice::Waves) && !scene.offers(Choice::Objects),
             Self::Scale => scene.name == "sphere",
             _ => true,
@@ -53,19 +53,19 @@ impl Table {
     }
 }
 
-/// The sun moves by one minute, in hours.
+/// Motion of the sun per round: one minute, in hours.
 const SUN_STEP: f64 = 1.0 / 60.0;
-/// The camera's distances in a zoom, as multiples of the scene's middle view.
+/// Distances of the camera, as multiples of that of the middle view.
 const ZOOM: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// The multiple at which the reference is measured too.
+/// The multiple at which the reference is also measured.
 const AFAR: f32 = 8.0;
-/// Pixels per triangle, and those of the row that others are compared with.
+/// Triangle sizes in pixels, and the size of the row that others are compared with.
 const TRIANGLES: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const USUAL_TRIANGLES: f32 = 4.0;
 
-/// A row of a scene, compared with the row `base` of the same table by the time of all passes.
+/// A row of a scene. It is compared with the row `base` of the same table by the total time.
 pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table, name, base]: [String; 3]) -> Row {
-    // Jittered, so that every round of a reference draws another of its samples.
+    // With 64 samples, every round of a reference draws a different one.
     let samples = if technique.is_reference() { 64 } else { 1 };
     Row {
         table,
@@ -82,7 +82,7 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
     }
 }
 
-/// The scene's own views in pictures of each size, a table for each. `seen` is the scene from a view in a picture of a size.
+/// The scene's own views, with one table per picture size. `seen` returns the state for a view and a picture size.
 pub fn views(
     config: &SceneConfig,
     sizes: &[Size],
@@ -100,7 +100,7 @@ pub fn views(
     .collect()
 }
 
-/// `only` one technique or all of them from the middle view that `state` shows, and LEADR (or that one) as the sun moves.
+/// All techniques (or `only` one) at the middle view of `state`, and LEADR (or that one) with a moving sun.
 pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let names = |name: &str| [config.scene.name.to_owned(), name.to_owned(), base.name().to_owned()];
@@ -112,7 +112,7 @@ pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Techniq
     rows
 }
 
-/// LEADR (or `only` this technique) at several distances, in multiples of that of the middle view that `state` shows.
+/// LEADR (or `only` this technique) at multiples of the distance of the middle view of `state`.
 pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let middle = state.camera.position.distance(state.camera.target);
@@ -129,7 +129,7 @@ pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
     rows
 }
 
-/// The middle view that `state` shows in pictures of a quarter to twice the size, along each side.
+/// The middle view of `state` at a quarter to twice the picture size along each side.
 pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let Size { width, height } = config.size;
     let quarters = |n: u32| Size { width: (width * n / 4).max(1), height: (height * n / 4).max(1) };
@@ -140,12 +140,12 @@ pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Techni
         let config = SceneConfig { size, ..config.clone() };
         rows.push(row(&config, only.unwrap_or(Technique::Leadr), state.clone(), names));
     }
-    // Of the smallest pictures several can be the same.
+    // Very small pictures can have the same size after rounding.
     rows.dedup_by(|a, b| a.name == b.name);
     rows
 }
 
-/// The middle view that `state` shows, divided into larger and larger triangles.
+/// The middle view of `state` with triangles of increasing size.
 pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let name = |pixels: f32| format!("{pixels} px a triangle");
     let divided = |triangle_pixels: f32| {
@@ -157,8 +157,8 @@ pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
     TRIANGLES.map(divided).into()
 }
 
-/// LEADR beside LEAN (or `only` this technique) over maps of this size, texels; `first` is the size that others are
-/// compared with. Both are lit by the sun alone, with the paper's settings: they then differ in nothing but what they filter.
+/// LEADR and LEAN (or `only` this technique) with maps of this size in texels; `first` is the size that others are
+/// compared with. Both are lit by the sun alone with the paper's settings, so they differ only in their filtering.
 pub fn maps(
     config: &SceneConfig,
     state: &FrameState,
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_a_place_of_its_own_and_what_it_is_compared_with_is_there() {
+    fn rows_are_unique_and_have_their_reference() {
         let (config, state, lean) = (config(), state(), Some(Technique::Lean));
         let sizes = [Size { width: 8, height: 8 }, Size { width: 16, height: 9 }];
         for only in [None, lean] {
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_differ_in_what_their_table_is_about() {
+    fn rows_differ_in_their_tables_subject() {
         let (config, state) = (config(), state());
         let sizes: Vec<_> = resolutions(&config, &state, None).iter().map(|row| row.settings.size).collect();
         assert_eq!(sizes, [(16, 8), (32, 16), (64, 32), (128, 64)]);
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_are_of_scenes_that_offer_what_they_vary() {
+    fn table_scenes_support_their_options() {
         let of = |table: Table| SCENES.iter().filter(|s| table.is_of(s)).map(|s| s.name).collect::<Vec<_>>();
         assert_eq!(of(Table::Views).len(), SCENES.len());
         assert_eq!(of(Table::Waves), ["ocean"]);

@@ -1,4 +1,4 @@
-//! Many frames of a scene, and what they leave in memory.
+//! The soak test: memory use over many frames of a scene.
 
 use std::fmt;
 use std::sync::Arc;
@@ -25,16 +25,16 @@ pub struct MemorySample {
     pub frame: u64,
     /// Resident memory of the process, bytes, if the system reports it.
     pub resident: Option<u64>,
-    /// Bytes in buffers and images.
+    /// Bytes of buffers and images.
     pub allocated: u64,
-    /// Bytes taken from the driver for them.
+    /// Bytes reserved from the driver for them.
     pub reserved: u64,
-    /// Buffers and images.
+    /// Number of buffers and images.
     pub allocations: usize,
 }
 
 impl MemorySample {
-    /// The memory of this process and on a device now, after so many frames.
+    /// Samples the memory of this process and of a device after this many frames.
     pub fn after(frame: u64, gpu: &Gpu) -> Self {
         let memory = gpu.memory_use();
         Self {
@@ -47,7 +47,7 @@ impl MemorySample {
     }
 }
 
-/// How memory changed over many frames.
+/// Memory use over many frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct SoakReport {
     command: &'static str,
@@ -59,7 +59,7 @@ pub struct SoakReport {
     scene: String,
     /// Samples along the edge of the sea's tiles, if it has a sea.
     fft: Option<u32>,
-    /// Memory at ten moments, evenly spaced.
+    /// Memory at ten evenly spaced moments.
     samples: Vec<MemorySample>,
     /// Growth of buffers and images from the second sample to the last, bytes.
     allocated_growth: i64,
@@ -69,17 +69,17 @@ pub struct SoakReport {
     seconds: f64,
 }
 
-/// How often memory is sampled.
+/// Number of memory samples.
 const SAMPLES: u32 = 10;
-/// Seconds from frame to frame.
+/// Seconds between frames.
 const STEP: f64 = 1.0 / 30.0;
 
-/// Draws `frames` frames of `config` and reads them back. Time runs, the sun goes round once, and the camera moves: over a sea it
-/// sails, turns and climbs from 2.5 m to a kilometre; elsewhere it circles the scene and goes near and far, the same way between any
-/// two samples of the memory. Techniques alternate, unless there is `only` one.
+/// Draws `frames` frames of `config` and reads them back. Time runs, the sun passes one day, and the camera moves. Over a sea it
+/// travels, rotates, and climbs from 2.5 m to a kilometre. Elsewhere it circles the scene near and far, on the same path between all
+/// samples of the memory. Techniques alternate, unless there is `only` one.
 ///
 /// # Errors
-/// If the device fails, validation complains, or buffers and images pile up.
+/// If the device fails, validation reports a message, or buffers and images grow from the second sample to the last.
 pub fn soak(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
@@ -91,7 +91,7 @@ pub fn soak(
     let inputs = Inputs::load(config)?;
     let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &output.set_up())?;
     let settings = config.render_settings();
-    // After whole rounds of the techniques, which differ in what they hold.
+    // Samples follow whole rounds of techniques, because techniques hold different resources.
     let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
     let interval = (frames / SAMPLES / round).max(1) * round;
     let bar = output.bar(frames as usize);
@@ -115,7 +115,7 @@ pub fn soak(
     if let Some(message) = gpu.validation_messages().first() {
         return Err(LabError(format!("Vulkan validation: {message}")));
     }
-    // By the second sample all pipelines have been made.
+    // All pipelines exist by the second sample.
     let ends = samples.get(1).zip(samples.last());
     let allocated_growth = ends.map_or(0, |(a, b)| b.allocated as i64 - a.allocated as i64);
     let resident_growth = ends.and_then(|(a, b)| Some(b.resident? as i64 - a.resident? as i64));
@@ -136,7 +136,7 @@ pub fn soak(
     })
 }
 
-/// The camera of a frame: it climbs and descends four times, turns round seven times, and sails 2 km.
+/// The camera of a frame over a sea: it climbs and descends four times, rotates seven times, and travels 2 km.
 fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     let share = frame as f32 / frames.max(1) as f32;
     let turns = |n: f32| std::f32::consts::TAU * n * share;
@@ -146,12 +146,12 @@ fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
 }
 
-/// The camera of a frame: once round what it looks at, from a third of its distance to eight times as far and back.
+/// The camera of a frame: it moves once around its target, from a third of its distance to eight times its distance and back.
 fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
     let share = frame as f32 / frames as f32;
     let nearness = 0.5 + 0.5 * (std::f32::consts::TAU * share).cos();
     let distance = camera.position.distance(camera.target) * 8.0 * (1.0f32 / 24.0).powf(nearness);
-    camera.turned(360.0 * share).at_distance(distance)
+    camera.rotated(360.0 * share).at_distance(distance)
 }
 
 impl fmt::Display for SoakReport {

@@ -1,38 +1,38 @@
-//! Medians, percentiles, ratios of pairs and straight lines, for times measured on a busy machine.
+//! Statistics of times on a busy machine: medians, percentiles, paired ratios and straight lines.
 
 use serde::Serialize;
 
-/// The `p`-quantile, `p` in `[0, 1]`, between the two nearest values in proportion; 0 for no values.
+/// The `p`-quantile, `p` in `[0, 1]`, with linear interpolation between the two nearest values; 0 for no values.
 pub fn quantile(values: &[f64], p: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
-    let place = p.clamp(0.0, 1.0) * last as f64;
-    let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-    low + (high - low) * place.fract()
+    let position = p.clamp(0.0, 1.0) * last as f64;
+    let (low, high) = (sorted[position.floor() as usize], sorted[position.ceil() as usize]);
+    low + (high - low) * position.fract()
 }
 
-/// The middle value; the mean of the middle two.
+/// The median: the middle value, or the mean of the middle two.
 pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// A ratio of two rows that were measured alternately.
+/// A ratio of two rows from interleaved rounds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratio {
     /// Median of the ratios within each round.
     pub median: f64,
-    /// Their lower quartile.
+    /// Lower quartile of these ratios.
     pub low: f64,
-    /// Their upper quartile.
+    /// Upper quartile of these ratios.
     pub high: f64,
-    /// Ratio of the fastest frames of both, from any rounds: the frames least disturbed by other programs.
+    /// Ratio of the fastest frames of both over all rounds, which other programs disturbed least.
     pub fastest: f64,
     /// Rounds in which both were measured.
     pub pairs: usize,
 }
 
-/// `of[i] / to[i]` over the rounds in which both have a value. Whatever slows a whole round down cancels. `None` if
+/// The ratios `of[i] / to[i]` over the rounds in which both have a value. A slowdown of a whole round cancels. `None` if
 /// there is no such round.
 pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
     let pairs = of.iter().zip(to).filter_map(|(of, to)| Some(((*of)?, (*to)?))).filter(|(_, to)| *to > 0.0);
@@ -53,9 +53,9 @@ pub struct Line {
     /// Rise per unit.
     #[serde(rename = "per_sample_ms")]
     pub slope: f64,
-    /// Share of the variance that the line explains, at most 1: 1 for points on one line.
+    /// Share of the variance that the line explains, at most 1.
     pub r_squared: f64,
-    /// Largest distance of a point from the line, relative to the line's value there.
+    /// Largest deviation of a point from the line, relative to the line's value there.
     pub worst: f64,
 }
 
@@ -77,7 +77,7 @@ pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
     Some(Line { intercept, slope, r_squared: if yy > 0.0 { 1.0 - residual / yy } else { 1.0 }, worst })
 }
 
-/// Each value once, in the order in which they first come.
+/// Each value once, in order of first occurrence.
 pub(super) fn in_order<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     values.fold(Vec::new(), |mut seen, value| {
         if !seen.contains(&value) {
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_cancel_what_slows_a_round() {
+    fn paired_ratios_cancel_slow_rounds() {
         // The machine slows down eightfold in the middle, and one frame is interrupted.
         let load = [1.0, 1.0, 2.0, 8.0, 8.0, 8.0, 3.0];
         let of: Vec<_> = load.iter().map(|l| Some(1.5 * l)).collect();
@@ -112,7 +112,7 @@ mod tests {
         assert_eq!((ratio.median, ratio.high, ratio.pairs), (1.5, 1.5, 7));
         let uneven = paired_ratio(&[Some(8.0), Some(2.0)], &[Some(1.0), Some(5.0)]).unwrap();
         assert_eq!((uneven.fastest, uneven.median), (2.0, 4.2));
-        // Medians of the rows alone are right only if both rows were measured in the same rounds; here they were not.
+        // The ratio of the rows' medians is wrong, because the rows were measured in different rounds.
         let alone = median(&[1.5, 1.5, 3.0]) / median(&[8.0, 8.0, 3.0]);
         assert!(alone < 0.5);
     }
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_told_from_curves() {
+    fn lines_are_distinguished_from_curves() {
         let on =
             |f: fn(f64) -> f64| -> Vec<(f64, f64)> { (1..=16).map(|n| (f64::from(n * n), f(f64::from(n)))).collect() };
         let line = least_squares(&on(|n| 14.0 + 7.5 * n * n)).unwrap();

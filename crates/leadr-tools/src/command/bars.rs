@@ -1,4 +1,4 @@
-//! Bars of long work: drawn on a terminal, and elsewhere told in a line every few seconds, so that nothing is silent for long.
+//! Progress bars. Without a terminal, progress is printed as a line every few seconds.
 
 use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -7,67 +7,67 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// How often work is told of where no bar can be drawn.
+/// Interval between progress lines without a terminal.
 pub const EVERY: Duration = Duration::from_secs(5);
 
 /// A progress bar, which disappears when it is dropped.
 pub struct Bar {
     bar: ProgressBar,
-    /// Of a bar that is told in lines: the sender, dropped to end the thread that tells, and that thread.
+    /// For progress lines: the thread that prints them, and a sender whose drop stops it.
     teller: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
 impl Bar {
-    /// A bar that nobody sees.
+    /// A bar that prints nothing.
     pub fn hidden() -> Self {
         Self { bar: ProgressBar::hidden(), teller: None }
     }
 
-    /// A bar with this many steps on stderr; if that is none, since nobody knows how many, only the message and the time.
+    /// A bar with this many steps on stderr. With 0 steps (unknown), it shows only the message and the time.
     pub fn on_terminal(steps: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
         bar.set_style(style(steps));
-        // The seconds go on where the work takes long over a step.
+        // Updates the elapsed time during long steps.
         bar.enable_steady_tick(Duration::from_secs(1));
         Self { bar, teller: None }
     }
 
-    /// A bar with this many steps, told to `target` every so often, for the first time after that long.
+    /// A bar with this many steps that writes a line to `target` after each interval `every`.
     pub fn in_lines(steps: usize, every: Duration, mut target: impl Write + Send + 'static) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
         bar.set_message("working");
         let (alive, ended) = channel();
-        let told = bar.clone();
+        let shared = bar.clone();
         let tell = move || {
             while ended.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
-                // A closed stderr is no failure.
-                let _ = writeln!(target, "{}", line(&told));
+                // A closed stderr is not an error.
+                let _ = writeln!(target, "{}", line(&shared));
             }
         };
         Self { bar, teller: Some((alive, std::thread::spawn(tell))) }
     }
 
-    /// What is said beside it.
+    /// Sets the message beside the bar.
     pub fn message(&self, text: &str) {
         self.bar.set_message(text.to_owned());
     }
 
-    /// One more step is done.
+    /// Advances by one step.
     pub fn step(&self) {
         self.bar.inc(1);
     }
 
-    /// This many steps are done.
+    /// Sets the number of finished steps.
     pub fn at(&self, step: usize) {
         self.bar.set_position(step as u64);
     }
 
-    /// Does `work`, which prints on the same terminal, while the bar is out of its way.
-    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+    /// Hides the bar while `work` prints to the same terminal.
+    pub fn suspended<T>(&self, work: impl FnOnce() -> T) -> T {
         self.bar.suspend(work)
     }
 
-    /// Starts again with this many steps.
+    /// Restarts the bar with this many steps.
     pub fn restart(&self, steps: usize) {
         self.bar.set_style(style(steps));
         self.bar.set_length(steps as u64);
@@ -80,7 +80,7 @@ impl Drop for Bar {
     fn drop(&mut self) {
         if let Some((alive, teller)) = self.teller.take() {
             drop(alive);
-            // It cannot panic, and if it did there would be nothing to do.
+            // The thread does not panic, and a panic could not be handled here.
             let _ = teller.join();
         }
         self.bar.finish_and_clear();
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn long_work_is_told_in_lines_until_it_ends() {
+    fn long_work_prints_progress_lines() {
         let log = Log::default();
         let bar = Bar::in_lines(8, Duration::from_millis(10), log.clone());
         bar.message("baking");
@@ -150,11 +150,11 @@ mod tests {
         drop(bar);
         let all = log.text();
         std::thread::sleep(Duration::from_millis(50));
-        assert_eq!(log.text(), all, "nothing is told afterwards");
+        assert_eq!(log.text(), all, "nothing is printed afterwards");
     }
 
     #[test]
-    fn short_work_is_not_told() {
+    fn short_work_prints_nothing() {
         let log = Log::default();
         drop(Bar::in_lines(8, EVERY, log.clone()));
         assert_eq!(log.text(), "");

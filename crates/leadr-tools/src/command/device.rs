@@ -1,4 +1,4 @@
-//! Flags of every command that needs a Vulkan device.
+//! Flags of commands that need a Vulkan device.
 
 use std::sync::Arc;
 
@@ -7,23 +7,23 @@ use serde::Serialize;
 
 use leadr_gpu::{Gpu, GpuError, GpuOptions};
 
-/// Which device, and how closely it is watched.
+/// Device selection and validation.
 #[derive(Clone, Debug, Default, Args, Serialize)]
 pub struct DeviceArgs {
     /// Use this Vulkan device, by part of its name or by index
     #[arg(long, help_heading = "Device", value_name = "NAME|INDEX")]
     #[serde(skip)]
     pub device: Option<String>,
-    /// Turn the Vulkan validation layers on; any message is an error
+    /// Enable the Vulkan validation layers and treat any message as an error
     #[arg(long, help_heading = "Device", hide_short_help = true)]
     pub validation: bool,
 }
 
 impl DeviceArgs {
-    /// Opens the device, for pictures without a window.
+    /// Opens the device for rendering without a window.
     ///
     /// # Errors
-    /// If there is no such device, or it lacks something.
+    /// If there is no such device, or it lacks a required feature.
     pub fn open(&self) -> Result<Arc<Gpu>, GpuError> {
         leadr_render::open_gpu(&GpuOptions {
             device: self.device.clone(),
@@ -36,14 +36,14 @@ impl DeviceArgs {
 /// The device that renders, for reports.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceInfo {
-    /// As the driver names it.
+    /// Name of the device.
     pub device: String,
-    /// Driver and version.
+    /// Name and version of the driver.
     pub driver: String,
 }
 
 impl DeviceInfo {
-    /// What this device says of itself.
+    /// Name and driver of this device.
     pub fn of(gpu: &Gpu) -> Self {
         Self { device: gpu.device_name().to_owned(), driver: gpu.driver_info().to_owned() }
     }

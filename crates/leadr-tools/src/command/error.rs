@@ -1,4 +1,4 @@
-//! How a command can fail.
+//! The error of a failed command.
 
 use thiserror::Error;
 
@@ -7,25 +7,25 @@ use leadr_gpu::GpuError;
 use leadr_maps::MapError;
 use leadr_scenes::error::SceneError;
 
-/// A failed command. Each message is one sentence: what failed, why, and how to put it right.
+/// A failed command. Each message is one sentence: the failure, its reason, and the remedy.
 #[derive(Debug, Error)]
 pub enum AppError {
-    /// The command line asks for something that makes no sense; exit code 2.
+    /// Wrong usage: the command line is invalid or contradictory; exit code 2.
     #[error("{0}")]
     Usage(String),
     /// The work failed (input, device, disk) or a result is over its threshold; exit code 1.
     #[error("{0}")]
     Failed(String),
-    /// The same, told by a file's reader or writer.
+    /// An error of a file reader or writer; exit code 1.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// The same, told by the device.
+    /// An error of the device; exit code 1.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The same, told by a scene.
+    /// An error of a scene; exit code 1.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The same, told by a measurement.
+    /// An error of a measurement; exit code 1.
     #[error(transparent)]
     Lab(#[from] LabError),
 }

@@ -1,29 +1,29 @@
-//! Paths of files that commands read and write.
+//! Paths and temporary files of commands.
 
 use std::path::Path;
 
 use super::error::AppError;
 use leadr_maps::new_file::{NewFile, remove_abandoned};
 
-/// The lower-case extension of a path.
+/// The extension of a path in lower case.
 pub fn extension(path: &Path) -> Option<String> {
     path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase)
 }
 
-/// Makes the folders above `path`.
+/// Creates the missing folders above `path`.
 ///
 /// # Errors
-/// If one is missing and cannot be made.
+/// If a folder cannot be created.
 pub fn make_folder_of(path: &Path) -> Result<(), AppError> {
     let Some(folder) = path.parent() else { return Ok(()) };
     std::fs::create_dir_all(folder).map_err(|e| AppError::io("make the folder", folder, e))
 }
 
-/// Begins a file before any work: makes the folder for it, removes what killed runs left of it, and finds out whether it can be written.
-/// Dropped unfinished it is gone again.
+/// Creates the temporary file for `path` and its folder, and removes partial files of killed runs. Call it before any work, so an
+/// unwritable folder is reported at once. A file that is dropped unfinished is removed.
 ///
 /// # Errors
-/// If the folder cannot be made or refuses the file.
+/// If the folder or the file cannot be created.
 pub fn begin(path: &Path) -> Result<NewFile, AppError> {
     make_folder_of(path)?;
     remove_abandoned([path]);

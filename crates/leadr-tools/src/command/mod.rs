@@ -1,4 +1,4 @@
-//! Parts of commands: results and progress on the terminal, errors with their exit codes, files, flags of the device.
+//! Parts of commands: results and progress on the terminal, errors with exit codes, files, device flags.
 
 pub mod bars;
 pub mod device;

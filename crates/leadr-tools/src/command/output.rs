@@ -1,4 +1,4 @@
-//! What the user sees: the result on stdout (text or one JSON object), log and progress on stderr.
+//! Output of a command: the result on stdout (text or one JSON object), log and progress on stderr.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -15,7 +15,7 @@ use super::error::AppError;
 use crate::program::Stamped;
 use leadr_scenes::set::SetUp;
 
-/// Where a command prints.
+/// Output settings of a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Output {
     json: bool,
@@ -23,7 +23,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// `json`: the result is one JSON object. `quiet`: no progress, and no result either unless it is JSON.
+    /// With `json`, the result is one JSON object. With `quiet`, there is no progress and no text result.
     pub fn new(json: bool, quiet: bool) -> Self {
         Self { json, quiet }
     }
@@ -33,10 +33,10 @@ impl Output {
         self.json
     }
 
-    /// Prints a command's result on stdout.
+    /// Prints the result of a command to stdout.
     ///
     /// # Errors
-    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    /// If stdout cannot be written. A pipe that its reader closed early is not an error.
     pub fn result<R: Serialize + Display>(&self, result: &R) -> Result<(), AppError> {
         let text = if self.json {
             serde_json::to_string_pretty(&Stamped::new(result))
@@ -49,11 +49,11 @@ impl Output {
         print_line(&text)
     }
 
-    /// Says what a command did whose results are files: one JSON object on stdout, or a line on stderr, since stdout has
+    /// Prints the summary of a command that writes files: one JSON object to stdout, or a line to stderr, because stdout has
     /// the names of the files ([`file`](Self::file)).
     ///
     /// # Errors
-    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    /// If stdout cannot be written. A pipe that its reader closed early is not an error.
     pub fn summary<R: Serialize + Display>(&self, summary: &R) -> Result<(), AppError> {
         if self.json {
             return self.result(summary);
@@ -62,27 +62,27 @@ impl Output {
         Ok(())
     }
 
-    /// Prints the name of a file that has just become whole on stdout, so that scripts take it up while others are being
-    /// made. With JSON the object names it, and quiet commands print nothing. `bar` gives way meanwhile.
+    /// Prints the name of a completed file to stdout, so scripts can process it while others are written. Prints nothing with JSON, whose
+    /// object has the name, or if quiet. Hides `bar` meanwhile.
     ///
     /// # Errors
-    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    /// If stdout cannot be written. A pipe that its reader closed early is not an error.
     pub fn file(&self, path: &Path, bar: &Bar) -> Result<(), AppError> {
         if self.json || self.quiet {
             return Ok(());
         }
-        bar.aside(|| print_line(&path.display().to_string()))
+        bar.suspended(|| print_line(&path.display().to_string()))
     }
 
-    /// Prints a line on stderr, unless quiet.
+    /// Prints a line to stderr, unless quiet.
     pub fn say(&self, line: &str) {
         if !self.quiet {
-            // A closed stderr is no failure.
+            // A closed stderr is not an error.
             let _ = writeln!(io::stderr(), "{line}");
         }
     }
 
-    /// A bar with this many steps (0: nobody knows how many): drawn on a terminal, told in lines elsewhere; quiet commands show none.
+    /// A bar with this many steps (0 if unknown): drawn on a terminal, else printed as lines; hidden if quiet.
     pub fn bar(&self, steps: usize) -> Bar {
         if self.quiet {
             Bar::hidden()
@@ -93,14 +93,14 @@ impl Output {
         }
     }
 
-    /// A bar for work that reports the share it has done, 0 to 1, with `what` beside it; without `what` there is no bar.
+    /// A bar for work that reports its finished share, 0 to 1, with the message `what`. With `None` there is no bar.
     pub fn share(&self, what: Option<&str>) -> impl Fn(f32) + Sync + use<> {
         let bar = what.map_or_else(Bar::hidden, |_| self.bar(SHARES));
         bar.message(what.unwrap_or_default());
         move |share| bar.at(shares(share))
     }
 
-    /// A bar for setting up a scene.
+    /// A bar for the set-up of a scene.
     pub fn set_up(&self) -> impl Fn(SetUp) + Sync + use<> {
         let bar = self.bar(SHARES);
         let begun = Instant::now();
@@ -131,12 +131,12 @@ fn print_line(text: &str) -> Result<(), AppError> {
     }
 }
 
-/// Sends the log to stderr: warnings (from the window library only errors), or errors alone if `quiet`, unless `LEADR_LOG` asks for
-/// something else (`debug`, `leadr_gpu=trace`, …).
+/// Sends the log to stderr: warnings, but only errors from the window library; only errors if `quiet`. `LEADR_LOG` overrides this
+/// (`debug`, `leadr_gpu=trace`, …).
 pub fn start_log(quiet: bool) {
     let default = if quiet { "error" } else { "warn,winit=error" };
-    let asked = std::env::var("LEADR_LOG").ok().filter(|levels| !levels.is_empty());
-    let levels = asked.as_deref().unwrap_or(default);
+    let requested = std::env::var("LEADR_LOG").ok().filter(|levels| !levels.is_empty());
+    let levels = requested.as_deref().unwrap_or(default);
     let filter = log_levels(levels);
     let filter = filter.unwrap_or_else(|fault| {
         eprintln!("leadr: LEADR_LOG={levels}: {fault}; use error, warn, info, debug, trace or leadr_gpu=debug");
@@ -147,16 +147,16 @@ pub fn start_log(quiet: bool) {
         .with_ansi(io::stderr().is_terminal())
         .without_time()
         .with_filter(filter);
-    // A second call (tests in one process) keeps the first subscriber.
+    // A second call, as in tests of one process, keeps the first subscriber.
     let _ = tracing_subscriber::registry().with(log).try_init();
 }
 
-/// Levels for everything and for modules: `warn,leadr_gpu=debug`.
+/// Parses levels for everything and for modules, such as `warn,leadr_gpu=debug`.
 fn log_levels(text: &str) -> Result<Targets, String> {
-    // A word alone is a level; `Targets` would take a misspelt one for a module.
+    // A single word must be a level; `Targets` would accept a misspelt level as a module name.
     let odd = text.split(',').find(|word| !word.contains('=') && word.trim().parse::<LevelFilter>().is_err());
     match odd {
-        Some(word) => Err(format!("\"{word}\" is no level")),
+        Some(word) => Err(format!("\"{word}\" is not a level")),
         None => text.parse::<Targets>().map_err(|fault| fault.to_string()),
     }
 }
@@ -166,13 +166,13 @@ mod tests {
     use super::log_levels;
 
     #[test]
-    fn levels_are_understood_and_misspelt_ones_said() {
+    fn log_levels_parse_and_misspellings_are_reported() {
         for good in ["warn", "off", "warn,winit=error", "leadr_gpu=debug", "info, leadr=trace"] {
             assert!(log_levels(good).is_ok(), "{good}");
         }
         for bad in ["wran", "leadr=loud", "warn,leadr_gpu"] {
             assert!(log_levels(bad).is_err(), "{bad}");
         }
-        assert_eq!(log_levels("wran").unwrap_err(), "\"wran\" is no level");
+        assert_eq!(log_levels("wran").unwrap_err(), "\"wran\" is not a level");
     }
 }

@@ -15,13 +15,12 @@ pub struct OutputArgs {
     /// Print the result as one JSON object on stdout
     #[arg(long, global = true, help_heading = "Output", display_order = 900)]
     pub json: bool,
-    /// Print neither progress nor the result as text; errors and --json remain
+    /// Print no progress and no text result; errors and --json output remain
     #[arg(long, short, global = true, help_heading = "Output", display_order = 901)]
     pub quiet: bool,
 }
 
-/// The declaration of a program's commands. A negative number is the value of the flag before it, not an unknown flag, so
-/// that the error is about the number.
+/// Makes all flags of a program accept negative numbers as values, so errors are about the number instead of an unknown flag.
 pub fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let negative = |flag: Arg| {
         if flag.get_action().takes_values() { flag.allow_negative_numbers(true) } else { flag }
@@ -29,8 +28,8 @@ pub fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command.mut_subcommands(|command| command.mut_args(negative))
 }
 
-/// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns the exit
-/// code: 0 done, 1 failed or over a threshold, 2 wrong usage.
+/// Parses the command line (program name first), does the work, and reports an error in one line on stderr. Returns the exit
+/// code: 0 success, 1 failed or over a threshold, 2 wrong usage.
 pub fn run<C: FromArgMatches>(
     command: clap::Command,
     arguments: impl IntoIterator<Item = OsString>,
@@ -42,7 +41,7 @@ pub fn run<C: FromArgMatches>(
     let (matches, cli) = match parsed.and_then(|matches| Ok((C::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => (matches, cli),
         Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
-            // A closed pipe (`leadr --help | head -1`) is no failure.
+            // A closed pipe (`leadr --help | head -1`) is not an error.
             let _ = fault.print();
             return ExitCode::SUCCESS;
         }
@@ -57,13 +56,13 @@ pub fn run<C: FromArgMatches>(
 }
 
 fn fail(name: &str, error: &AppError) -> ExitCode {
-    // Messages from libraries may span lines; scripts expect one.
+    // Messages of libraries may have several lines; scripts expect one.
     let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     eprintln!("{name}: error: {sentence}");
     ExitCode::from(error.exit_code())
 }
 
-/// clap's message without its colours, usage lines and line breaks.
+/// The message of clap without colours, usage lines and line breaks.
 fn usage_sentence(name: &str, fault: &clap::Error) -> String {
     let text = fault.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));

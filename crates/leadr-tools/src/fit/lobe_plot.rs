@@ -1,4 +1,4 @@
-//! Cuts through lobes: a measured material and its fits in the plane of the light.
+//! Cuts through lobes: a measured material and its fits in the plane of incidence.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,25 +8,25 @@ use crate::html::{Plot, Scale};
 use leadr_reflectance::color::luminance;
 use leadr_reflectance::materials::brdf::Brdf;
 
-/// Points of a line.
+/// Segments of a curve over 90 degrees.
 const POINTS: i32 = 180;
-/// Least value shown, as a part of the largest.
+/// Smallest plotted value, relative to the largest.
 const LEAST: f64 = 1e-5;
 
-/// `f_r cos θ_i` over the viewer's angle for a light at `degrees` from the normal, or in backscattering without one.
+/// Plots `f_r cos θ_i` over the viewing angle for a light at `degrees` from the normal, or in backscattering if `None`.
 pub fn lobe_plot(materials: &[(&str, &dyn Brdf)], degrees: Option<f64>) -> Plot {
     let title = match degrees {
-        Some(degrees) => format!("Lit from {degrees}°, seen in the plane of the light"),
-        None => "Seen from where it is lit".to_owned(),
+        Some(degrees) => format!("Light at {degrees}°, in the plane of incidence"),
+        None => "Backscattering".to_owned(),
     };
     let mut plot =
-        Plot::new(&title, ("angle of the viewer, degrees", Scale::Linear), ("luminance of f_r cos θ_i", Scale::Log));
+        Plot::new(&title, ("viewing angle, degrees", Scale::Linear), ("luminance of f_r cos θ_i", Scale::Log));
     let direction = |theta: f64| DVec3::new(theta.sin(), 0.0, theta.cos());
     for &(name, material) in materials {
         let at = |i: i32| {
             let theta = f64::from(i) / f64::from(POINTS) * FRAC_PI_2;
             let wo = direction(theta);
-            // The light on the left, so that mirrors are on the right.
+            // The light is on the left, so the specular peak is on the right.
             let wi = degrees.map_or(wo, |degrees| direction(-degrees.to_radians()));
             (theta.to_degrees(), luminance(material.eval(wo, wi)) * wi.z)
         };

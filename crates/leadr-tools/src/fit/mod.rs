@@ -1,4 +1,4 @@
-//! Fits of measured materials, seen: spheres in one light, and cuts through their lobes.
+//! Pictures of fitted materials: spheres in one light, and cuts through lobes.
 
 pub mod lobe_plot;
 pub mod specimen;

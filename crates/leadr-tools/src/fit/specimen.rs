@@ -1,4 +1,4 @@
-//! A material that is made on the spot and measured like any other, and fits as the materials of surfaces with a relief.
+//! A synthetic material to measure and fit, and fits as materials of displaced surfaces.
 
 use glam::{DVec2, DVec3};
 
@@ -14,10 +14,10 @@ use leadr_reflectance::materials::lambert::Lambert;
 use leadr_reflectance::materials::microfacet::Microfacet;
 use leadr_scenes::fitted::material_of;
 
-/// A dark body under a copper-coloured lacquer of GGX facets: not one microfacet lobe.
+/// A dark diffuse base under a copper-coloured GGX lacquer. One microfacet lobe cannot represent it.
 pub struct Lacquer {
     facets: Microfacet<Ggx>,
-    body: Lambert,
+    diffuse: Lambert,
 }
 
 impl Default for Lacquer {
@@ -26,13 +26,13 @@ impl Default for Lacquer {
         let fresnel = Fresnel::Schlick(DVec3::new(0.5, 0.3, 0.08));
         Self {
             facets: Microfacet { distribution, masking: Masking::SmithDirectionCorrelated, fresnel },
-            body: Lambert { albedo: DVec3::new(0.02, 0.05, 0.08) },
+            diffuse: Lambert { albedo: DVec3::new(0.02, 0.05, 0.08) },
         }
     }
 }
 
 impl Lacquer {
-    /// Its fit; `None` never.
+    /// The fit of the lacquer; always `Some`.
     pub fn fit() -> Option<Fit> {
         fit(&Self::default(), true, &FitOptions::default(), &mut |_| ())
     }
@@ -40,11 +40,11 @@ impl Lacquer {
 
 impl Brdf for Lacquer {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        self.facets.eval_cos(wo, wi) + self.body.eval_cos(wo, wi)
+        self.facets.eval_cos(wo, wi) + self.diffuse.eval_cos(wo, wi)
     }
 }
 
-/// The material of a fit with heights whose unit is `depth` metres, about their mean.
+/// The material of a fit with a relief of these heights about their mean, where a height of 1 is `depth` metres.
 pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Material {
     let kept = FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() };
     let middle = heights.texels.iter().sum::<f32>() / heights.texels.len().max(1) as f32;
@@ -52,7 +52,7 @@ pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Materia
     Material { relief: Some(relief), ..material_of(&kept, name) }
 }
 
-/// The same with one Beckmann lobe of the extracted roughness, as in the thesis (Listing 4.4).
+/// The material with one Beckmann lobe of the extracted roughness, as in the thesis (Listing 4.4).
 pub fn as_beckmann(material: &Material, fit: &Fit) -> Material {
     let alpha = (fit.beckmann.x * fit.beckmann.y - fit.beckmann.z * fit.beckmann.z).max(0.0).sqrt().sqrt();
     Material { fit: None, roughness: Input::constant((alpha as f32).min(1.0)), ..material.clone() }

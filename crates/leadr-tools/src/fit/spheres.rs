@@ -1,4 +1,4 @@
-//! Spheres of several materials under the same light, drawn on the processor with the same directions for all, so that noise does not tell them apart.
+//! Renders spheres of several materials under the same light on the CPU. All use the same sample directions, so noise does not differ.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,20 +12,20 @@ use leadr_reflectance::color::luminance;
 use leadr_reflectance::materials::brdf::{Brdf, cosine_sample};
 use leadr_reflectance::random::Random;
 
-/// Directions of each of the three kinds at a pixel.
+/// Sample directions per pixel for each of the three sampling strategies.
 const DIRECTIONS: u32 = 48;
-/// Share of a sphere's pixels that are darker than the exposure's grey.
+/// Quantile of the luminance of a sphere's pixels that the exposure maps to `GREY`.
 const EXPOSED: f64 = 0.9;
 const GREY: f64 = 0.7;
 
-/// A lamp whose light falls off as a von Mises–Fisher lobe.
+/// A lamp with a von Mises–Fisher lobe.
 struct Lamp {
     toward: DVec3,
     sharpness: f64,
     radiance: DVec3,
 }
 
-/// A bright window above, a wide warm wall and a small lamp at the back.
+/// The lights: a bright window above, a wide warm wall, and a small lamp behind.
 fn lamps() -> [Lamp; 3] {
     let lamp = |x, y, z, sharpness, radiance| Lamp { toward: DVec3::new(x, y, z).normalize(), sharpness, radiance };
     [
@@ -54,13 +54,13 @@ impl Lamp {
     }
 }
 
-/// Radiance from a direction; y is up, and z towards the viewer.
+/// Radiance from a direction; y points up and z to the viewer.
 fn light(lamps: &[Lamp], w: DVec3) -> DVec3 {
     let sky = DVec3::new(0.16, 0.18, 0.22).lerp(DVec3::new(0.55, 0.62, 0.75), 0.5 + 0.5 * w.y);
     sky + lamps.iter().map(|lamp| lamp.radiance(w)).sum::<DVec3>()
 }
 
-/// Spheres of the materials, each `size` pixels across, orthographic: linear RGB, black outside. `guide` tells where light matters.
+/// Renders an orthographic sphere of each material, `size` pixels across: linear RGB, black outside. `guide` is importance sampled.
 pub fn spheres(materials: &[&(dyn Brdf + Sync)], guide: &(dyn Brdf + Sync), size: u32) -> Vec<RgbImage> {
     let lamps = lamps();
     let pixels: Vec<Vec<DVec3>> = (0..size * size)
@@ -79,7 +79,7 @@ pub fn spheres(materials: &[&(dyn Brdf + Sync)], guide: &(dyn Brdf + Sync), size
         .collect()
 }
 
-/// The sphere's normal at a pixel.
+/// The normal of the sphere at a pixel; `None` outside.
 fn normal_of(i: u32, size: u32) -> Option<DVec3> {
     let at = |k: u32| (f64::from(k) + 0.5) / f64::from(size) * 2.0 - 1.0;
     let p = DVec2::new(at(i % size), -at(i / size));
@@ -106,14 +106,14 @@ fn pixel(
         }
         let w = world(wi);
         let of_lamps = lamps.iter().map(|lamp| lamp.pdf(w)).sum::<f64>() / lamps.len() as f64;
-        // Balance heuristic over the three kinds.
+        // Balance heuristic over the three strategies.
         let pdf = wi.z / PI + guide.pdf(wo, wi) + of_lamps;
         let incident = light(lamps, w) / (pdf * f64::from(DIRECTIONS));
         for (sum, material) in sums.iter_mut().zip(materials) {
             *sum += material.eval_cos(wo, wi) * incident;
         }
     };
-    // Evenly spread numbers (Roberts' sequence), shifted from pixel to pixel.
+    // Roberts' low-discrepancy sequence, with a random shift per pixel.
     let mut random = Random::stream(1, u64::from(seed));
     let shift = DVec2::new(random.unit(), random.unit());
     for k in 0..DIRECTIONS {
@@ -128,17 +128,17 @@ fn pixel(
     sums
 }
 
-/// How far a sphere is from that of the measured material.
+/// Error of a sphere against that of the measured material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SphereError {
-    /// Root mean square of the difference of radiance, relative to that of the radiance.
+    /// Root mean square of the radiance difference over that of the measured radiance.
     pub rrmse: f64,
-    /// Mean ΔE₀₀ of the pixels as they are shown.
+    /// Mean ΔE₀₀ of the displayed pixels.
     #[serde(rename = "delta_e_2000")]
     pub delta_e: f64,
 }
 
-/// The factor under which a sphere is shown.
+/// Exposure factor for the display of a sphere.
 pub fn exposure(sphere: &RgbImage) -> f64 {
     let mut all: Vec<f64> = inside(sphere).map(|(_, color)| luminance(color)).collect();
     all.sort_by(f64::total_cmp);
@@ -166,7 +166,7 @@ pub fn sphere_error(measured: &RgbImage, fitted: &RgbImage) -> SphereError {
     SphereError { rrmse: (difference / all).sqrt(), delta_e: delta / count }
 }
 
-/// Spheres beside each other on grey, as shown.
+/// The spheres side by side on grey, with the exposure of the first.
 pub fn contact_sheet(spheres: &[RgbImage]) -> RgbImage {
     const GAP: u32 = 8;
     const BACKGROUND: [f32; 3] = [0.12; 3];
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_white_sphere_shows_the_mean_light() {
-        // A diffuse sphere's pixel is the cosine-weighted mean of the light over its hemisphere.
+        // A pixel of a diffuse sphere is the cosine-weighted mean of the light over its hemisphere.
         let white = Lambert { albedo: DVec3::ONE };
         let grey = Lambert { albedo: DVec3::splat(0.5) };
         let images = spheres(&[&white, &grey], &white, 24);

@@ -1,4 +1,4 @@
-//! A fragment of the page: markup that cannot hold unescaped text.
+//! A fragment of the page: markup that cannot contain unescaped text.
 
 use std::fmt::Write;
 
@@ -23,17 +23,17 @@ impl Html {
         &self.0
     }
 
-    /// A heading inside a section.
+    /// Adds a heading inside a section.
     pub fn heading(&mut self, text: &str) {
         let _ = writeln!(self.0, "<h3>{}</h3>", escape(text));
     }
 
-    /// A paragraph.
+    /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         let _ = writeln!(self.0, "<p>{}</p>", escape(text));
     }
 
-    /// A list of conclusions drawn from the data.
+    /// Adds a list of conclusions from the data.
     pub fn findings(&mut self, lines: &[String]) {
         if lines.is_empty() {
             return;
@@ -45,7 +45,7 @@ impl Html {
         self.0.push_str("</ul>\n");
     }
 
-    /// A table; empty ones are left out.
+    /// Adds a table, unless it is empty.
     pub fn table(&mut self, table: &Table) {
         if table.rows.is_empty() {
             return;
@@ -80,7 +80,7 @@ impl Html {
         let _ = write!(self.0, "{open}{class}>{content}{close}");
     }
 
-    /// Pictures side by side.
+    /// Adds pictures side by side.
     pub fn figures(&mut self, figures: &[Figure]) {
         self.0.push_str("<div class=\"row\">\n");
         for figure in figures {
@@ -89,17 +89,17 @@ impl Html {
         self.0.push_str("</div>\n");
     }
 
-    /// A plot.
+    /// Adds a plot.
     pub fn plot(&mut self, plot: &Plot) {
         let _ = writeln!(self.0, "<figure class=\"plot\">{}</figure>", plot.svg());
     }
 
-    /// Hides `inside` under a line that opens it.
+    /// Adds `inside` as a collapsed block that opens from the line `summary`.
     pub fn details(&mut self, summary: &str, inside: &Self) {
         let _ = writeln!(self.0, "<details><summary>{}</summary>\n{}</details>", escape(summary), inside.0);
     }
 
-    /// Another fragment after this one.
+    /// Appends another fragment.
     pub fn append(&mut self, other: &Self) {
         self.0.push_str(&other.0);
     }

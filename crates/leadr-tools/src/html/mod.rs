@@ -1,6 +1,6 @@
-//! The page: fragments of HTML that cannot hold unescaped text, tables, figures, and the frame around the sections.
+//! HTML pages: fragments that cannot contain unescaped text, tables, figures, plots, and the page around the sections.
 //!
-//! Everything is written as well-formed XML too (every element closed), which is what the tests check.
+//! The output is also well-formed XML (every element is closed), which the tests check.
 
 mod fragment;
 mod page;

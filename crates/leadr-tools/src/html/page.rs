@@ -1,4 +1,4 @@
-//! The frame around the sections.
+//! The page around the sections.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::text::escape;
 /// One section of the page.
 #[derive(Clone, Debug)]
 pub struct PageSection<'a> {
-    /// Name in links.
+    /// Anchor name.
     pub name: &'a str,
     /// Heading.
     pub title: &'a str,
@@ -16,7 +16,7 @@ pub struct PageSection<'a> {
     pub html: &'a Html,
 }
 
-/// The whole page: a title, facts about the run, links to the sections, the sections.
+/// Returns a page: title, facts about the run, links to the sections, and the sections.
 pub fn page(title: &str, facts: &[(String, String)], sections: &[PageSection<'_>]) -> String {
     let title = escape(title);
     let mut page = format!(
@@ -40,6 +40,6 @@ pub fn page(title: &str, facts: &[(String, String)], sections: &[PageSection<'_>
     page
 }
 
-/// Light and dark, and narrow screens; nothing is fetched from elsewhere. Colours of the plot lines after Okabe and
-/// Ito, who chose them so that colour-blind eyes can tell them apart.
+/// Supports light and dark modes and narrow screens, and loads nothing external. Plot lines have the colours of Okabe and
+/// Ito, which colour-blind readers can distinguish.
 const STYLE: &str = include_str!("page.css");

@@ -1,4 +1,4 @@
-//! Line plots as SVG, in the colours of the page.
+//! Line plots as SVG in the colours of the page.
 
 use std::fmt::Write;
 
@@ -10,15 +10,15 @@ const LEFT: f64 = 68.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 46.0;
-/// Colours of the page's style; further lines repeat them dashed.
+/// Number of colours in the page's style; further lines repeat them dashed.
 const COLOURS: usize = 10;
 
-/// How an axis is divided.
+/// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal steps are equal lengths.
+    /// Linear.
     Linear,
-    /// Equal ratios are equal lengths; values that are not positive are left out.
+    /// Logarithmic; values that are not positive are left out.
     Log,
 }
 
@@ -29,14 +29,14 @@ pub struct Series {
     pub name: String,
     /// Points in the order of drawing.
     pub points: Vec<(f64, f64)>,
-    /// Whether it is a thin dashed line without points, for what is expected, not measured.
+    /// Whether it is a thin dashed line without points, for expected instead of measured values.
     pub guide: bool,
 }
 
 /// A plot of lines over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// What it shows.
+    /// Title.
     pub title: String,
     x: (String, Scale),
     y: (String, Scale),
@@ -54,7 +54,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// An axis over all `values` it can show, with ticks' room; from pixel `from` to pixel `to`.
+    /// An axis over all `values` that it can show, with a margin, from pixel `from` to pixel `to`.
     fn new(scale: Scale, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let shown = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
         let (mut low, mut high) = shown.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
@@ -63,7 +63,7 @@ impl Axis {
         }
         match scale {
             Scale::Linear => {
-                // Showing zero is worth more than a tight frame.
+                // Includes zero if it is close to the range.
                 if low > 0.0 && low < 0.4 * high {
                     low = 0.0;
                 }
@@ -79,7 +79,7 @@ impl Axis {
         Self { scale, low, high, from, to }
     }
 
-    /// The pixel of a value; none if the axis cannot show it.
+    /// The pixel of a value; `None` if the axis cannot show it.
     fn at(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
@@ -89,12 +89,12 @@ impl Axis {
         share.is_finite().then_some(self.from + share * (self.to - self.from))
     }
 
-    /// Values that have a tick, and their labels.
+    /// Values and labels of the ticks.
     fn ticks(&self) -> Vec<(f64, String)> {
         let decades = (self.high / self.low).log10();
         match self.scale {
             Scale::Linear => self.even_ticks(),
-            // Too short for round powers.
+            // The range is too short for ticks at powers of ten.
             Scale::Log if decades < 0.5 => self.even_ticks(),
             Scale::Log => {
                 let marks: &[f64] = match decades {
@@ -157,7 +157,7 @@ impl Plot {
     /// The SVG element. Points that an axis cannot show (NaN, infinite, not positive on a logarithmic axis) break
     /// their line.
     pub fn svg(&self) -> String {
-        // The legend takes as many rows as its names need.
+        // The height of the legend depends on the lengths of the names.
         let (legend, legend_height) = self.legend();
         let height = HEIGHT + legend_height;
         let values = |pick: fn(&(f64, f64)) -> f64| self.series.iter().flat_map(|s| s.points.iter()).map(pick);
@@ -186,8 +186,8 @@ impl Plot {
         let _ = writeln!(svg, r#"<rect class="frame" x="{LEFT}" y="{TOP}" width="{width}" height="{height}"/>"#);
         let (x_label, y_label) = (escape(&self.x.0), escape(&self.y.0));
         let _ = writeln!(svg, r#"<text x="{middle}" y="{under}" text-anchor="middle">{x_label}</text>"#);
-        let place = format!("translate(14 {centre}) rotate(-90)");
-        let _ = writeln!(svg, r#"<text transform="{place}" text-anchor="middle">{y_label}</text>"#);
+        let position = format!("translate(14 {centre}) rotate(-90)");
+        let _ = writeln!(svg, r#"<text transform="{position}" text-anchor="middle">{y_label}</text>"#);
         for (index, series) in self.series.iter().enumerate() {
             draw(&mut svg, series, index, &x, &y);
         }
@@ -200,7 +200,7 @@ impl Plot {
     fn legend(&self) -> (String, f64) {
         let (mut legend, mut at, mut row) = (String::new(), LEFT, 0.0);
         for (index, series) in self.series.iter().enumerate() {
-            // Some 6.6 pixels a character of 12 pixels' height.
+            // A character of a 12 px font is about 6.6 px wide.
             let width = 44.0 + 6.6 * series.name.chars().count() as f64;
             if at + width > WIDTH && at > LEFT {
                 (at, row) = (LEFT, row + 18.0);
@@ -228,11 +228,11 @@ fn stroke(series: &Series, index: usize) -> String {
 }
 
 fn draw(svg: &mut String, series: &Series, index: usize, x: &Axis, y: &Axis) {
-    let place = |&(px, py): &(f64, f64)| Some((x.at(px)?, y.at(py)?));
+    let position = |&(px, py): &(f64, f64)| Some((x.at(px)?, y.at(py)?));
     let mut path = String::new();
     let mut pen_down = false;
     for point in &series.points {
-        match place(point) {
+        match position(point) {
             Some((px, py)) => {
                 let _ = write!(path, "{}{px:.1} {py:.1}", if pen_down { "L" } else { "M" });
                 pen_down = true;
@@ -244,13 +244,13 @@ fn draw(svg: &mut String, series: &Series, index: usize, x: &Axis, y: &Axis) {
         return;
     }
     let _ = writeln!(svg, "<path class=\"series\" {} d=\"{path}\"/>", stroke(series, index));
-    // Dots carry the values; too many of them would hide the line.
+    // Dots have tooltips with the values; too many of them would hide the line.
     if series.guide || series.points.len() > 40 {
         return;
     }
     let colour = index % COLOURS;
     for point in &series.points {
-        if let Some((px, py)) = place(point) {
+        if let Some((px, py)) = position(point) {
             let label = escape(&format!("{}: {}, {}", series.name, number(point.0), number(point.1)));
             let fill = format!("fill: var(--s{colour})");
             let _ = write!(svg, r#"<circle cx="{px:.1}" cy="{py:.1}" r="3" style="{fill}">"#);
@@ -283,7 +283,7 @@ mod tests {
         assert_eq!(labels(&axis(Scale::Log, &[1.0, 1000.0])), "1 3 10 30 100 300 1000");
         assert_eq!(labels(&axis(Scale::Log, &[1e-6, 0.1])), "1e-6 1e-5 1e-4 0.001 0.01 0.1");
         assert_eq!(labels(&axis(Scale::Log, &[0.43, 0.57])), "0.45 0.50 0.55");
-        // Degenerate data still makes an axis.
+        // Degenerate data must still give an axis.
         for values in [&[][..], &[0.0], &[5.0, 5.0], &[f64::NAN]] {
             for scale in [Scale::Linear, Scale::Log] {
                 let axis = axis(scale, values);
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_break_where_nothing_can_be_drawn() {
+    fn lines_break_at_undrawable_points() {
         let mut plot = Plot::new("error", ("samples", Scale::Log), ("rRMSE", Scale::Log));
         plot.line("a", vec![(1.0, 0.1), (4.0, 0.05), (16.0, f64::NAN), (64.0, 0.01), (256.0, 0.005)]);
         plot.line("nothing", vec![(1.0, 0.0)]);
@@ -306,7 +306,7 @@ mod tests {
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         let line = svg.lines().find(|l| l.starts_with("<path class=\"series\" style=\"stroke: var(--s0)")).unwrap();
         assert_eq!((line.matches('M').count(), line.matches('L').count()), (2, 2), "{line}");
-        // Four dots of the measured line, none of the guide's.
+        // Four dots for the measured line, and none for the guide.
         assert_eq!(svg.matches("<circle").count(), 4);
         assert!(svg.contains(">nothing</text>"), "the legend names what has no points");
     }

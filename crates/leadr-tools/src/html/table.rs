@@ -1,26 +1,26 @@
-//! Tables and pictures, before they are markup.
+//! Tables and figures as data, before markup.
 
 use serde::{Deserialize, Serialize};
 
-/// A picture of the report: a file beside the page.
+/// A picture of the page, in a separate file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Figure {
-    /// Path of the file from the page.
+    /// Path of the file, relative to the page.
     pub file: String,
-    /// What it shows, for readers who cannot see it.
+    /// Alternative text.
     pub alt: String,
-    /// Lines under it.
+    /// Lines of the caption.
     pub caption: Vec<String>,
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Length of a pixel on the page.
+    /// CSS pixels per picture pixel.
     pub scale: u32,
 }
 
 impl Figure {
-    /// The picture with pixels `scale` times as large, for those that are small.
+    /// Returns the picture enlarged by `scale`.
     #[must_use]
     pub fn enlarged(self, scale: u32) -> Self {
         Self { scale, ..self }
@@ -30,9 +30,9 @@ impl Figure {
 /// The content of a table's cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Words.
+    /// Text.
     Text(String),
-    /// A number, written with three digits.
+    /// A number, formatted with three digits.
     Number(f64),
     /// A picture.
     Figure(Figure),
@@ -59,11 +59,11 @@ impl From<f64> for Cell {
 /// A table; the first cell of a row is its head.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// What it shows.
+    /// Caption.
     pub caption: String,
-    /// Heads of the columns.
+    /// Column headings.
     pub head: Vec<String>,
-    /// The rows, each as long as the head.
+    /// The rows, each with as many cells as the head.
     pub rows: Vec<Vec<Cell>>,
 }
 

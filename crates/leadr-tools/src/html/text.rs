@@ -1,12 +1,12 @@
-//! Text and numbers as a page has them.
+//! Formatting of text and numbers for a page.
 
-/// Text as it may stand in an element or in a quoted attribute.
+/// Escapes text for an element or a quoted attribute.
 pub fn escape(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     text.replace('"', "&quot;").replace('\'', "&#39;")
 }
 
-/// A number with three significant digits as people write it: `0.123`, `12.3`, `1230`, `1.23e-5`; `–` for NaN.
+/// Formats a number with about three significant digits: `0.123`, `12.3`, `1234`, `1.23e-5`; `–` for NaN.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     match size {
@@ -21,7 +21,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A share as percent with its sign if `signed`: `12.3 %`.
+/// Formats a share as percent, such as `12.3 %`; with a plus sign for positive values if `signed`.
 pub fn percent(share: f64, signed: bool) -> String {
     let value = number(share * 100.0);
     let sign = if signed && share > 0.0 { "+" } else { "" };

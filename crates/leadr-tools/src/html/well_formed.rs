@@ -1,7 +1,7 @@
-//! A check of markup, for tests.
+//! A checker of markup for tests.
 
-/// Checks that every element is closed in its order, every `&` starts an entity and every attribute is quoted, and
-/// returns the number of elements.
+/// Checks that elements are closed in order, that every `&` starts an entity, and that every attribute is quoted.
+/// Returns the number of elements.
 pub fn well_formed(html: &str) -> Result<usize, String> {
     let html = html.strip_prefix("<!DOCTYPE html>").unwrap_or(html);
     let (mut open, mut count, mut rest) = (Vec::new(), 0, html);
@@ -19,7 +19,7 @@ pub fn well_formed(html: &str) -> Result<usize, String> {
         }
         count += 1;
         let name = tag.split_whitespace().next().unwrap_or_default().trim_end_matches('/');
-        // Between quotes anything goes; outside of them `=` is followed by a quote.
+        // Quoted text may contain anything; outside of quotes every `=` must precede a quote.
         let mut outside = tag.split('"').step_by(2);
         let closed = tag.matches('"').count() % 2 == 0;
         if !closed || outside.any(|part| part.trim_end_matches('=').contains('=')) || tag.ends_with('=') {
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_checker_refuses_what_is_not_well_formed() {
+    fn checker_refuses_malformed_html() {
         for broken in [
             "<p>",
             "</p>",

@@ -1,4 +1,4 @@
-//! How far two pictures are apart: FLIP on what a viewer sees, and norms on the linear values.
+//! Differences between two pictures: FLIP of the displayed colours, and norms of the linear values.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, flip, magma_lut};
 
@@ -26,9 +26,9 @@ pub struct Comparison {
 /// Compares two linear pictures of the same size.
 ///
 /// FLIP (Andersson et al. 2020, the LDR metric, 67 pixels per degree: a 0.7 m wide 4K screen at 0.7 m) compares both
-/// after the same `exposure` and `tonemap`; for pictures that came from PNG use exposure 1 and [`Tonemap::Clamp`],
-/// which give back the file's codes. The norms compare the linear values. Fails when the sizes differ, or when either
-/// holds NaN or infinity (a NaN would pass every threshold).
+/// after the same `exposure` and `tonemap`. For pictures from PNG use exposure 1 and [`Tonemap::Clamp`],
+/// which restore the codes of the file. The norms compare the linear values. Fails if the sizes differ, or if either
+/// picture has a NaN or infinity (a NaN would pass every threshold).
 pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
     same_size("the reference is", size_of(reference), "the test", size_of(test))?;
     reference.check_finite()?;
@@ -52,24 +52,24 @@ pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: To
 }
 
 /// Relative root mean square error over all channels: the norm of the difference over the norm of the reference.
-/// 0 for equal pictures, 1 for a black test, infinite when only the reference is black.
+/// 0 for equal pictures, 1 for a black test picture, infinite if only the reference is black. Fails if the sizes differ.
 pub fn rrmse(reference: &RgbImage, test: &RgbImage) -> Result<f64, MapFault> {
     rrmse_over(reference, test, &Mask::all(reference.width, reference.height))
 }
 
-/// [`rrmse`] of the pixels of `mask` alone; 0 when there is none. Fails when the sizes differ.
+/// [`rrmse`] of the pixels of `mask`; 0 if the mask is empty. Fails if the sizes differ.
 pub fn rrmse_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut norm) = (0.0f64, 0.0f64);
     for_each_channel(reference, test, mask, |r, t| {
         difference += (r - t) * (r - t);
         norm += r * r;
     })?;
-    // Equal pictures, black ones included, are 0 and not 0/0.
+    // Equal black pictures would give 0/0.
     Ok(if difference == 0.0 { 0.0 } else { (difference / norm).sqrt() })
 }
 
-/// Relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, less 1. Positive is too
-/// bright; 0 when both are black, infinite when only the reference is. Fails when the sizes differ.
+/// Relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, minus 1. Positive is too
+/// bright; 0 if both are black, infinite if only the reference is. Fails if the sizes differ.
 pub fn bias_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut sum) = (0.0f64, 0.0f64);
     for_each_channel(reference, test, mask, |r, t| {
@@ -97,8 +97,8 @@ fn for_each_channel(
 }
 
 impl Comparison {
-    /// Mean FLIP error over the pixels of `mask`, 0 when there is none. FLIP itself compares the whole pictures,
-    /// so pixels within its blur, a few pixels around the mask, still matter. Panics unless the sizes agree.
+    /// Mean FLIP error over the pixels of `mask`, 0 if the mask is empty. FLIP blurs the whole pictures,
+    /// so a few pixels around the mask still affect it. Panics if the sizes differ.
     pub fn flip_over(&self, mask: &Mask) -> f64 {
         assert_eq!((self.width, self.height), (mask.width, mask.height), "a mask of another size");
         let errors = self.flip_map.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
@@ -106,7 +106,7 @@ impl Comparison {
         sum / mask.count().max(1) as f64
     }
 
-    /// The FLIP error of each texel in the magma colours: black is 0, pale yellow is 1.
+    /// The FLIP error of each texel in the magma colour map, from black (0) to pale yellow (1).
     pub fn error_image(&self) -> Rgb8Image {
         let map = FlipImageFloat::with_data(self.width, self.height, &self.flip_map);
         let codes = map.apply_color_lut(&magma_lut()).to_vec();
@@ -115,7 +115,7 @@ impl Comparison {
     }
 }
 
-/// Refuses two things of different sizes; what each is stands before its size.
+/// Checks that two sizes are equal. `a` and `b` precede the sizes in the error message.
 pub(super) fn same_size(a: &str, of_a: (u32, u32), b: &str, of_b: (u32, u32)) -> Result<(), MapFault> {
     if of_a == of_b {
         return Ok(());
@@ -133,7 +133,7 @@ mod tests {
 
     const SIZE: u32 = 64;
 
-    /// A textured ground under a gradient, with a small ball that can be left out, moved or dimmed.
+    /// A textured ground under a gradient, with an optional ball at a position, scaled by `gain`.
     fn scene(ball: Option<[f32; 2]>, gain: f32) -> RgbImage {
         let texels = (0..SIZE * SIZE).map(|i| {
             let (x, y) = ((i % SIZE) as f32, (i / SIZE) as f32);
@@ -158,11 +158,11 @@ mod tests {
         assert!(c.error_image().texels.iter().all(|&t| t == c.error_image().texels[0]));
     }
 
-    /// Each fault that a threshold of 0.01 mean FLIP must catch, and what else must notice it.
+    /// Faults that a threshold of 0.01 mean FLIP must detect, and other metrics that must detect them.
     #[test]
-    fn faults_are_seen() {
+    fn faults_are_detected() {
         let vanished = against(&scene(None, 1.0));
-        // One percent of the picture: the mean is small, the map is not.
+        // The ball covers one percent of the picture, so the mean is small, but the peak of the map is not.
         let peak = vanished.flip_map.iter().fold(0.0f32, |a, &b| a.max(b));
         assert!(vanished.flip > 0.01 && peak > 0.4 && vanished.rrmse > 0.1, "{} {peak}", vanished.flip);
         let moved = against(&scene(Some([41.0, 24.0]), 1.0));
@@ -178,14 +178,14 @@ mod tests {
         assert!(brighter.flip > 0.01 && (brighter.rrmse - 0.2).abs() < 1e-5, "{} {}", brighter.flip, brighter.rrmse);
         let black = RgbImage::new(SIZE, SIZE, vec![[0.0; 3]; (SIZE * SIZE) as usize]).unwrap();
         assert!(against(&black).rrmse == 1.0 && against(&black).flip > 0.3);
-        // A nudge far below one code is hardly seen but is not lost to the norms.
+        // FLIP hardly detects a change far below one code, but the norms do.
         let nudged = against(&scene(Some([40.0, 24.0]), 1.00001));
         assert!(nudged.flip < 1e-3 && (nudged.rrmse / 1e-5 - 1.0).abs() < 0.05, "{} {}", nudged.flip, nudged.rrmse);
     }
 
-    /// Two thirds of the picture are masked out, and the fault that lies there with them.
+    /// The mask excludes two thirds of the picture, including the fault.
     #[test]
-    fn masks_leave_faults_out() {
+    fn masks_exclude_faults() {
         let coverage: Vec<f32> = (0..SIZE * SIZE).map(|i| if i % SIZE < SIZE / 3 { 1.0 } else { 0.0 }).collect();
         let left = Mask::covered(SIZE, SIZE, &coverage, 0.5).unwrap();
         let all = Mask::all(SIZE, SIZE);

@@ -1,30 +1,30 @@
-//! Flicker of a sequence: changes of pixels from one picture to the next that the truth does not have.
+//! Flicker of a sequence: changes of pixels between consecutive pictures that the reference does not have.
 //!
-//! A camera that moves away shrinks what it sees, so even a perfect renderer's neighbouring pictures differ. Two steps
-//! remove that difference. First the earlier picture is brought into the frame of the later one ([`shrunk`]: exact in the
-//! plane of the camera's target, nearly so elsewhere). Then the remaining change is compared with that of a reference
-//! ([`excess`]): the blur of the resampling, the parallax and real changes of light are in both and cancel; popping and
-//! aliasing do not.
+//! A camera that moves away shrinks the picture, so consecutive pictures differ even without flicker. Two steps
+//! remove that difference. First, the earlier picture is resampled to the view of the later one ([`shrunk`]: exact in the
+//! plane of the camera's target, nearly so elsewhere). Then the change of a reference is subtracted
+//! ([`excess`]). The blur of the resampling, parallax and real changes of light are in both and cancel; popping and
+//! aliasing remain.
 
 use super::Mask;
 use super::compare::{same_size, size_of};
 use leadr_maps::{MapFault, RgbImage};
 
-/// Mean and largest magnitude of a change, in units of linear radiance.
+/// Magnitude of a change, in units of linear radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Magnitude {
-    /// Mean over the pixels of the mask of the mean over the channels of `|change|`.
+    /// Mean of `|change|` over pixels and channels.
     pub mean: f64,
-    /// The largest mean over the channels of `|change|` of one pixel.
+    /// Largest mean over the channels of `|change|` of a pixel.
     pub max: f64,
-    /// Root of the mean over pixels and channels of the squared change.
+    /// Root mean square of the change over pixels and channels.
     pub rms: f64,
 }
 
-/// `image` seen from `ratio` (1 or more) times as far: about the middle of the picture, each pixel of the result is the
-/// mean over the `ratio × ratio` pixels that it covers in `image` (weighted by area; the border's colours continue beyond it).
+/// `image` from `ratio` (at least 1) times the distance, scaled about its centre. Each pixel of the result is the
+/// area-weighted mean over the `ratio × ratio` pixels that it covers in `image`. Border colours extend beyond the border.
 ///
-/// Fails when `ratio` is below 1 or not finite.
+/// Fails if `ratio` is below 1 or not finite.
 pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     if !(ratio.is_finite() && ratio >= 1.0) {
         let what = format!("a picture cannot be seen from {ratio} times as far");
@@ -50,8 +50,8 @@ pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     RgbImage::new(image.width, image.height, texels)
 }
 
-/// For each of `size` pixels of a line: which pixels of the line `ratio` times as near it covers, with shares that sum
-/// to 1.
+/// For each of `size` pixels of a line: the pixels that it covers in a line at `1 / ratio` of the distance, with shares
+/// that sum to 1.
 fn cover(size: u32, ratio: f64) -> Vec<Vec<(u32, f64)>> {
     let middle = f64::from(size) / 2.0;
     (0..size)
@@ -72,20 +72,20 @@ fn cover(size: u32, ratio: f64) -> Vec<Vec<(u32, f64)>> {
         .collect()
 }
 
-/// The signed change of every pixel from `before` to `after`, which sees the scene from `ratio` times as far; in the
-/// frame of `after`. Fails when the sizes differ or as [`shrunk`].
+/// The signed change of every pixel from `before` to `after`, which is from `ratio` times the distance, in the
+/// view of `after`. Fails if the sizes differ, and like [`shrunk`].
 pub fn change(before: &RgbImage, after: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     difference(after, &shrunk(before, ratio)?)
 }
 
-/// `a − b` of every pixel. Fails when the sizes differ.
+/// `a − b` of every pixel. Fails if the sizes differ.
 pub fn difference(a: &RgbImage, b: &RgbImage) -> Result<RgbImage, MapFault> {
     same_size("one picture is", size_of(a), "the other", size_of(b))?;
     let texels = a.texels.iter().zip(&b.texels).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
     RgbImage::new(a.width, a.height, texels)
 }
 
-/// How large a change is over the pixels of `mask`; all zero when the mask is empty. Fails when the sizes differ.
+/// The magnitude of a change over the pixels of `mask`; all zero if the mask is empty. Fails if the sizes differ.
 pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
     same_size("the change is", size_of(change), "its mask", (mask.width, mask.height))?;
     let (mut sum, mut max, mut squares, mut count) = (0.0, 0.0f64, 0.0, 0usize);
@@ -93,7 +93,7 @@ pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> 
         let pixel = texel.iter().map(|&v| f64::from(v).abs()).sum::<f64>() / 3.0;
         squares += texel.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>() / 3.0;
         sum += pixel;
-        // NaN must not vanish in a maximum.
+        // `f64::max` would drop a NaN.
         max = if pixel.is_nan() { pixel } else { max.max(pixel) };
         count += 1;
     }
@@ -101,8 +101,8 @@ pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> 
     Ok(Magnitude { mean: sum / count, max, rms: (squares / count).sqrt() })
 }
 
-/// The flicker of one step: how large a technique's `change` is beyond the reference's `own` change of the same step.
-/// Fails when the sizes differ.
+/// The flicker of one step: the magnitude of a technique's `change` minus the `own` change of the reference in that step.
+/// Fails if the sizes differ.
 pub fn excess(change: &RgbImage, own: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
     magnitude(&difference(change, own)?, mask)
 }
@@ -113,7 +113,7 @@ mod tests {
 
     const SIZE: u32 = 48;
 
-    /// A disc of radius 0.9 with stripes on it, in units in which the picture's half side is `distance`; each pixel
+    /// A striped disc of radius 0.9, in units in which the picture's half side is `distance`. Each pixel is
     /// the mean of `n × n` points.
     fn disc(distance: f64, n: u32, pop: bool) -> RgbImage {
         let texels = (0..SIZE * SIZE).map(|i| {
@@ -155,12 +155,12 @@ mod tests {
         let half = shrunk(&near, 2.0).unwrap();
         let mean = (near.at(24, 24)[0] + near.at(25, 24)[0] + near.at(24, 25)[0] + near.at(25, 25)[0]) / 4.0;
         assert!((half.at(24, 24)[0] - mean).abs() < 1e-6);
-        assert!((shrunk(&near, 1.3).unwrap().at(0, 0)[0] - 0.05).abs() < 1e-6, "the border goes on");
+        assert!((shrunk(&near, 1.3).unwrap().at(0, 0)[0] - 0.05).abs() < 1e-6, "the border colour must extend");
     }
 
-    /// A pop of 20 % in 16 of 2304 pixels stands out from a zoom; its height and its share of the mean are found.
+    /// A pop of 20 % in 16 of 2304 pixels is detected during a zoom, with the right height and mean.
     #[test]
-    fn popping_is_seen_against_the_reference() {
+    fn popping_is_detected_against_reference() {
         let (near, far, popped) = (disc(1.0, 8, false), disc(1.05, 8, false), disc(1.05, 8, true));
         let own = change(&near, &far, 1.05).unwrap();
         let all = Mask::all(SIZE, SIZE);
@@ -172,7 +172,7 @@ mod tests {
         assert!((flicker.mean / expected - 1.0).abs() < 1e-4, "{flicker:?} {expected}");
         assert!(flicker.max > 0.05 && flicker.max < 0.16, "{flicker:?}");
         assert_eq!(excess(&own, &own, &all).unwrap().max, 0.0);
-        // Aliasing, one sample a pixel, is flicker too.
+        // Aliasing with one sample per pixel also counts as flicker.
         let aliased = change(&disc(1.0, 1, false), &disc(1.05, 1, false), 1.05).unwrap();
         assert!(excess(&aliased, &own, &all).unwrap().mean > 1e-3);
     }

@@ -1,8 +1,8 @@
-//! Which pixels of a picture a measurement counts.
+//! The set of pixels that a measurement counts.
 
 use leadr_maps::MapFault;
 
-/// A set of pixels of a picture, row-major, row 0 on top.
+/// A set of pixels of a picture, row-major from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     /// Texels across.
@@ -14,8 +14,8 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// The pixels whose `coverage` (0 to 1) is at least `least`. Fails when a side is 0 or the length is not
-    /// `width * height`. A NaN coverage does not count.
+    /// The pixels with a `coverage` (0 to 1) of at least `least`. A NaN coverage does not count. Fails if a side is 0 or
+    /// the length is not `width * height`.
     pub fn covered(width: u32, height: u32, coverage: &[f32], least: f32) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -32,8 +32,8 @@ impl Mask {
         Self { width, height, inside: vec![true; width as usize * height as usize] }
     }
 
-    /// The pixels that are at least `radius` pixels (in rows and in columns) away from every pixel outside. What lies
-    /// beyond the picture's border counts as inside.
+    /// The pixels with no outside pixel within `radius` rows and columns. Pixels beyond the border of the picture count as
+    /// inside.
     pub fn eroded(&self, radius: u32) -> Self {
         let (width, height) = (self.width as usize, self.height as usize);
         let radius = radius as usize;
@@ -52,12 +52,12 @@ impl Mask {
         Self { width: self.width, height: self.height, inside }
     }
 
-    /// The pixels of both. Panics unless the sizes agree.
+    /// The pixels in both masks. Panics if the sizes differ.
     pub fn and(&self, other: &Self) -> Self {
         self.where_both(other, |own, others| own && others)
     }
 
-    /// The pixels of this one that are not in the other. Panics unless the sizes agree.
+    /// The pixels of this mask that are not in the other. Panics if the sizes differ.
     pub fn without(&self, other: &Self) -> Self {
         self.where_both(other, |own, others| own && !others)
     }
@@ -68,7 +68,7 @@ impl Mask {
         Self { width: self.width, height: self.height, inside }
     }
 
-    /// How many pixels count.
+    /// Number of pixels in the mask.
     pub fn count(&self) -> usize {
         self.inside.iter().filter(|&&i| i).count()
     }

@@ -1,4 +1,4 @@
-//! How far pictures are apart.
+//! Image metrics.
 
 pub mod compare;
 pub mod delta_e;

@@ -1,10 +1,10 @@
-//! Whether a picture repeats itself.
+//! A measure of visible tiling: the autocorrelation of a picture.
 
 use leadr_maps::RgbImage;
 
-/// Correlation, -1 to 1, of the luminance of a picture with itself, moved by `lag` pixels: 1 where it repeats after them. Means over squares
-/// as wide as the lag are taken away first, since whatever changes slowly is alike nearby without repeating. 0 for a picture of
-/// one colour, and for one that is no larger than the lag.
+/// Autocorrelation of a picture's luminance at an offset of `lag` pixels, -1 to 1; 1 for exact repetition. Means over squares
+/// as wide as the lag are subtracted first, because slow changes correlate without repetition. 0 for a constant picture,
+/// and for one that is no larger than the lag.
 pub fn repetition(image: &RgbImage, lag: [u32; 2]) -> f64 {
     let [width, height] = [image.width as usize, image.height as usize];
     let [right, down] = lag.map(|pixels| pixels as usize);
@@ -28,7 +28,7 @@ pub fn repetition(image: &RgbImage, lag: [u32; 2]) -> f64 {
     if here * there > 0.0 { both / (here * there).sqrt() } else { 0.0 }
 }
 
-/// Means over `side` values along rows of `width`, fewer at their ends; the result has rows for columns.
+/// Sliding means over `side` values along rows of `width`, fewer at their ends. The result is transposed.
 fn box_means(values: &[f64], width: usize, side: usize) -> Vec<f64> {
     let height = values.len() / width;
     let mut means = vec![0.0; values.len()];
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn what_repeats_is_found_and_what_does_not_is_not() {
+    fn repetition_is_detected() {
         let mut r = Random::stream(1, 0);
         let noise: Vec<f32> = (0..96 * 80).map(|_| r.unit() as f32).collect();
         let repeats = picture(|x, y| noise[y % 10 * 96 + x % 12]);

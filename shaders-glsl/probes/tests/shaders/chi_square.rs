@@ -45,8 +45,8 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
     front * h
 }
 
-/// Probability of a fit at least this bad if the samples follow the `expected` counts. Bins with expected counts below
-/// five are pooled; samples where none are expected count against the fit in full.
+/// Probability of a fit at least this bad if the samples follow the `expected` counts. Bins with expected counts below five are
+/// pooled; samples in bins with no expected count fully reduce the fit.
 pub fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
     let (mut statistic, mut bins, mut pool) = (0.0, 0, (0.0, 0.0));
     for (&o, &e) in observed.iter().zip(expected) {

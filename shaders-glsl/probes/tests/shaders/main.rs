@@ -1,4 +1,4 @@
-//! Every function of the include library against its Rust counterpart, run over arrays on the device.
+//! Compares every function of the include library with its Rust twin, on arrays on the device.
 
 mod chi_square;
 mod parity;

@@ -1,6 +1,6 @@
-//! Chi-square tests of the samplers of visible normals, in f64 and on the device: samples are counted in bins of the
-//! visible slopes, whose expected counts are the density of visible normals integrated over each bin. The significance is
-//! 1 % in all, divided by the number of tests.
+//! Chi-square tests of the samplers of visible normals, in f64 and on the device. Samples are counted in bins of the visible
+//! slopes. Expected counts are integrals of the density of visible normals over each bin. The total significance is 1 %,
+//! divided by the number of tests.
 
 use crate::chi_square::p_value;
 use glam::{DVec2, DVec3};
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 const BINS: usize = 16;
 /// Samples per test.
 const SAMPLES: usize = 40_000;
-/// Probability that any test of one function fails although the sampler is right.
+/// Probability that any test of one function fails for a correct sampler.
 const SIGNIFICANCE: f64 = 0.01;
 
 /// Integrals of the density of visible normals over the bins. `density` is a parameter so that wrong densities can be tried.
@@ -29,7 +29,7 @@ fn expected(seen: &Seen<'_>, density: impl Fn(DVec3) -> f64) -> Vec<f64> {
         let middle = DVec2::new((index % BINS) as f64 + 0.5, (index / BINS) as f64 + 0.5) / BINS as f64;
         for &(u, wu) in &rule {
             for &(v, wv) in &rule {
-                let (p, area) = seen.place_in_square(middle + half * DVec2::new(u, v));
+                let (p, area) = seen.from_square(middle + half * DVec2::new(u, v));
                 let (wn, solid_angle) = seen.normal(p);
                 *bin += half * half * wu * wv * area * solid_angle * density(wn);
             }
@@ -47,7 +47,7 @@ fn histogram(seen: &Seen<'_>, normals: impl Iterator<Item = DVec3>) -> Vec<f64> 
     bins
 }
 
-/// A pseudo-random pair, because a lattice would make the samplers look better than they are.
+/// A pseudo-random pair. A lattice would hide errors of the samplers.
 fn random_pair(i: u64) -> DVec2 {
     let unit = |counter: u64| unit_of_bits(mix(counter.wrapping_mul(STEP)));
     DVec2::new(unit(2 * i + 1), unit(2 * i + 2))
@@ -94,7 +94,7 @@ fn beckmann_sampler_follows_its_density() {
         .filter_map(|(i, (m, s, wo))| {
             let d = Beckmann::new(m, s);
             let seen = Seen::beckmann(&d, wo);
-            // Further on nothing is visible.
+            // Beyond this, nothing is visible.
             (seen.nu > -10.0).then(|| {
                 let p = p_of(&seen, samples(&d, wo, i as u64), |n| d.vndf(wo, n));
                 (p, format!("ν {:.2}, {d:?}, wo {wo}", seen.nu))
@@ -129,7 +129,7 @@ fn device_samplers_follow_their_densities() {
         let one = |(i, &(m, s, wo)): (usize, &(DVec2, DVec3, DVec3))| {
             let (beckmann, broad) = (Beckmann::new(m, s), Ggx::new(m, s));
             let seen = if ggx { Seen::ggx(&broad, wo) } else { Seen::beckmann(&beckmann, wo) };
-            // A correlation of 1 and the least variance leave 32 bits too few for a histogram of the narrow axis.
+            // With a correlation of 1 or the least variance, 32 bits cannot resolve a histogram of the narrow axis.
             if s.z.abs() > 0.999 * (s.x * s.y).sqrt() || s.x < 1e-6 || seen.nu < -10.0 {
                 return None;
             }
@@ -158,7 +158,7 @@ fn device_samplers_follow_their_densities() {
     }
 }
 
-/// The test must reject a density that is slightly wrong, and samples of another distribution.
+/// The test must reject a slightly wrong density, and samples of another distribution.
 #[test]
 fn wrong_densities_and_samplers_are_rejected() {
     let (m, s, wo) = (DVec2::new(0.3, -0.2), DVec3::new(0.3, 0.2, 0.1), direction(70.0, 30.0));
@@ -174,7 +174,7 @@ fn wrong_densities_and_samplers_are_rejected() {
         assert!(rejected(p_of(&Seen::beckmann(&b, wo), samples(&b, wo, 1), |n| wb.vndf(wo, n))), "Beckmann, {name}");
         assert!(rejected(p_of(&Seen::ggx(&g, wo), samples(&g, wo, 2), |n| wg.vndf(wo, n))), "GGX, {name}");
     }
-    // The other family; all normals instead of the visible ones (those seen from straight above).
+    // The other family; all normals instead of the visible ones (those from straight above).
     assert!(rejected(p_of(&Seen::ggx(&g, wo), samples(&b, wo, 3), |n| g.vndf(wo, n))));
     for d in [&b as &dyn SlopeDistribution, &g] {
         let seen = if std::ptr::addr_eq(d, &b) { Seen::beckmann(&b, wo) } else { Seen::ggx(&g, wo) };

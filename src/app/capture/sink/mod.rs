@@ -1,4 +1,4 @@
-//! Where the frames of a capture go: a file for each, or one file of all of them.
+//! Writers of the frames of a capture: one file per frame, or one file for all frames.
 
 mod sheet;
 mod stills;
@@ -16,34 +16,33 @@ use super::pattern::{FileKind, MovingKind};
 use leadr_maps::origin::Origin;
 use leadr_tools::command::error::AppError;
 
-/// What an earlier run left of a frame.
+/// The state of the file that an earlier run wrote for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Earlier {
-    /// Nothing that is whole and of the right size, or nobody asked.
+    /// No complete file of the right size, or no `--resume`.
     Nothing,
-    /// A whole frame that was made otherwise, or does not say how.
+    /// A complete frame with another fingerprint, or without one.
     Outdated,
-    /// The very frame, whole.
+    /// A complete frame with the same fingerprint.
     Same,
 }
 
-/// Takes the frames of a capture one after the other and writes each before the next is drawn. Dropped before it is
-/// finished, it leaves no file that is not whole.
+/// Writes the frames of a capture, each before the next is drawn. A sink that is dropped before [`finish`](Sink::finish) leaves no
+/// partial file.
 pub trait Sink {
-    /// What an earlier run left in the place of `file`, the frame that comes from `origin`.
+    /// Compares an existing `file` with `origin`, the origin of the frame to draw.
     fn earlier(&self, _file: &Path, _origin: &Origin) -> Earlier {
         Earlier::Nothing
     }
 
-    /// Takes the next frame, which comes from `origin`; `file` is the one that holds it.
+    /// Writes the next frame, of this origin. `file` is the path of its file, or of the file of all frames.
     fn put(&mut self, file: &Path, frame: &Frame, origin: &Origin) -> Result<(), AppError>;
 
-    /// All frames are there.
+    /// Completes the file of all frames.
     fn finish(self: Box<Self>) -> Result<(), AppError>;
 }
 
-/// The sink that `config` asks for. Files of several frames are begun here, so that a folder that refuses them is found
-/// before anything is drawn.
+/// Opens the sink for `config`. Files of several frames are created here, so an unwritable folder is reported before anything is drawn.
 pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink + '_>, AppError> {
     Ok(match config.output.kind {
         FileKind::Still(kind) => Box::new(stills::Stills { config, kind }),

@@ -16,10 +16,10 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Their colour, sRGB: dark, and lighter than night.
+/// Colour of the gutters, sRGB: dark, but lighter than night scenes.
 const GUTTER_COLOR: [u8; 3] = [32; 3];
 
-/// Collects pictures until the sheet is full.
+/// Collects the pictures of a sheet and writes it at the end.
 pub struct ContactSheet<'a> {
     config: &'a CaptureConfig,
     sheet: Sheet,
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sheet_that_fails_leaves_nothing() {
+    fn failed_sheet_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let config = configure(folder.path(), "a.png", &["--frames", "0..4", "--sheet", "2x2"]);
         run(&config, &mut Double { fail_at: Some(2), ..Double::new(&config) }).unwrap_err();

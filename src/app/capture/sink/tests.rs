@@ -1,4 +1,4 @@
-//! Files of several frames, read back by decoders.
+//! Tests of files of several frames, read back by decoders.
 
 use std::fs::{self, File};
 use std::io::{BufReader, Cursor};
@@ -8,7 +8,7 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::save::display;
 use crate::app::capture::tests::{Double, configure, files, run, sized};
 
-/// The pictures that a capture shows, `R, G, B`.
+/// The pictures of a capture as `R, G, B` codes.
 fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     let mut double = Double::new(config);
     let picture =
@@ -16,7 +16,7 @@ fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     config.timeline.moments().into_iter().map(picture).collect()
 }
 
-/// What a decoder finds: size, plays, and of each frame its delay in milliseconds and `R, G, B`.
+/// The decoded file: size, plays, and for each frame its delay in milliseconds and its `R, G, B` codes.
 #[derive(Debug, PartialEq)]
 struct Shown {
     size: (u32, u32),
@@ -77,7 +77,7 @@ fn moving_pictures_are_the_same_bytes_for_the_same_call() {
 }
 
 #[test]
-fn a_moving_picture_that_fails_leaves_the_old_file_and_no_other() {
+fn failed_animation_keeps_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let config = configure(folder.path(), "a.webp", &["--frames", "0..5"]);
     let failing = || Double { fail_at: Some(3), ..Double::new(&config) };
@@ -91,7 +91,7 @@ fn a_moving_picture_that_fails_leaves_the_old_file_and_no_other() {
 }
 
 #[test]
-fn a_folder_that_refuses_a_moving_picture_is_found_before_anything_is_drawn() {
+fn unwritable_folder_is_detected_before_drawing() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     let config = configure(folder.path(), "file/a.webp", &["--frames", "0..5"]);

@@ -1,5 +1,5 @@
-//! Animated WebP, lossless. The pictures are encoded by `image-webp`; the container about them, which that crate does not
-//! write, is here ([specification](https://developers.google.com/speed/webp/docs/riff_container)).
+//! Lossless animated WebP. The `image-webp` crate encodes the pictures; this module writes the animation container
+//! ([specification](https://developers.google.com/speed/webp/docs/riff_container)), which that crate does not support.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -18,16 +18,16 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Bytes in front of the first chunk: `RIFF`, a length, `WEBP`.
+/// Bytes before the first chunk: `RIFF`, a length, `WEBP`.
 const RIFF_HEADER: usize = 12;
 
-/// In the flags of the file: there are frames.
+/// File flag: the file has frames.
 const ANIMATION: u8 = 1 << 1;
 
-/// In the flags of a frame: it replaces what was there.
+/// Frame flag: the frame replaces the pixels under it.
 const NO_BLENDING: u8 = 1 << 1;
 
-/// Writes frames into one RIFF file as they come, whose length is filled in at the end; of earlier pictures it keeps the last one.
+/// Appends frames to one RIFF file and fills in its length at the end. Only the previous picture is kept in memory.
 pub struct Webp<'a> {
     config: &'a CaptureConfig,
     file: NewFile,
@@ -51,9 +51,9 @@ impl<'a> Webp<'a> {
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), AppError> {
         self.length += bytes.len() as u64;
-        // The length in the header does not count itself and what is before it.
+        // The length in the header excludes its own four bytes and the four before it.
         if self.length - 8 > u64::from(u32::MAX) {
-            return Err(self.fault("a WebP has at most 4 GiB; write fewer or smaller frames"));
+            return Err(self.fault("a WebP holds at most 4 GiB: write fewer or smaller frames"));
         }
         self.file.file.write_all(bytes).map_err(|error| self.fault(error))
     }
@@ -64,7 +64,7 @@ impl<'a> Webp<'a> {
 }
 
 impl Sink for Webp<'_> {
-    /// Writes what has changed since the frame before.
+    /// Writes the rectangle that changed since the previous frame.
     fn put(&mut self, _file: &Path, frame: &Frame, _: &Origin) -> Result<(), AppError> {
         let picture = display(frame, &self.config.scene.picture);
         let whole = Area { x: 0, y: 0, width: picture.width, height: picture.height };
@@ -76,8 +76,8 @@ impl Sink for Webp<'_> {
             .encode(&rgb_in(&picture, area), area.width, area.height, ColorType::Rgb8)
             .map_err(|error| self.fault(error))?;
         let lossless = still.get(RIFF_HEADER..).filter(|rest| rest.starts_with(b"VP8L"));
-        let lossless = lossless.ok_or_else(|| self.fault("the encoder of WebP returned no lossless picture"))?;
-        // Corners are stored halved.
+        let lossless = lossless.ok_or_else(|| self.fault("the WebP encoder returned no lossless image"))?;
+        // The format stores half the coordinates of the corner.
         let numbers = [area.x / 2, area.y / 2, area.width - 1, area.height - 1].map(|n| three(n.into()));
         let frame = [numbers.as_flattened(), &three(delay), &[NO_BLENDING], lossless].concat();
         self.write(&chunk(b"ANMF", &frame))?;
@@ -97,9 +97,9 @@ impl Sink for Webp<'_> {
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Area {
-    /// Columns to the left of it.
+    /// Left column.
     x: u32,
-    /// Rows above it.
+    /// Top row.
     y: u32,
     /// Pixels across, at least 1.
     width: u32,
@@ -107,8 +107,7 @@ struct Area {
     height: u32,
 }
 
-/// The smallest rectangle that holds all pixels that have changed, with a corner at even numbers; the pixel in the corner of the picture
-/// if there are none.
+/// The smallest rectangle with an even corner that holds all changed pixels; the top left pixel if none changed.
 fn changed_area(before: &Rgb8Image, picture: &Rgb8Image) -> Area {
     let (mut left, mut right, mut top, mut bottom) = (u32::MAX, 0, u32::MAX, 0);
     for (index, (old, new)) in before.texels.iter().zip(&picture.texels).enumerate() {
@@ -125,21 +124,21 @@ fn changed_area(before: &Rgb8Image, picture: &Rgb8Image) -> Area {
     Area { x, y, width: right + 1 - x, height: bottom + 1 - y }
 }
 
-/// The codes of the pixels in an area, `R, G, B`.
+/// The `R, G, B` codes of the pixels in an area.
 fn rgb_in(picture: &Rgb8Image, area: Area) -> Vec<u8> {
     let columns = area.x as usize..(area.x + area.width) as usize;
     let rows = picture.texels.chunks(picture.width as usize).skip(area.y as usize).take(area.height as usize);
     rows.flat_map(|row| row[columns.clone()].as_flattened()).copied().collect()
 }
 
-/// The moment at which a frame begins, milliseconds. It is rounded, and not the delays between frames, which would add their errors up.
+/// The start time of a frame in milliseconds. Rounding start times instead of delays keeps rounding errors from adding up.
 fn begins(rate: Rate, frame: u64) -> u64 {
     let (over, under) = (u128::from(rate.numerator()), u128::from(rate.denominator()));
     let doubled = 2 * u128::from(frame) * 1000 * under;
     ((doubled + over) / (2 * over)) as u64
 }
 
-/// A chunk: its name, its length, its contents, and a byte if that is odd.
+/// A chunk: its name, length and contents, padded to an even length.
 fn chunk(name: &[u8; 4], contents: &[u8]) -> Vec<u8> {
     let mut bytes = [name, &(contents.len() as u32).to_le_bytes()[..], contents].concat();
     bytes.resize(bytes.len().next_multiple_of(2), 0);

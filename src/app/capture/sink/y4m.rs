@@ -1,7 +1,7 @@
 //! Uncompressed video for any encoder: YUV4MPEG2, 8 bits, no subsampling (C444), BT.709 in limited range.
 //!
-//! Limited range is what programs take the format for, whether they know its extension `XCOLORRANGE` or not. The format cannot
-//! say which matrix the colours were made with; BT.709 is the one of sRGB's primaries.
+//! Decoders assume limited range, with or without support for the extension `XCOLORRANGE`. The format cannot declare its colour matrix;
+//! BT.709 has the primaries of sRGB.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -17,10 +17,10 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Writes frames as they come.
+/// Writes frames to a file or to standard output.
 pub struct Y4m<'a> {
     config: &'a CaptureConfig,
-    /// None for stdout.
+    /// `None` for standard output.
     file: Option<NewFile>,
     planes: Vec<u8>,
 }
@@ -54,7 +54,7 @@ impl<'a> Y4m<'a> {
         let mut stdout = io::stdout();
         stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(|fault| match fault.kind() {
             ErrorKind::BrokenPipe => {
-                AppError::Failed("the program that reads standard output closed it before it had all frames".to_owned())
+                AppError::Failed("the program that reads standard output closed it before the last frame".to_owned())
             }
             _ => AppError::Failed(format!("cannot write to standard output: {fault}")),
         })
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_video_has_its_header_and_every_frame_whole() {
+    fn video_has_header_and_complete_frames() {
         let folder = tempfile::tempdir().unwrap();
         let config = configure(folder.path(), "a.y4m", &["--frames", "2..6", "--fps", "30000/1001"]);
         run(&config, &mut Double::new(&config)).unwrap();
@@ -121,7 +121,7 @@ mod tests {
             let picture = display(&double.render(moment, &mut |_| ()).unwrap(), &config.scene.picture);
             for (index, texel) in picture.texels.iter().enumerate() {
                 let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
-                // Half a code of luma and of chroma.
+                // Luma and chroma are each rounded by up to half a code.
                 let off = (0..3).map(|c| (seen[c] - f32::from(texel[c])).abs()).fold(0.0, f32::max);
                 assert!(off < 2.0, "{texel:?} {seen:?}");
             }
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_video_that_fails_leaves_nothing() {
+    fn failed_video_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let config = configure(folder.path(), "a.y4m", &["--frames", "0..5"]);
         run(&config, &mut Double { fail_at: Some(3), ..Double::new(&config) }).unwrap_err();

@@ -1,37 +1,36 @@
-//! What the user of the window has chosen about the picture, apart from where it is seen from and when.
+//! Picture settings that the user chose in the window, without camera and time.
 
 use leadr_render::frame::Layer;
-use leadr_render::light::sky::Sky;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::{RenderSettings, Technique};
 use leadr_scenes::config::Picture;
 use leadr_scenes::deform;
 use leadr_scenes::light::SunDirection;
 
-/// Samples of a still picture by the reference beside another technique.
+/// Samples of a still picture of the reference on the right side.
 const REFERENCE_SAMPLES: u32 = 256;
 
-/// Choices about the picture.
+/// Picture settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choices {
-    /// How the scene is drawn; by its technique on the left of two sides.
+    /// Render settings; with two sides, its technique draws the left one.
     pub picture: Picture,
-    /// Another technique beside it.
+    /// The technique on the right side, if there are two sides.
     pub compare: Option<Compare>,
-    /// Where the sun is, if not where the scene has it.
+    /// Direction of the sun, if it replaces that of the scene.
     pub sun: Option<SunDirection>,
-    /// What of the picture is shown.
-    pub look: Look,
+    /// The view to show.
+    pub display_mode: DisplayMode,
 }
 
-/// A second technique.
+/// The right side of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compare {
-    /// On the right side.
+    /// The technique of the right side.
     pub technique: Technique,
-    /// Where that begins, as a share of the width.
+    /// Start position of the right side, as a share of the width.
     pub split: f32,
-    /// Whether the difference of both is shown over the picture.
+    /// Whether the difference of both sides is shown over the picture.
     pub difference: bool,
 }
 
@@ -41,29 +40,29 @@ impl Default for Compare {
     }
 }
 
-/// What is shown.
+/// A view of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Look {
+pub enum DisplayMode {
     /// The picture.
     #[default]
     Picture,
-    /// The picture, and ellipses of the slopes that vary under a pixel.
+    /// The picture, with ellipses of the slope covariance under pixels.
     Ellipses,
-    /// The picture, and what the places of the sky's volume see of the surroundings.
+    /// The picture, with the probes of the sky occlusion volume.
     Probes,
-    /// A quantity that it is shaded by, in false colours.
+    /// A layer of the picture in false colours.
     Layer(Layer),
 }
 
-impl Look {
-    /// All of them with their names.
+impl DisplayMode {
+    /// All views and their names.
     pub fn all() -> impl Iterator<Item = (Self, &'static str)> {
         let layers = Layer::ALL.into_iter().map(|layer| (Self::Layer(layer), layer.name()));
         let pictures = [(Self::Picture, "picture"), (Self::Ellipses, "slope ellipses"), (Self::Probes, "sky probes")];
         pictures.into_iter().chain(layers)
     }
 
-    /// The quantity that must be read back for it.
+    /// The layer that must be read back for this view.
     #[must_use]
     pub fn layer(self) -> Option<Layer> {
         match self {
@@ -76,25 +75,25 @@ impl Look {
 }
 
 impl Choices {
-    /// Draws so.
+    /// Settings with one side and no changes to the sun.
     pub fn new(picture: Picture) -> Self {
-        Self { picture, compare: None, sun: None, look: Look::Picture }
+        Self { picture, compare: None, sun: None, display_mode: DisplayMode::Picture }
     }
 
-    /// The settings of the picture, or of both its sides, in place of those in `base`.
+    /// The render settings of each side, applied over `base`.
     pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
         let side = |technique: Technique, samples: u32| Picture { technique, samples, ..self.picture }.settings(base);
         let Picture { technique, samples: chosen, .. } = self.picture;
-        // What is read back is that of one sample.
-        let own = side(technique, if self.look.layer().is_some() { 1 } else { chosen });
-        let other = self.compare.filter(|_| self.look == Look::Picture).map(|compare| {
+        // Layers are read back from a single sample.
+        let own = side(technique, if self.display_mode.layer().is_some() { 1 } else { chosen });
+        let other = self.compare.filter(|_| self.display_mode == DisplayMode::Picture).map(|compare| {
             let reference = compare.technique.is_reference();
             side(compare.technique, if reference { REFERENCE_SAMPLES.max(chosen) } else { chosen })
         });
         std::iter::once(own).chain(other).collect()
     }
 
-    /// Whether another picture must be drawn for these: not where only the line between two moves.
+    /// Whether both settings draw the same pictures. They may differ in the position of the line between two sides.
     pub fn draws_like(&self, other: &Self) -> bool {
         let still = |choices: &Self| {
             let compare = choices.compare.map(|compare| Compare { split: 0.0, ..compare });
@@ -103,12 +102,12 @@ impl Choices {
         still(self) == still(other)
     }
 
-    /// Changes the state of the scene.
+    /// Applies height scale, stretch and sun to the state of the scene.
     pub fn apply(&self, state: &mut FrameState) {
         state.height_scale *= self.picture.height_scale;
         deform::stretch(state, self.picture.stretch);
-        if let (Some(sun), Some(sky)) = (self.sun, state.sky) {
-            *state = state.clone().under(&Sky { sun_direction: sun.vector(), ..sky });
+        if let (Some(sun), Some(sky)) = (self.sun, &mut state.sky) {
+            sky.sun_direction = sun.vector();
         }
     }
 }
@@ -116,10 +115,11 @@ impl Choices {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_render::light::sky::Sky;
     use leadr_render::scene::Pose;
 
     #[test]
-    fn the_reference_beside_a_technique_gathers_samples_of_its_own() {
+    fn split_reference_accumulates_separately() {
         let base = RenderSettings { samples: 4, msaa: 4, ..Default::default() };
         let mut choices = Choices::new(Picture::of(&base));
         assert_eq!(choices.sides(&base), [base]);
@@ -129,7 +129,7 @@ mod tests {
         assert!(other.tessellation.to_texels && !own.tessellation.to_texels);
         let moved = Choices { compare: choices.compare.map(|c| Compare { split: 0.2, ..c }), ..choices.clone() };
         assert!(moved.draws_like(&choices) && moved != choices);
-        choices.look = Look::Ellipses;
+        choices.display_mode = DisplayMode::Ellipses;
         assert!(!moved.draws_like(&choices));
         assert_eq!(choices.sides(&base).len(), 1);
     }
@@ -143,10 +143,10 @@ mod tests {
         let mut state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
         choices.apply(&mut state);
         assert_ne!(state.poses[0], Pose::REST);
-        assert!(state.height_scale == 2.0 && state.sun.expect("a sun").direction.distance(glam::Vec3::Y) < 1e-6);
+        assert!(state.height_scale == 2.0 && state.sun().expect("a sun").direction.distance(glam::Vec3::Y) < 1e-6);
         // A picture has its own light.
         let mut state = FrameState::new(camera, Vec::new());
         choices.apply(&mut state);
-        assert!(state.sun.is_none());
+        assert!(state.sun().is_none());
     }
 }

@@ -1,32 +1,32 @@
-//! The time between the frames of a window. It jumps where a machine sleeps, a program is stopped or nobody looks.
+//! Measures the time between frames of a window. That time jumps when the machine sleeps, the process is stopped or the window is hidden.
 
 use std::time::{Duration, Instant};
 
-/// What takes longer is no frame, but a pause.
+/// A longer interval counts as a pause.
 const LONGEST_FRAME: Duration = Duration::from_secs(60);
-/// How often frames a second are worked out.
+/// How often the frame rate is updated.
 const INTERVAL: Duration = Duration::from_millis(250);
 
 /// Measures frames and counts them.
 #[derive(Debug)]
 pub struct FrameClock {
-    /// When the last frame began, unless time has stood still since.
+    /// Start of the last frame; `None` after a pause.
     last: Option<Instant>,
-    /// The last frame showed something that moves by itself, so the next one follows at once.
+    /// Whether the last frame showed an animation, so the next one follows immediately.
     pub running: bool,
-    /// Frames that followed at once since [`measure`](Self::measure), and their time.
+    /// Number and total time of the consecutive frames since [`measure`](Self::measure).
     counted: (u32, Duration),
     measured: Instant,
-    /// Frames a second; `None` before there were any that followed at once.
+    /// Frames per second; `None` until consecutive frames were measured.
     pub fps: Option<f64>,
 }
 
-/// What lies between the beginnings of two frames.
+/// The interval between the starts of two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its time.
+    /// Its length.
     pub took: Duration,
-    /// Whether the second followed at once. Otherwise the time tells when the user did something.
+    /// Whether the second frame followed immediately. Otherwise the interval includes the wait for an event.
     pub followed: bool,
 }
 
@@ -36,7 +36,7 @@ impl FrameClock {
         Self { last: None, running: false, counted: (0, Duration::ZERO), measured: now, fps: None }
     }
 
-    /// A frame begins. `None` if it is the first, or the first after a pause.
+    /// Starts a frame. Returns `None` for the first frame, and for the first after a pause.
     pub fn begin(&mut self, now: Instant) -> Option<Interval> {
         let took = now.saturating_duration_since(self.last.replace(now)?);
         if took > LONGEST_FRAME {
@@ -49,17 +49,17 @@ impl FrameClock {
         Some(Interval { took, followed: self.running })
     }
 
-    /// Time stands still until the next frame.
+    /// Pauses until the next frame.
     pub fn pause(&mut self) {
         self.last = None;
     }
 
-    /// Whether frames a second should be worked out again.
+    /// Whether the frame rate should be updated.
     pub fn is_due(&self, now: Instant) -> bool {
         now.checked_duration_since(self.measured).is_none_or(|since| since >= INTERVAL)
     }
 
-    /// Works out frames a second, of those that followed at once since the last time, if there were any.
+    /// Updates the frame rate from the consecutive frames since the last update, if there were any.
     pub fn measure(&mut self, now: Instant) {
         let (frames, time) = std::mem::take(&mut self.counted);
         if frames > 0 && !time.is_zero() {
@@ -76,7 +76,7 @@ mod tests {
     const FRAME: Duration = Duration::from_millis(20);
     const HOURS: Duration = Duration::from_secs(5 * 3600);
 
-    /// Ten frames that follow at once, from `now` on; returns the end.
+    /// Runs ten consecutive frames from `now`; returns the end.
     fn run(clock: &mut FrameClock, mut now: Instant) -> Instant {
         for _ in 0..10 {
             clock.begin(now);
@@ -87,12 +87,12 @@ mod tests {
     }
 
     #[test]
-    fn frames_a_second_are_those_that_follow_at_once() {
+    fn frame_rate_counts_consecutive_frames() {
         let mut now = Instant::now() + HOURS;
         let mut clock = FrameClock::new(now);
         assert_eq!((clock.begin(now), clock.fps), (None, None));
         clock.running = false;
-        // The user did something 3 s later.
+        // An event arrives 3 s later.
         now += Duration::from_secs(3);
         assert_eq!(clock.begin(now), Some(Interval { took: Duration::from_secs(3), followed: false }));
         clock.running = true;
@@ -105,13 +105,13 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_jumps_changes_no_rate_and_gives_no_long_step() {
+    fn clock_jumps_do_not_change_rates_or_steps() {
         let start = Instant::now() + HOURS;
         let mut clock = FrameClock::new(start);
         let mut now = run(&mut clock, start);
         clock.measure(now);
         let fps = clock.fps.unwrap();
-        // Hours later, as after a machine's sleep.
+        // Hours later, as if the machine had slept.
         now += HOURS;
         assert_eq!(clock.begin(now), None);
         assert!(clock.is_due(now));
@@ -126,7 +126,7 @@ mod tests {
         now = run(&mut clock, now);
         clock.measure(now);
         assert!((clock.fps.unwrap() / fps - 1.0).abs() < 0.15, "{clock:?}");
-        // Nobody looked for a second.
+        // The window was hidden for a second.
         clock.pause();
         assert_eq!(clock.begin(now + Duration::from_secs(1)), None);
     }

@@ -1,4 +1,4 @@
-//! The connection to the display, or a sentence about why there is none.
+//! The connection to the display.
 
 use winit::event_loop::EventLoop;
 
@@ -11,10 +11,10 @@ pub struct Display {
 }
 
 impl Display {
-    /// Connects to the display. Only once per process, and on its main thread.
+    /// Connects to the display. Call it once per process, on the main thread.
     pub fn open() -> Result<Self, AppError> {
         let no_display = |reason: String| {
-            // The reason of an operating system's error follows the place in the source that met it.
+            // winit prefixes operating system errors with the source location; the message follows it.
             let reason =
                 reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*reason, |r| r.1);
             AppError::Failed(format!(
@@ -23,7 +23,7 @@ impl Display {
                 reason.trim_end_matches('.')
             ))
         };
-        // winit panics where libraries for the keyboard are missing, or on another thread.
+        // winit panics if keyboard libraries are missing, and on other threads.
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));
         let made = std::panic::catch_unwind(EventLoop::new);
@@ -32,7 +32,7 @@ impl Display {
             .map_err(|panic| {
                 let text = panic.downcast_ref::<String>().map(String::as_str);
                 let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("winit panicked");
-                // The first sentence says what; the rest is advice for programmers.
+                // The first sentence is the reason; the rest is advice for programmers.
                 let first = text.split(['.', '\n']).next().unwrap_or_default();
                 no_display(format!("{first}; libx11-6, libxcursor1, libxi6 and libxkbcommon-x11-0 are needed on X11"))
             })?
@@ -40,7 +40,7 @@ impl Display {
         Ok(Self { events })
     }
 
-    /// How to open a device that can draw on this display, for [`Gpu::new`](leadr_gpu::Gpu::new).
+    /// Options for [`Gpu::new`](leadr_gpu::Gpu::new) that open a device which can present on this display.
     pub fn gpu_options(&self, device: Option<String>, validation: bool) -> Result<GpuOptions, AppError> {
         Ok(GpuOptions {
             device,
@@ -56,9 +56,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_that_cannot_be_is_a_sentence() {
-        // Tests do not run on the main thread, which winit answers with a panic.
-        let said = Display::open().err().expect("no window").to_string();
-        assert!(said.contains("main thread") && said.contains("leadr capture") && !said.contains('\n'), "{said}");
+    fn unavailable_window_is_one_sentence() {
+        // Tests do not run on the main thread, so winit panics.
+        let message = Display::open().err().expect("no window").to_string();
+        assert!(
+            message.contains("main thread") && message.contains("leadr capture") && !message.contains('\n'),
+            "{message}"
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Which keys do what.
+//! The keys of the window and their actions.
 
 use glam::Vec3;
 use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
@@ -6,7 +6,7 @@ use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
 use super::viewer::Action;
 use leadr_render::settings::Technique;
 
-/// What characters do; those of the techniques are in their table.
+/// Actions of characters. The keys of techniques come from [`Technique::key`].
 pub const CHARACTERS: [(char, Action); 15] = [
     (',', Action::Frame(-1)),
     ('.', Action::Frame(1)),
@@ -25,7 +25,7 @@ pub const CHARACTERS: [(char, Action); 15] = [
     ('x', Action::CopyCommand),
 ];
 
-/// What a key does when it is pressed.
+/// The action of a pressed key.
 pub fn action(key: &Key) -> Option<Action> {
     Some(match key {
         Key::Named(NamedKey::Space) => Action::Pause,
@@ -50,7 +50,7 @@ pub fn action(key: &Key) -> Option<Action> {
     })
 }
 
-/// Which way a key moves a flying camera while it is held: right, forward, up. By its place on the keyboard, not by its letter.
+/// Direction in which a held key moves a flying camera: right, forward, up. It depends on the physical key, not on the layout.
 pub fn flies(key: PhysicalKey) -> Option<Vec3> {
     let PhysicalKey::Code(code) = key else { return None };
     Some(match code {

@@ -1,4 +1,4 @@
-//! How the window was left: its size, the panel and its sections.
+//! The stored layout of the window: its size, the panel and the open sections.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -12,12 +12,12 @@ use leadr_maps::new_file::write_atomic;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::make_folder_of;
 
-/// Points along a side of a window that is opened again.
+/// Valid side lengths of a stored window, points.
 const SIDES: RangeInclusive<u32> = 64..=16_384;
-/// Bytes of a file that may be a layout.
+/// Largest size of a layout file, bytes.
 const MOST_BYTES: u64 = 64 * 1024;
 
-/// What of a window is the same when it opens again.
+/// The layout of a window that the next run restores.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
@@ -25,26 +25,28 @@ pub struct Layout {
     pub size: Option<[u32; 2]>,
     /// Whether the panel is shown.
     pub panel: Option<bool>,
-    /// Which of its sections are open, by their titles; the others are as usual.
+    /// Whether each section of the panel is open, by title; other sections have their defaults.
     #[serde(default)]
     pub sections: BTreeMap<String, bool>,
 }
 
 impl Layout {
-    /// Where it is kept: `$XDG_CONFIG_HOME/leadr/window.json`, or else below `~/.config`; `None` without either.
+    /// Path of the stored layout: `$XDG_CONFIG_HOME/leadr/window.json`, else under `~/.config`; `None` if neither folder is known.
     pub fn file() -> Option<PathBuf> {
         user_folder("XDG_CONFIG_HOME", ".config").map(|folder| folder.join("window.json"))
     }
 
-    /// What a file says; the usual layout if there is none.
+    /// Reads a layout; returns the default layout if there is no file.
     pub fn read(path: &Path) -> Result<Self, AppError> {
         let fault = |reason: String| {
-            AppError::Failed(format!("'{}' is no layout of the window: {reason}; remove it", path.display()))
+            AppError::Failed(format!("'{}' is not a valid window layout: {reason}; remove it", path.display()))
         };
         match std::fs::metadata(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
-            // Asked before reading: that would wait for the writer of a pipe.
-            Ok(data) if !data.is_file() || data.len() > MOST_BYTES => return Err(fault("not a small file".to_owned())),
+            // Checked before reading, because reading a pipe would block.
+            Ok(data) if !data.is_file() || data.len() > MOST_BYTES => {
+                return Err(fault("it is not a file of at most 64 KiB".to_owned()));
+            }
             _ => {}
         }
         let bytes = std::fs::read(path).map_err(|error| AppError::io("read", path, error))?;
@@ -52,13 +54,13 @@ impl Layout {
         match layout.size.filter(|size| !size.iter().all(|side| SIDES.contains(side))) {
             Some([width, height]) => {
                 let (least, most) = SIDES.into_inner();
-                Err(fault(format!("the size {width} x {height} is not within {least} and {most}")))
+                Err(fault(format!("the size {width} x {height} is not between {least} and {most}")))
             }
             None => Ok(layout),
         }
     }
 
-    /// Writes it to a file, all or nothing.
+    /// Writes the layout to a file atomically.
     pub fn write(&self, path: &Path) -> Result<(), AppError> {
         make_folder_of(path)?;
         let text = serde_json::to_string_pretty(self).map_err(|error| AppError::io("write", path, error))?;
@@ -71,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_layout_is_read_as_it_was_written_and_anything_else_is_refused() {
+    fn layout_round_trips_and_rejects_other_text() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("new/window.json");
         assert_eq!(Layout::read(&path).unwrap(), Layout::default());
@@ -92,8 +94,11 @@ mod tests {
             &format!("{{}}{}", " ".repeat(MOST_BYTES as usize)),
         ] {
             std::fs::write(&path, wrong).unwrap();
-            let said = Layout::read(&path).unwrap_err().to_string();
-            assert!(said.contains("window.json") && said.contains("remove it") && said.lines().count() == 1, "{said}");
+            let message = Layout::read(&path).unwrap_err().to_string();
+            assert!(
+                message.contains("window.json") && message.contains("remove it") && message.lines().count() == 1,
+                "{message}"
+            );
         }
         assert!(Layout::read(folder.path()).is_err());
     }

@@ -1,4 +1,4 @@
-//! The window of `leadr demo`: events in, frames out. `keys` says which key does what, [`panel`] what else can be done.
+//! The window of `leadr demo`: handles events and draws frames. `keys` maps keys to actions, and [`panel`] has the controls.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::command_line::Seen;
-use choices::{Choices, Look};
+use choices::{Choices, DisplayMode};
 use clock::FrameClock;
 pub use display::Display;
 use layout::Layout;
@@ -52,32 +52,32 @@ pub mod show;
 pub mod surroundings;
 pub mod viewer;
 
-/// How often the difference of two pictures is asked for while it is found.
+/// How often a running comparison of two pictures is polled.
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// How often memory is looked at in a window that closes by itself.
+/// Number of memory samples in a run with a fixed number of frames.
 const MEMORY_SAMPLES: u64 = 10;
 
-/// How to open the window. Its size is that of the [`RenderSettings`].
+/// Options of the window. Its default size is that of the [`RenderSettings`].
 #[derive(Clone, Debug)]
 pub struct WindowOptions {
     /// First words of the title.
     pub title: String,
-    /// Moment at which the animation starts, seconds.
+    /// Start time of the animation, seconds.
     pub time: f64,
-    /// How the scene is drawn at first, if not by the [`RenderSettings`].
+    /// First picture settings; `None` takes them from the [`RenderSettings`].
     pub picture: Option<Picture>,
-    /// Screenshots go to this path, with `-1.png`, `-2.png`, … appended; existing files stay.
+    /// Path of screenshots, to which `-1.png`, `-2.png`, … are appended. Existing files are not overwritten.
     pub screenshots: PathBuf,
-    /// Closes after this many frames; `None` leaves that to the user.
+    /// Number of frames after which the window closes; `None` leaves it open.
     pub frames: Option<u64>,
-    /// What of pictures stays while something moves.
+    /// Quality that is fixed while something moves.
     pub kept: KeptQuality,
-    /// How it looks at first. Without a size it has that of the [`RenderSettings`]; the panel is shown where there is room for it.
+    /// First layout. Without a size, the window has that of the [`RenderSettings`]. By default the panel is shown if there is room.
     pub layout: Layout,
-    /// Where it is kept how the window was left.
+    /// File for the layout of the window when it closes.
     pub layout_file: Option<PathBuf>,
-    /// A folder of shader sources to be compiled when they change.
+    /// Folder of shader sources that are recompiled when they change.
     pub hot_reload: Option<PathBuf>,
 }
 
@@ -98,21 +98,21 @@ impl Default for WindowOptions {
     }
 }
 
-/// What the window did.
+/// The result of a window.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct WindowReport {
     /// Frames shown.
     pub frames: u64,
-    /// Milliseconds from the beginning of each frame after which something moved by itself to that of the next.
+    /// Milliseconds between the starts of consecutive frames of an animation.
     pub milliseconds: Vec<f32>,
-    /// Screenshots written.
+    /// Paths of the screenshots.
     pub screenshots: Vec<PathBuf>,
-    /// Memory at ten moments, evenly spaced, of a window that closes after ten frames or more.
+    /// Memory at ten evenly spaced moments, if the window closes after a fixed number of at least ten frames.
     pub memory: Vec<MemorySample>,
 }
 
 impl WindowReport {
-    /// Median and 95th percentile of the milliseconds between frames; 0 where there are none.
+    /// Median and 95th percentile of the milliseconds between frames; 0 if there are none.
     pub fn frame_times(&self) -> [f32; 2] {
         let mut sorted = self.milliseconds.clone();
         sorted.sort_unstable_by(f32::total_cmp);
@@ -123,9 +123,9 @@ impl WindowReport {
     }
 }
 
-/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's own, but goes where that one's target goes:
-/// a scene that follows something is followed. `settings.samples` is what a picture that stands still is refined to. `program` opens
-/// other scenes. The renderer's device must come from [`Display::gpu_options`].
+/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's own camera, and follows the motion of its
+/// target. A still picture accumulates `settings.samples` samples. `program` opens other scenes. The renderer's device must be opened
+/// with [`Display::gpu_options`].
 pub fn run(
     display: Display,
     mut show: Show,
@@ -145,9 +145,8 @@ pub fn run(
             None => PhysicalSize::new(settings.size.0, settings.size.1).into(),
         };
         let attributes = Window::default_attributes().with_title(options.title.as_str()).with_inner_size(size);
-        let window = events
-            .create_window(attributes)
-            .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
+        let window =
+            events.create_window(attributes).map_err(|e| AppError::Failed(format!("cannot open the window: {e}")))?;
         let window = Arc::new(window);
         window.request_redraw();
         Ok(Session {
@@ -183,27 +182,27 @@ pub fn run(
     Ok(report)
 }
 
-/// A window that is not open yet, that is open, or whose end is known.
+/// A window before it opens, while it is open, or with its result.
 struct App<'p, F> {
     open: Option<F>,
     session: Option<Session<'p>>,
     ended: Result<WindowReport, AppError>,
 }
 
-/// What is shown while the window is open.
+/// The state of an open window.
 struct Session<'p> {
-    // Dropped before the window.
+    // Must be dropped before the window.
     painter: Painter,
     panel: Panel,
     difference: Difference,
-    /// The layer over the picture is that of a still one.
+    /// Whether the layer over the picture was read from a still picture.
     layer_is_still: bool,
     window: Arc<Window>,
-    /// Its pixels, as the last event told: a window that another program has closed cannot be asked.
+    /// Size in pixels from the last event. Querying a window that another program has closed would panic.
     size: PhysicalSize<u32>,
-    /// The system says that nothing of it can be seen. No frame is drawn until it says otherwise.
+    /// Whether the system reports the window as fully covered. No frame is drawn until that changes.
     occluded: bool,
-    /// The last attempt to draw met a window that is minimised or has no area. No frame is drawn until an event.
+    /// Whether the window was minimised or had no area at the last attempt to draw. No frame is drawn until an event.
     hidden: bool,
     clock: FrameClock,
     scene: Box<dyn FnMut(f64) -> FrameState>,
@@ -211,18 +210,18 @@ struct Session<'p> {
     settings: RenderSettings,
     surroundings: Surroundings,
     program: &'p mut dyn Program,
-    /// Compiles shaders that change.
+    /// Recompiles changed shaders.
     shaders: Option<ShaderWatch>,
     viewer: Viewer,
     pace: Pace,
     options: WindowOptions,
-    /// A factor on the radiance of the picture that is shown.
+    /// Factor on the radiance of the current picture.
     exposure: f32,
-    /// Where its sun is.
+    /// Direction of its sun.
     sun: Option<SunDirection>,
     modifiers: ModifiersState,
     report: WindowReport,
-    /// A screenshot that was not written.
+    /// The first error of a screenshot.
     lost: Option<AppError>,
 }
 
@@ -231,7 +230,7 @@ impl Session<'_> {
         let PhysicalSize { width, height } = self.size;
         self.hidden = self.occluded || width == 0 || height == 0 || self.window.is_minimized() == Some(true);
         if self.hidden {
-            // An event that says otherwise asks for a frame. Time stands still while nobody looks.
+            // An event requests the next frame. Time is paused while the window is hidden.
             self.clock.pause();
             self.pace.interrupt();
             return Ok(());
@@ -286,14 +285,16 @@ impl Session<'_> {
             }
             return Ok(());
         }
-        // A layer is read of what moves, and once more of what stands still, which has all its pixels.
+        // A layer is read from every moving picture, and once from the still picture, which has all pixels.
         let still = self.painter.is_complete([width, height], &sides);
-        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed || still && !self.layer_is_still) {
+        if let Some(layer) =
+            self.viewer.choices.display_mode.layer().filter(|_| changed || still && !self.layer_is_still)
+        {
             self.layer_is_still = still;
             let read = self.painter.layer(layer)?;
-            match self.viewer.choices.look {
-                Look::Ellipses => self.panel.ellipses = Some(read),
-                Look::Probes => self.panel.balls = Some(self.painter.probes(&read)),
+            match self.viewer.choices.display_mode {
+                DisplayMode::Ellipses => self.panel.ellipses = Some(read),
+                DisplayMode::Probes => self.panel.balls = Some(self.painter.probes(&read)),
                 _ => self.panel.lay_over(Some(false_colors(layer, &read))),
             }
             self.window.request_redraw();
@@ -302,7 +303,7 @@ impl Session<'_> {
         self.clock.running = self.viewer.is_moving();
         self.report.frames += 1;
         let now = Instant::now();
-        // No frame follows that could set the title later.
+        // After the last frame, no other frame would update the title.
         let last = !self.viewer.is_moving() && self.painter.is_complete([width, height], &sides);
         if self.clock.is_due(now) || self.report.frames == 1 || last {
             self.clock.measure(now);
@@ -323,15 +324,15 @@ impl Session<'_> {
         if self.report.frames == 1 { self.complete() } else { Ok(()) }
     }
 
-    /// Shows all detail after a first picture that had less.
+    /// Replaces a coarse first scene by one at full detail.
     fn complete(&mut self) -> Result<(), AppError> {
         match self.program.complete(self.painter.gpu())? {
-            Some(show) => self.dress(show),
+            Some(show) => self.show(show),
             None => Ok(()),
         }
     }
 
-    /// Lays the panel out, and does what is asked for there.
+    /// Lays out the panel and performs its requests.
     fn lay_out(&mut self, events: &ActiveEventLoop) -> Result<panel::paint::Painted, AppError> {
         let environments = self.surroundings.names();
         let (pixels, triangles) = self.painter.drawn();
@@ -343,7 +344,7 @@ impl Session<'_> {
             environment: self.surroundings.shown(),
             sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
             roughness: self.program.roughness(),
-            worn: self.program.worn(),
+            applied_material: self.program.applied_material(),
             offers: &|choice| self.program.offers(choice),
             device: &device,
             fps: self.clock.fps,
@@ -365,7 +366,7 @@ impl Session<'_> {
                     let alpha = alpha.map(|alpha| alpha.to_string());
                     self.remake(|program, gpu| program.remake(gpu, "--roughness", alpha))?;
                 }
-                Request::OwnMaterial => self.remake(|program, gpu| program.wear(gpu, None))?,
+                Request::OwnMaterial => self.remake(|program, gpu| program.apply_material(gpu, None))?,
                 Request::View(number) => {
                     if let Some(orbit) = self.views.and_then(|views| views.get(number).copied()) {
                         self.viewer.orbit = orbit;
@@ -376,7 +377,7 @@ impl Session<'_> {
         }
         let options = &mut self.viewer.choices.picture.options;
         if options.relief_color && !self.program.keeps_relief_color() {
-            // Stays off if that fails.
+            // Stays off if the reload fails.
             options.relief_color = false;
             self.remake(|program, gpu| program.remake(gpu, "--relief-color", Some("on".to_owned())))?;
             self.viewer.choices.picture.options.relief_color = self.program.keeps_relief_color();
@@ -384,10 +385,10 @@ impl Session<'_> {
         Ok(painted)
     }
 
-    /// The difference of both sides, while nothing moves.
+    /// Shows the difference of both sides while nothing moves.
     fn compare(&mut self) -> Result<(), AppError> {
         let wanted = self.viewer.choices.compare.is_some_and(|compare| compare.difference);
-        if !wanted || self.viewer.is_moving() || self.viewer.choices.look != Look::Picture {
+        if !wanted || self.viewer.is_moving() || self.viewer.choices.display_mode != DisplayMode::Picture {
             return Ok(());
         }
         if let Some(found) = self.difference.found() {
@@ -395,7 +396,7 @@ impl Session<'_> {
             self.window.request_redraw();
         }
         let samples = self.painter.samples();
-        if self.difference.wants(samples)
+        if self.difference.needs_samples(samples)
             && let Ok([left, right]) = <[RgbImage; 2]>::try_from(self.painter.pictures()?)
         {
             self.difference.begin(left, right, self.exposure, self.viewer.choices.picture.tonemap, samples);
@@ -403,7 +404,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Draws with shaders that have changed, once they work; until then what is drawn with stays.
+    /// Replaces changed shaders if they compile; otherwise the previous ones stay in use.
     fn reload(&mut self) -> Result<(), AppError> {
         let Some(change) = self.shaders.as_ref().and_then(ShaderWatch::change) else { return Ok(()) };
         self.painter.finish()?;
@@ -413,7 +414,7 @@ impl Session<'_> {
                 let names = shaders.names().collect::<Vec<_>>().join(", ");
                 match self.painter.gpu().take_shaders(shaders) {
                     Ok(pipelines) => {
-                        self.panel.say(format!("{pipelines} pipeline(s) made again of {names}"));
+                        self.panel.say(format!("{pipelines} pipeline(s) rebuilt from {names}"));
                         None
                     }
                     Err(error) => Some(error.to_string()),
@@ -439,7 +440,7 @@ impl Session<'_> {
                 let held = self.viewer.held + if pressed { way } else { -way };
                 self.viewer.held = held.clamp(Vec3::NEG_ONE, Vec3::ONE);
             }
-            // The time since the last frame is none in which it flew.
+            // The time before the key press must not move the camera.
             if !self.viewer.is_moving() {
                 self.clock.pause();
             }
@@ -449,7 +450,7 @@ impl Session<'_> {
             return Ok(());
         }
         let Some(action) = keys::action(&event.logical_key) else { return Ok(()) };
-        // A held key scrubs on, but does not toggle.
+        // Key repeat applies to steps, but not to toggles.
         if event.repeat && !matches!(action, Action::Scrub(_) | Action::Frame(_) | Action::Sun(_)) {
             return Ok(());
         }
@@ -460,7 +461,7 @@ impl Session<'_> {
         match action {
             Action::Quit => events.exit(),
             Action::Screenshot => {
-                // A full disk is no reason to close the window.
+                // An error such as a full disk must not close the window.
                 if let Err(error) = self.screenshot() {
                     self.complain(&error);
                     self.lost.get_or_insert(error);
@@ -483,7 +484,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Says what went wrong, and goes on.
+    /// Logs and shows an error, and keeps the window open.
     fn complain(&mut self, error: &AppError) {
         tracing::error!("{error}");
         self.panel.warn(error.to_string());
@@ -506,7 +507,7 @@ impl Session<'_> {
         }
     }
 
-    /// Shows the scene in another environment. One that cannot be read leaves things as they are.
+    /// Changes the environment. After an error the current one stays.
     fn surround(&mut self, choice: EnvironmentChoice) -> Result<(), AppError> {
         match self.surroundings.show(self.painter.gpu(), choice) {
             Ok(environment) => {
@@ -520,7 +521,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Shows another scene. One that cannot be opened leaves things as they are.
+    /// Opens another scene. After an error the current one stays.
     fn enter(&mut self, name: &Path) -> Result<(), AppError> {
         match self.program.open(self.painter.gpu(), name) {
             Ok(mut show) => {
@@ -537,13 +538,13 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Makes the scene again with other surfaces, seen as it was. If that fails things stay as they are.
+    /// Rebuilds the scene with other surfaces, and keeps the view. After an error the current scene stays.
     fn remake(
         &mut self,
         make: impl FnOnce(&mut dyn Program, &Arc<Gpu>) -> Result<Show, AppError>,
     ) -> Result<(), AppError> {
         match make(&mut *self.program, self.painter.gpu()) {
-            Ok(show) => self.dress(show),
+            Ok(show) => self.show(show),
             Err(error) => {
                 self.complain(&error);
                 Ok(())
@@ -551,9 +552,9 @@ impl Session<'_> {
         }
     }
 
-    /// Shows the same scene with other surfaces, seen as it was.
-    fn dress(&mut self, show: Show) -> Result<(), AppError> {
-        self.painter.dress(show.renderer)?;
+    /// Shows the same scene with other surfaces, and keeps the view.
+    fn show(&mut self, show: Show) -> Result<(), AppError> {
+        self.painter.replace_keeping_environment(show.renderer)?;
         self.clock.pause();
         self.scene = show.scene;
         self.viewer.invalidate();
@@ -565,8 +566,8 @@ impl Session<'_> {
     fn dropped(&mut self, path: PathBuf) -> Result<(), AppError> {
         match extension(&path).as_deref() {
             Some("glb" | "gltf") => self.enter(&path),
-            Some("json") => self.remake(|program, gpu| program.wear(gpu, Some(&path))),
-            _ if path.is_dir() => self.remake(|program, gpu| program.wear(gpu, Some(&path))),
+            Some("json") => self.remake(|program, gpu| program.apply_material(gpu, Some(&path))),
+            _ if path.is_dir() => self.remake(|program, gpu| program.apply_material(gpu, Some(&path))),
             _ => match Surroundings::dropped(path) {
                 Ok(choice) => self.surround(choice),
                 Err(error) => {
@@ -638,7 +639,7 @@ impl Session<'_> {
                     MouseButton::Left if at_split => Some(Drag::Split),
                     MouseButton::Left if self.modifiers.shift_key() => Some(Drag::Pan),
                     MouseButton::Left if self.viewer.fly => Some(Drag::Look),
-                    MouseButton::Left => Some(Drag::Turn),
+                    MouseButton::Left => Some(Drag::Rotate),
                     MouseButton::Right => Some(Drag::Pan),
                     _ => return Ok(()),
                 };
@@ -660,7 +661,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Keeps how the window is left, if that has changed. It is no reason to fail if that cannot be.
+    /// Stores the layout of the window, if it has changed. Errors are only logged.
     fn keep_layout(&mut self) {
         let Some(file) = &self.options.layout_file else { return };
         let before = &self.options.layout;
@@ -675,7 +676,7 @@ impl Session<'_> {
         }
     }
 
-    /// Asks for a frame if something has moved on without an event.
+    /// Requests a frame if the panel or a comparison needs one without an event.
     fn wake(&self) {
         let wakes = self.panel.wakes.is_some_and(|wakes| wakes <= Instant::now());
         if self.difference.is_running() || wakes {
@@ -683,7 +684,7 @@ impl Session<'_> {
         }
     }
 
-    /// Decides what to wait for.
+    /// Requests a frame if one is needed, and sets the time of the next wake-up.
     fn wait(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
         self.reload()?;
         if self.hidden {
@@ -692,27 +693,27 @@ impl Session<'_> {
         }
         let PhysicalSize { width, height } = self.size;
         let sides = self.viewer.choices.sides(&self.settings);
-        // Sleeps when nothing moves and all samples are there.
+        // The loop sleeps when nothing moves and the picture is complete.
         if self.viewer.is_moving() || !self.painter.is_complete([width, height], &sides) {
             self.window.request_redraw();
         }
-        let asks = self.difference.is_running() || self.shaders.is_some();
-        let asks = asks.then(|| Instant::now() + ASK_INTERVAL);
-        let wakes = [self.panel.wakes, asks].into_iter().flatten().min();
+        let polls = self.difference.is_running() || self.shaders.is_some();
+        let poll_at = polls.then(|| Instant::now() + ASK_INTERVAL);
+        let wakes = [self.panel.wakes, poll_at].into_iter().flatten().min();
         events.set_control_flow(wakes.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
         Ok(())
     }
 }
 
 impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> App<'p, F> {
-    /// Does something in the open window, if it is open, and closes it if that fails.
+    /// Runs `work` on an open window, and closes the window if that fails.
     fn with(&mut self, events: &ActiveEventLoop, work: impl FnOnce(&mut Session<'p>) -> Result<(), AppError>) {
         if let Some(Err(error)) = self.session.as_mut().map(work) {
             self.end(events, error);
         }
     }
 
-    /// Ends with the first error.
+    /// Closes the window with the first error.
     fn end(&mut self, events: &ActiveEventLoop, error: AppError) {
         if self.ended.is_ok() {
             self.ended = Err(error);
@@ -746,17 +747,17 @@ impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> Applicati
     }
 
     fn exiting(&mut self, _events: &ActiveEventLoop) {
-        // The window and its surface go before the connection to the display.
+        // The window and its surface are dropped before the connection to the display.
         let Some(mut session) = self.session.take() else { return };
         session.keep_layout();
         if self.ended.is_ok() {
-            // The window went on after a screenshot that was lost, but whoever waits for the file must know.
+            // A lost screenshot did not close the window, but scripts that wait for the file need the exit code.
             self.ended = session.lost.take().map_or(Ok(session.report), Err);
         }
     }
 }
 
-/// One picture, or the left part of the first beside the right part of the second.
+/// Combines the left part of the first picture with the right part of the second, if there is one.
 fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
     let mut pictures = pictures.into_iter();
     let (mut left, right) = (pictures.next()?, pictures.next());
@@ -771,7 +772,7 @@ fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
     Some(left)
 }
 
-/// Technique, time, frames per second, milliseconds per pass.
+/// The title of the window: technique, time, frames per second, milliseconds per pass.
 fn title(name: &str, viewer: &Viewer, fps: Option<f64>, times: &[(String, f64)]) -> String {
     let paused = if viewer.paused { " (paused)" } else { "" };
     let mut title = format!("{name} · {} · {:.2} s{paused}", viewer.choices.picture.shading(), viewer.time);
@@ -791,7 +792,7 @@ mod tests {
     use leadr_render::settings::Technique;
 
     #[test]
-    fn the_title_tells_technique_time_and_passes() {
+    fn title_shows_technique_time_and_passes() {
         let pose = leadr_scenes::view::CameraPose {
             position: [1.0; 3],
             target: [0.0; 3],
@@ -803,8 +804,8 @@ mod tests {
         viewer.act(Action::Pause);
         viewer.act(Action::Technique(Technique::Lean));
         let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
-        let said = title("Sphere", &viewer, Some(29.97), &times);
-        assert_eq!(said, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
+        let text = title("Sphere", &viewer, Some(29.97), &times);
+        assert_eq!(text, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
         assert_eq!(title("Sphere", &viewer, None, &[]), "Sphere · lean · 1.50 s (paused)");
     }
 

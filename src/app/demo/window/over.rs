@@ -1,4 +1,4 @@
-//! Pictures of numbers over the picture: what it is shaded by, and how two sides differ.
+//! Overlays on the picture: layers in false colours, and the difference of two sides.
 
 use std::thread::JoinHandle;
 
@@ -8,15 +8,15 @@ use leadr_render::frame::Layer;
 use leadr_render::surfaces::tessellation::MAX_FACTOR;
 use leadr_tools::metrics::compare::compare;
 
-/// A quantity in every pixel, row by row.
+/// A layer of a picture, row by row.
 pub struct LayerPicture {
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// As [`Renderer::layer`](leadr_render::frame::Renderer::layer) gives them.
+    /// Values of [`Renderer::layer`](leadr_render::frame::Renderer::layer).
     pub values: Vec<[f32; 4]>,
 }
 
-/// A quantity in false colours, and what they mean.
+/// Returns a layer in false colours, and a legend.
 pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String) {
     let LayerPicture { size: (width, height), values } = picture;
     let (width, height) = (*width, *height);
@@ -25,25 +25,23 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
     let finite = || values.iter().map(|v| v[0]).filter(|v| v.is_finite());
     let (low, high) = finite().fold((f32::MAX, f32::MIN), |(low, high), v| (low.min(v), high.max(v)));
     let says = match layer {
-        Layer::Depth => format!("depth: white {low:.1} m, black {high:.1} m and beyond"),
-        Layer::Normal => "normal: x, y, z from -1 to 1 are red, green, blue".to_owned(),
-        Layer::MeanSlope => "mean slope: x is red, y green; none is the middle, 1 the end".to_owned(),
+        Layer::Depth => format!("depth: white is {low:.1} m, black is {high:.1} m or more"),
+        Layer::Normal => "normal: red, green, blue are x, y, z from -1 to 1".to_owned(),
+        Layer::MeanSlope => "mean slope: red is x, green is y, from -1 to 1".to_owned(),
         Layer::Covariance => {
-            "slope deviations: along x red, along y green, root of the covariance blue; 1 is the end".to_owned()
+            "slope deviations from 0 to 1: red along x, green along y, blue the root of the covariance".to_owned()
         }
-        Layer::Lod => format!("level of detail: black {low:.1}, white {high:.1}"),
+        Layer::Lod => format!("level of detail: black is {low:.1}, white is {high:.1}"),
         Layer::Albedo => "albedo".to_owned(),
-        Layer::Roughness => "roughness: alpha from 0, black, to 1, white".to_owned(),
-        Layer::VisibleArea => {
-            "area of bumps that is seen: the smooth surface's is grey, twice that or more white".to_owned()
-        }
-        Layer::Patch => "patches: a colour each, darker along u and v".to_owned(),
-        Layer::Shadow => "light of suns and lamps that arrives: none is black, all white".to_owned(),
-        Layer::Sky => "surroundings that large shapes leave: none is black, all white".to_owned(),
-        Layer::Triangles => "edges of triangles; with more px/triangle they lie further apart".to_owned(),
+        Layer::Roughness => "roughness: black is alpha 0, white is 1".to_owned(),
+        Layer::VisibleArea => "visible area over that of the smooth surface: grey is 1, white is 2 or more".to_owned(),
+        Layer::Patch => "patches: one colour each, darker along u and v".to_owned(),
+        Layer::Shadow => "shadows of the sun and lamps: black is none of the light, white is all".to_owned(),
+        Layer::Sky => "sky occlusion by large shapes: black is occluded, white is open".to_owned(),
+        Layer::Triangles => "triangle edges: more triangle pixels move them apart".to_owned(),
         Layer::Tessellation => {
             let most = values.iter().map(|v| v[0].max(v[1])).filter(|v| v.is_finite()).fold(0.0, f32::max);
-            format!("segments of a patch: blue 1, green 8, red 63; at most {most:.0} here")
+            format!("segments along a patch: blue is 1, green 8, red 63; here at most {most:.0}")
         }
     };
     let color = |v: &[f32; 4]| match layer {
@@ -72,45 +70,46 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
     (Rgb8Image { width, height, texels: values.iter().map(color).collect() }, says)
 }
 
-/// Blue for 1 segment over green for 8 to red for 63, evenly in the logarithm.
+/// Colour ramp from blue (1 segment) over green (8) to red (63), linear in the logarithm.
 fn segment_color(segments: f32) -> [u8; 3] {
     let share = segments.max(1.0).ln() / MAX_FACTOR.ln();
     let [blue, green, red] = [0.0, 0.5, 1.0].map(|middle| (1.0 - 2.0 * (share - middle).abs()).clamp(0.0, 1.0));
     [red, green, blue].map(|part| (part.sqrt() * 255.0) as u8)
 }
 
-/// Finds the difference of two pictures beside the frames.
+/// Computes the difference of two pictures on another thread.
 #[derive(Default)]
 pub struct Difference {
     running: Option<JoinHandle<Option<(Rgb8Image, String)>>>,
-    /// Samples of the pictures that were compared last.
+    /// Current and final sample counts of the last compared pictures.
     compared: (u32, u32),
 }
 
 impl Difference {
-    /// Whether pictures with so many samples are worth comparing: at first, when they have doubled, and at last.
-    pub fn wants(&self, samples: (u32, u32)) -> bool {
+    /// Whether to compare pictures with these sample counts (current, final): first, after each doubling, and at the end.
+    pub fn needs_samples(&self, samples: (u32, u32)) -> bool {
         let news = samples.0 >= 2 * self.compared.0.max(1) || samples.0 >= samples.1;
         self.running.is_none() && self.compared != samples && news
     }
 
-    /// Whether something is on its way.
+    /// Whether a comparison is running.
     pub fn is_running(&self) -> bool {
         self.running.is_some()
     }
 
-    /// Begins to compare the pictures, which have so many samples.
+    /// Starts to compare the pictures. `samples` are their current and final sample counts.
     pub fn begin(&mut self, left: RgbImage, right: RgbImage, exposure: f32, tonemap: Tonemap, samples: (u32, u32)) {
         self.compared = samples;
         let names = format!("sample {} of {}", samples.0, samples.1);
         self.running = Some(std::thread::spawn(move || {
             let found = compare(&right, &left, exposure, tonemap).ok()?;
-            let says = format!("FLIP of left and right: mean {:.4}, rRMSE {:.4} ({names})", found.flip, found.rrmse);
+            let says =
+                format!("FLIP between left and right: mean {:.4}, rRMSE {:.4} ({names})", found.flip, found.rrmse);
             Some((found.error_image(), says))
         }));
     }
 
-    /// What was found, once.
+    /// Takes the error image and its legend when the comparison is finished.
     pub fn found(&mut self) -> Option<(Rgb8Image, String)> {
         let done = self.running.take_if(|running| running.is_finished())?;
         done.join().ok().flatten()
@@ -122,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn false_colors_tell_near_from_far() {
+    fn false_colors_distinguish_depth() {
         let values = [[2.0, 0.0, 0.0, 0.0], [8.0, 0.0, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0], [f32::NAN; 4]];
         let picture = LayerPicture { size: (4, 1), values: values.to_vec() };
         let (image, says) = false_colors(Layer::Depth, &picture);
@@ -138,10 +137,10 @@ mod tests {
     #[test]
     fn pictures_are_compared_when_they_have_doubled_and_at_last() {
         let mut difference = Difference::default();
-        assert!(difference.wants((2, 256)));
+        assert!(difference.needs_samples((2, 256)));
         let image = |v: f32| RgbImage { width: 16, height: 16, texels: vec![[v; 3]; 256] };
         difference.begin(image(0.2), image(0.4), 1.0, Tonemap::Agx, (2, 256));
-        assert!(!difference.wants((200, 256)));
+        assert!(!difference.needs_samples((200, 256)));
         let (picture, says) = loop {
             if let Some(found) = difference.found() {
                 break found;
@@ -149,8 +148,12 @@ mod tests {
             std::thread::yield_now();
         };
         assert!(picture.texels.len() == 256 && says.contains("sample 2 of 256") && !difference.is_running());
-        assert!(!difference.wants((2, 256)) && !difference.wants((3, 256)) && difference.wants((4, 256)));
+        assert!(
+            !difference.needs_samples((2, 256))
+                && !difference.needs_samples((3, 256))
+                && difference.needs_samples((4, 256))
+        );
         difference.compared = (200, 256);
-        assert!(difference.wants((256, 256)));
+        assert!(difference.needs_samples((256, 256)));
     }
 }

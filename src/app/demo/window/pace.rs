@@ -1,34 +1,32 @@
-//! How well a moving picture is drawn: as well as the device manages in the time that a frame may take.
+//! Quality while something moves: the best that the device can draw within the time of a frame.
 
 use leadr_gpu::Gpu;
 use leadr_render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions};
 use leadr_scenes::config::DEFAULT_MSAA;
 
-/// Frames a second below which a moving picture becomes simpler, if nobody says otherwise.
+/// Default frame rate below which a moving picture becomes simpler, frames per second.
 pub const DEFAULT_MIN_FPS: f32 = 10.0;
-/// Frames that take less than this share of the time they may take make it better again: what a step leaves out costs at most half as
-/// much again.
+/// If frames take less than this share of the allowed time, quality rises by a step, which is expected to cost at most half as much again.
 const FAST: f32 = 0.5;
-/// Frames whose median counts. One that makes pipelines is no reason.
+/// Number of frames whose median is compared, so a single frame that creates pipelines has no effect.
 const FRAMES: usize = 7;
-/// Frames in a row that take more than [`FAR`] times too long and so take several steps at once. Three may make pipelines.
+/// After this many consecutive frames over [`FAR`] times the allowed time, quality drops by several steps at once. Up to three frames in
+/// a row may create pipelines.
 const FAR_FRAMES: usize = 4;
 const FAR: f32 = 2.0;
-/// Share of the window's pixels along each side that is drawn, step by step. The first step has fewer probes and samples of the geometry
-/// instead.
+/// Share of the window's pixels along each side, for each step. The first step keeps all pixels and reduces probes and geometry samples.
 const SCALES: [f32; 6] = [1.0, 1.0, 0.75, 0.5, 0.35, 0.25];
-/// The step that a processor begins with which draws by itself: the window shows something sooner.
+/// First step on a software device, so the first picture appears sooner.
 const SLOW_STEP: usize = 4;
 
-/// What of moving pictures does not follow the pace. By default their geometry is multisampled, or if frames take long not, and
-/// these look the environment up at fewer probes, and then have fewer pixels.
+/// Quality that moving pictures keep at any pace. By default, slow frames first lose multisampling and probes, and then pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptQuality {
-    /// Samples of the geometry in each pixel, if they are given.
+    /// Fixed geometry samples per pixel, if given.
     pub msaa: Option<u32>,
-    /// Whether the probes stay.
+    /// Whether the number of probes is fixed.
     pub probes: bool,
-    /// Frames a second for which moving pictures may become simpler; at 0 they have all pixels.
+    /// Target frame rate, frames per second; 0 keeps all pixels.
     pub min_fps: f32,
 }
 
@@ -38,29 +36,29 @@ impl Default for KeptQuality {
     }
 }
 
-/// Follows how long frames take.
+/// Adapts quality to the time of recent frames.
 #[derive(Debug)]
 pub struct Pace {
     kept: KeptQuality,
-    /// Of [`SCALES`].
+    /// Index into [`SCALES`].
     step: usize,
-    /// Milliseconds of the last frames that were drawn alike, one after the other.
+    /// Milliseconds of the last consecutive frames at this step.
     recent: Vec<f32>,
 }
 
 impl Pace {
-    /// The pace of a device before its first frame: that of a processor which draws by itself is slow.
+    /// The initial pace of a device; a software device starts at a lower quality.
     pub fn on(gpu: &Gpu, kept: KeptQuality) -> Self {
         let slow = if kept.min_fps > 0.0 { SLOW_STEP } else { 1 };
         Self::new(kept, if gpu.is_lavapipe() { slow } else { 0 })
     }
 
-    /// `step`: how much simpler the first frames are, from 0.
+    /// Starts at this step of [`SCALES`].
     fn new(kept: KeptQuality, step: usize) -> Self {
         Self { kept, step, recent: Vec::new() }
     }
 
-    /// The settings of a moving picture: one sample of those of a still one.
+    /// The settings of a moving picture: one sample at the current quality.
     pub fn moving(&self, still: &RenderSettings) -> RenderSettings {
         let simple = self.step > 0;
         let reference = still.shading.technique().is_reference();
@@ -80,10 +78,10 @@ impl Pace {
         RenderSettings { size, samples: 1, msaa, shading, ..*still }
     }
 
-    /// A frame of a moving picture took so many milliseconds.
+    /// Records the time of a frame of a moving picture, and adapts the quality.
     pub fn frame(&mut self, milliseconds: f32) {
         self.recent.push(milliseconds);
-        // At 0 frames a second the first step is still there for those who set nothing else.
+        // With a target of 0, only the first step remains, judged by the default rate.
         let most = 1000.0 / if self.kept.min_fps > 0.0 { self.kept.min_fps } else { DEFAULT_MIN_FPS };
         let last = if self.kept.min_fps > 0.0 { SCALES.len() - 1 } else { 1 };
         if let Some(far) = self.recent.last_chunk::<FAR_FRAMES>()
@@ -108,7 +106,7 @@ impl Pace {
         }
     }
 
-    /// Something came between the frames.
+    /// Discards the recorded frames, after an interruption.
     pub fn interrupt(&mut self) {
         self.recent.clear();
     }
@@ -130,7 +128,7 @@ mod tests {
         assert_eq!((full.samples, full.msaa, full.shading), (1, DEFAULT_MSAA, still.shading));
         frames(&mut pace, 99.0);
         assert_eq!(pace.moving(&still), full);
-        // Frames that make pipelines, and a pause.
+        // Frames that create pipelines, and a pause.
         pace.frame(2000.0);
         pace.interrupt();
         (0..3).for_each(|_| pace.frame(2000.0));
@@ -141,7 +139,7 @@ mod tests {
         assert_eq!((simple.samples, simple.msaa), (1, 1));
         let nine = Quadrature::VisibleSlopes(Probes::Nine);
         assert_eq!(simple.shading.options().quadrature, nine);
-        // Simple frames take less time, which is no reason to go back until full ones would be fast.
+        // Simple frames take less time; quality rises only when full frames would be fast enough.
         frames(&mut pace, 90.0);
         assert_eq!(pace.moving(&still), simple);
         frames(&mut pace, 30.0);
@@ -149,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_jumps_changes_no_picture() {
+    fn clock_jumps_do_not_change_pictures() {
         let still = RenderSettings { size: (640, 360), ..RenderSettings::default() };
         for odd in [0.0, 1e9, f32::INFINITY, -1e9] {
             let mut pace = Pace::new(KeptQuality::default(), 1);
@@ -169,7 +167,7 @@ mod tests {
         let mut pace = Pace::new(KeptQuality::default(), 1);
         frames(&mut pace, 150.0);
         assert_eq!(pace.moving(&still).size, (480, 270));
-        // Much too slow: several steps at once.
+        // Very slow frames lower the quality by several steps at once.
         (0..4).for_each(|_| pace.frame(600.0));
         assert_eq!(pace.moving(&still).size, (160, 90));
         frames(&mut pace, 700.0);
@@ -178,7 +176,7 @@ mod tests {
         assert_eq!(pace.moving(&still).size, (160, 90));
         (0..4).for_each(|_| frames(&mut pace, 40.0));
         assert_eq!(pace.moving(&still).size, (640, 360));
-        // Thirty frames a second are harder to reach, none at all keep the pixels.
+        // A target of 30 frames per second is missed sooner; a target of 0 keeps all pixels.
         let mut pace = Pace::new(KeptQuality { min_fps: 30.0, ..Default::default() }, 1);
         frames(&mut pace, 40.0);
         assert_eq!(pace.moving(&still).size, (480, 270));
@@ -189,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_set_is_kept() {
+    fn settings_are_kept() {
         let still = RenderSettings { samples: 4, msaa: 2, ..RenderSettings::default() };
         let both = KeptQuality { msaa: Some(2), probes: true, ..Default::default() };
         assert_eq!(Pace::new(both, 1).moving(&still), RenderSettings { samples: 1, ..still });

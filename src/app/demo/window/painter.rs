@@ -1,4 +1,4 @@
-//! Frames of the renderer in a swapchain: one picture, or two side by side, and the panel over them.
+//! Presents frames of the renderer in a swapchain: one picture, or two side by side, with the panel over them.
 
 use std::sync::Arc;
 
@@ -18,31 +18,31 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_tools::command::error::AppError;
 
-/// Draws into one window: the device draws a frame while the processor prepares the next.
+/// Draws into one window. The GPU draws a frame while the CPU prepares the next.
 pub struct Painter {
-    // Dropped first: they wait for the device.
+    // Dropped first, because they wait for the device.
     slots: [Slot; FRAMES_IN_FLIGHT],
     panel: PanelPainter,
     /// The slot of the next frame.
     next: usize,
     swapchain: Swapchain,
-    /// Made for the first picture that it shows.
+    /// Created with the first picture, and again when the tone curve changes.
     pass: Option<(Tonemap, PresentPass)>,
-    /// Times of the passes of the last frame that is done.
+    /// Times of the passes of the last finished frame, milliseconds.
     times: Vec<(String, f64)>,
-    /// The pictures being drawn, the left one first, and their progress: the samples of still pictures are spread over frames.
+    /// The current pictures, left first. The samples of a still picture are spread over frames.
     shown: [Option<Shown>; 2],
-    /// The targets of the right picture; the renderer has those of the left one.
+    /// The targets of the right picture; the renderer owns those of the left one.
     beside: KeptTargets,
     renderer: Renderer,
 }
 
-/// A frame on its way.
+/// A frame in flight.
 struct Slot {
     sides: [SideSlot; 2],
     present: CommandRecorder,
     present_time: Timestamps,
-    /// Pictures that nothing else holds any more, but whose buffers the device may be reading.
+    /// Replaced pictures whose buffers the device may still read.
     held: Vec<PausedFrame>,
 }
 
@@ -50,7 +50,7 @@ struct Slot {
 struct SideSlot {
     recorder: CommandRecorder,
     timestamps: Timestamps,
-    /// Times of passes that were waited for when they were recorded.
+    /// Times of passes that were already waited for during recording.
     earlier: Vec<PassTime>,
 }
 
@@ -59,7 +59,7 @@ impl Slot {
         let side = |side: &str| {
             Ok::<_, AppError>(SideSlot {
                 recorder: CommandRecorder::new(gpu, &format!("window {number}, {side}"))?,
-                // The passes, and the first mark.
+                // One timestamp per pass, and one at the start.
                 timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?,
                 earlier: Vec::new(),
             })
@@ -80,26 +80,26 @@ struct Shown {
 
 /// A frame of the window.
 pub struct WindowFrame<'a> {
-    /// Pixels of the window.
+    /// Size of the window in pixels.
     pub size: [u32; 2],
-    /// A new state of the scene. Without one, still pictures gain a sample.
+    /// A new state of the scene. With `None`, still pictures gain a sample.
     pub state: Option<FrameState>,
     /// Settings of one picture, or of two side by side.
     pub sides: &'a [RenderSettings],
-    /// How good moving pictures are.
+    /// Quality of moving pictures.
     pub pace: &'a Pace,
-    /// A factor on the radiance.
+    /// Factor on the radiance.
     pub exposure: f32,
-    /// How light becomes that of the screen.
+    /// The tone curve.
     pub tonemap: Tonemap,
-    /// Share of the width on the left of the line between two pictures.
+    /// Position of the line between two pictures, as a share of the width.
     pub split: f32,
-    /// What lies over it.
+    /// The panel over the picture.
     pub panel: Painted,
 }
 
 impl Painter {
-    /// A painter for a window of the renderer's display.
+    /// A painter for a window on the renderer's display.
     pub fn new(renderer: Renderer, window: Arc<Window>) -> Result<Self, AppError> {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;
@@ -116,7 +116,7 @@ impl Painter {
         })
     }
 
-    /// Waits for the frames on their way.
+    /// Waits for the frames in flight.
     pub fn finish(&mut self) -> Result<(), AppError> {
         for i in 0..FRAMES_IN_FLIGHT {
             self.finish_slot((self.next + i) % FRAMES_IN_FLIGHT)?;
@@ -150,12 +150,12 @@ impl Painter {
         Ok(())
     }
 
-    /// Name and milliseconds of the passes of the last frame that is done, those of two pictures together.
+    /// Name and milliseconds of each pass of the last finished frame. Times of two pictures are added.
     pub fn times(&self) -> &[(String, f64)] {
         &self.times
     }
 
-    /// Surrounds the scene with another environment; the next frame needs a state of the scene.
+    /// Replaces the environment. The next frame needs a state of the scene.
     pub fn surround(&mut self, environment: Environment) -> Result<(), AppError> {
         self.finish()?;
         self.shown = [None, None];
@@ -163,7 +163,7 @@ impl Painter {
         Ok(())
     }
 
-    /// Draws another scene from now on; the next frame needs its state.
+    /// Replaces the scene. The next frame needs a state of the new scene.
     pub fn replace(&mut self, renderer: Renderer) -> Result<(), AppError> {
         self.finish()?;
         self.shown = [None, None];
@@ -172,10 +172,10 @@ impl Painter {
         Ok(())
     }
 
-    /// The same in the environment that surrounds the scene now.
-    pub fn dress(&mut self, mut renderer: Renderer) -> Result<(), AppError> {
+    /// Replaces the scene and keeps the current environment.
+    pub fn replace_keeping_environment(&mut self, mut renderer: Renderer) -> Result<(), AppError> {
         self.finish()?;
-        renderer.exchange_environments(&mut self.renderer);
+        renderer.swap_environments(&mut self.renderer);
         self.replace(renderer)
     }
 
@@ -184,21 +184,21 @@ impl Painter {
         self.renderer.gpu()
     }
 
-    /// Samples in the picture that has most left to do, and those that it will have.
+    /// Current and final sample counts of the picture with the least progress.
     pub fn samples(&self) -> (u32, u32) {
         let progress = self.shown.iter().flatten().map(|shown| (shown.frame.samples(), shown.settings.samples));
         progress.min_by_key(|(has, wants)| (has * 1000) / wants.max(&1)).unwrap_or((0, 0))
     }
 
-    /// Pixels that are drawn, and what of the scene is: upper bound on triangles, and patches.
+    /// Pixels drawn (width, height), and an upper bound on triangles with the number of patches.
     pub fn drawn(&self) -> ((u32, u32), (u64, u32)) {
         let counts = self.shown.iter().flatten().map(|shown| shown.frame.counts());
         let size = self.shown[0].as_ref().map_or((0, 0), |shown| shown.settings.size);
         (size, counts.fold((0, 0), |sum, counts| (sum.0 + counts.0, sum.1 + counts.1)))
     }
 
-    /// Whether the pictures are the still ones of these settings in a window of this size, with all their samples:
-    /// [`draw`](Self::draw) has nothing to add.
+    /// Whether the pictures are still ones of these settings and this size with all their samples, so [`draw`](Self::draw) has nothing to
+    /// add.
     pub fn is_complete(&self, size: [u32; 2], sides: &[RenderSettings]) -> bool {
         self.shown.iter().flatten().count() == sides.len()
             && self.shown.iter().flatten().zip(sides).all(|(shown, side)| {
@@ -207,10 +207,10 @@ impl Painter {
             })
     }
 
-    /// Draws a frame. False if there was nothing to draw on; then the caller must pass the state again.
+    /// Draws a frame. Returns false if no swapchain image was available; the caller must then pass the state again.
     ///
-    /// A moving picture has one sample in the middle of each pixel, and is as good as its pace says. A still one has the samples of
-    /// [`Renderer::render`] and becomes the same picture.
+    /// A moving picture has one sample in the middle of each pixel, at the quality of its pace. A still picture accumulates the samples of
+    /// [`Renderer::render`] and converges to the same picture.
     pub fn draw(&mut self, frame: WindowFrame<'_>) -> Result<bool, AppError> {
         let WindowFrame { size, state, sides, pace, exposure, tonemap, split, mut panel } = frame;
         let current = self.next;
@@ -225,7 +225,7 @@ impl Painter {
         let all_still = |side: &RenderSettings, shown: &Option<Shown>| {
             shown.as_ref().is_some_and(|shown| shown.settings == still(side, [width, height]))
         };
-        // What moves is drawn anew; so is what has stopped, once, and then gains samples.
+        // A moving picture is drawn again. A picture that has just stopped is drawn again once, and then gains samples.
         let anew = state.is_some() || !sides.iter().zip(&self.shown).all(|(side, shown)| all_still(side, shown));
         let wanted: Vec<RenderSettings> = sides
             .iter()
@@ -245,7 +245,7 @@ impl Painter {
                 && let Some(left) = self.shown[0].take()
             {
                 let right =
-                    self.draw_side(current, 1, settings, |renderer| renderer.prepare_beside(&left.frame, &settings));
+                    self.draw_side(current, 1, settings, |renderer| renderer.prepare_second(&left.frame, &settings));
                 self.shown[0] = Some(left);
                 right?;
             }
@@ -279,12 +279,12 @@ impl Painter {
         })??;
         self.swapchain.present(&mut slot.present, target)?;
         self.next = (current + 1) % FRAMES_IN_FLIGHT;
-        // The frame before this one may still be drawn.
+        // The previous frame may still be in flight.
         self.slots[self.next].held.extend(last);
         Ok(true)
     }
 
-    /// Adds a sample to a still picture, if it wants one.
+    /// Adds a sample to a still picture that is not complete.
     fn go_on(&mut self, slot: usize, side: usize) -> Result<(), AppError> {
         let wants = |shown: &mut Shown| shown.frame.samples() < shown.settings.samples;
         let Some(Shown { frame, settings }) = self.shown[side].take_if(wants) else { return Ok(()) };
@@ -313,7 +313,7 @@ impl Painter {
         Ok(())
     }
 
-    /// The picture in the window, or its left and right side, linear. In a narrower or a moving one pixels may be fewer.
+    /// Reads back the picture or both sides as linear radiance. Moving pictures may have fewer pixels than the window.
     pub fn pictures(&mut self) -> Result<Vec<RgbImage>, AppError> {
         self.finish()?;
         let read = |shown: &Shown| {
@@ -326,13 +326,13 @@ impl Painter {
         self.shown.iter().flatten().map(read).collect()
     }
 
-    /// What the places of the sky's volume see, in front of a picture of these depths.
+    /// The probes of the sky occlusion volume that are visible in front of these depths.
     pub fn probes(&self, depth: &LayerPicture) -> Vec<Ball> {
         let camera = self.shown[0].as_ref().map(|shown| shown.frame.state().camera);
         camera.map_or_else(Vec::new, |camera| balls(&self.renderer.sky_probes(), &camera, depth))
     }
 
-    /// A quantity that the picture was shaded by, and its size; the next frame needs a state of the scene.
+    /// Reads back a layer of the picture. The next frame needs a state of the scene.
     pub fn layer(&mut self, layer: Layer) -> Result<LayerPicture, AppError> {
         self.finish()?;
         let (size, _) = self.drawn();
@@ -353,7 +353,7 @@ fn sample(
 ) -> Result<PausedFrame, AppError> {
     let index = prepared.samples();
     if index < settings.samples.max(1) {
-        // A picture that goes on has buffers that its last sample may still be read by.
+        // From the second sample on, the previous sample may still read the same buffers.
         if prepared.overlaps() && index == 0 {
             let timestamps = &slot.timestamps;
             slot.recorder.record("picture", |cmd| {

@@ -1,4 +1,4 @@
-//! What a window shows, and who opens other things for it.
+//! The scene of a window, and the trait of programs that open other scenes.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,31 +15,31 @@ use leadr_scenes::stage::Sweep;
 use leadr_scenes::view::CameraPose;
 use leadr_tools::command::error::AppError;
 
-/// A scene that is ready to be shown.
+/// A scene that is ready to be drawn.
 pub struct Show {
-    /// Holds its objects.
+    /// The renderer, with the objects of the scene.
     pub renderer: Renderer,
-    /// Its state at a time in seconds. Its camera may follow something; then the window's does, too.
+    /// Returns the state at a time in seconds. If the scene's camera follows an object, so does the window's camera.
     pub scene: Box<dyn FnMut(f64) -> FrameState>,
-    /// Where it is seen from at first.
+    /// The first view.
     pub orbit: Orbit,
-    /// Its near, middle and far view, if it has them.
+    /// Its near, middle and far views, if it has them.
     pub views: Option<[Orbit; 3]>,
-    /// Distances between which it is swept.
+    /// Camera distances of a sweep, if it has one.
     pub sweep: Option<Sweep>,
-    /// Environments that it can be shown in. The renderer has the first.
+    /// Available environments. The renderer has the first.
     pub surroundings: Surroundings,
 }
 
 impl Show {
-    /// Whether anything of it changes as time goes on, as far as a few moments tell.
+    /// Whether the scene is animated, judged by a few moments.
     pub fn moves(&mut self) -> bool {
         let mut at = |time: f64| FrameState { time: 0.0, ..(self.scene)(time) };
         let first = at(0.0);
         self.renderer.moves() || [0.37, 1.9, 7.3].into_iter().any(|time| at(time) != first)
     }
 
-    /// A scene on the device.
+    /// Makes a show of an uploaded scene.
     pub fn of(set: Set, surroundings: Surroundings) -> Self {
         let orbit = |camera| Orbit::new(&CameraPose::of(&camera));
         let views = [set.views.near, set.views.mid, set.views.far].map(orbit);
@@ -48,82 +48,82 @@ impl Show {
     }
 }
 
-/// What the displaced surfaces of a scene have, such as a roughness.
+/// A property of the displaced surfaces of a scene, such as the roughness.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OfSurfaces<T> {
-    /// Its user has no say in it.
+    /// The user cannot change it.
     Fixed,
-    /// The scene's own.
+    /// The scene's own value.
     Own,
-    /// This instead of it.
+    /// A value that the user chose.
     Chosen(T),
 }
 
-/// Opens scenes for a window, and says how its picture is made without one. By default it is a program with one scene, which it shows as
-/// it is.
+/// Opens scenes for a window, and gives the command that draws the same picture to a file. The default methods describe a program with
+/// one fixed scene.
 pub trait Program {
     /// Names of the scenes that can be opened.
     fn scenes(&self) -> &[String] {
         &[]
     }
 
-    /// The one that is shown.
+    /// Name of the current scene.
     fn scene(&self) -> &str {
         ""
     }
 
-    /// Opens a scene by its name, or a model's file.
+    /// Opens a scene by name, or a model file.
     fn open(&mut self, _gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
         Err(AppError::Usage(format!("{}: this program shows one scene only", name.display())))
     }
 
-    /// The roughness of what is shown: Beckmann alpha, above 0, up to 1.
+    /// The roughness of the current scene: Beckmann alpha, above 0, up to 1.
     fn roughness(&self) -> OfSurfaces<f32> {
         OfSurfaces::Fixed
     }
 
-    /// Whether what is shown offers a choice.
+    /// Whether the current scene offers a choice.
     fn offers(&self, choice: Choice) -> bool {
         matches!(choice, Choice::Objects | Choice::Relief)
     }
 
-    /// Makes the scene that is shown again with a flag said anew, or no longer.
+    /// Opens the current scene again with one flag changed, or removed if the value is `None`.
     fn remake(&mut self, _gpu: &Arc<Gpu>, _flag: &str, _value: Option<String>) -> Result<Show, AppError> {
         Err(AppError::Usage(AS_IT_IS.to_owned()))
     }
 
-    /// Whether what is shown keeps what colours that follow the relief take.
+    /// Whether the current maps include the data for colours that follow the relief (`--relief-color`).
     fn keeps_relief_color(&self) -> bool {
         true
     }
 
-    /// The material that is shown: the name of a file or a folder.
-    fn worn(&self) -> OfSurfaces<String> {
+    /// The current material: the name of a file or a folder.
+    fn applied_material(&self) -> OfSurfaces<String> {
         OfSurfaces::Fixed
     }
 
-    /// Makes the scene that is shown with another material: a measured one, as `leadr fit` keeps it, or a folder; or with its own.
-    fn wear(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
+    /// Opens the current scene again with another material: a file from `leadr fit`, a material folder, or with `None` its own.
+    fn apply_material(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
         Err(AppError::Usage(AS_IT_IS.to_owned()))
     }
 
-    /// The scene that is shown in all detail, if it is not yet.
+    /// Opens the current scene at full detail; returns `None` if it already has that.
     fn complete(&mut self, _gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
         Ok(None)
     }
 
-    /// Notes that another environment surrounds the scene.
+    /// Records the environment for [`command`](Self::command).
     fn surround(&mut self, _environment: &str) {}
 
-    /// The command that makes a picture.
+    /// The command that draws this picture.
     fn command(&self, _seen: &Seen<'_>) -> Option<String> {
         None
     }
 }
 
-const AS_IT_IS: &str = "this program shows its scene as it is";
+const AS_IT_IS: &str = "this program cannot change the surfaces of its scene";
 
-/// A program with one scene.
+/// A program with one fixed scene.
 pub struct OneScene;
 
 impl Program for OneScene {}

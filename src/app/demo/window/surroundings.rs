@@ -1,4 +1,4 @@
-//! The environments that the window can show its scene in: the scene's own, the sky, the studio, and pictures dropped on it.
+//! The environments of the window: the scene's own, the sky, the studio, and dropped panoramas.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -10,18 +10,18 @@ use leadr_scenes::light::EnvironmentChoice;
 use leadr_scenes::set::SkyOrPicture;
 use leadr_tools::command::error::AppError;
 
-/// The choices, and which of them is shown.
+/// The available environments and the current one.
 #[derive(Clone, Debug)]
 pub struct Surroundings {
     choices: Vec<EnvironmentChoice>,
     shown: usize,
     made_with: SkyOrPicture,
-    /// Exposure factor of the picture that is shown; `None` for the first choice, whose scene has it.
+    /// Exposure factor of the current panorama; `None` for the first choice, because its scene has one.
     metered: Option<f32>,
 }
 
 impl Surroundings {
-    /// `first` is what the renderer shows already; `made_with` makes the others.
+    /// `first` is the renderer's current environment; `made_with` creates the others.
     pub fn new(first: EnvironmentChoice, made_with: SkyOrPicture) -> Self {
         let others = [EnvironmentChoice::Sky, EnvironmentChoice::Studio].into_iter().filter(|choice| *choice != first);
         let others: Vec<_> = others.collect();
@@ -29,12 +29,12 @@ impl Surroundings {
         Self { choices, shown: 0, made_with, metered: None }
     }
 
-    /// Which environment comes after the one that is shown.
+    /// The environment after the current one.
     pub fn next(&self) -> EnvironmentChoice {
         self.choices[(self.shown + 1) % self.choices.len()].clone()
     }
 
-    /// Names of the choices, as `--environment` takes them.
+    /// Names of the environments, as values of `--environment`.
     pub fn names(&self) -> Vec<String> {
         let name = |choice: &EnvironmentChoice| match choice {
             EnvironmentChoice::Sky => "sky".to_owned(),
@@ -44,26 +44,29 @@ impl Surroundings {
         self.choices.iter().map(name).collect()
     }
 
-    /// Which of them is shown.
+    /// Index of the current environment.
     pub fn shown(&self) -> usize {
         self.shown
     }
 
-    /// One of them; the last if there are fewer.
+    /// The environment at an index; the last one if the index is too large.
     pub fn choice(&self, number: usize) -> EnvironmentChoice {
         self.choices[number.min(self.choices.len() - 1)].clone()
     }
 
-    /// The choice that a dropped file is.
+    /// The environment of a dropped file.
     pub fn dropped(path: PathBuf) -> Result<EnvironmentChoice, AppError> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         match extension.as_ref().and_then(|e| e.to_str()) {
             Some("hdr" | "exr") => Ok(EnvironmentChoice::File(path)),
-            _ => Err(AppError::Usage(format!("{}: drop an equirectangular .hdr or .exr picture", path.display()))),
+            _ => Err(AppError::Usage(format!(
+                "{}: drop an equirectangular .hdr or .exr, a model or a material",
+                path.display()
+            ))),
         }
     }
 
-    /// Makes `choice` and notes that it is shown from now on. After an error what was shown stays.
+    /// Creates `choice` and makes it current. After an error the current environment is unchanged.
     pub fn show(&mut self, gpu: &Arc<Gpu>, choice: EnvironmentChoice) -> Result<Environment, AppError> {
         let picture = choice.load(self.made_with.rotation)?;
         let environment = self.made_with.make(gpu, picture.as_ref())?;
@@ -75,12 +78,12 @@ impl Surroundings {
         Ok(environment)
     }
 
-    /// Gives a state of the scene, as it is in its own environment, the sky of the one that is shown, or takes it away.
+    /// Adapts a state of the scene to the current environment: adds or removes the sky, and sets the exposure.
     pub fn light(&self, state: &mut FrameState) {
         match (&self.choices[self.shown], state.sky.is_some()) {
             (EnvironmentChoice::Sky, false) => *state = state.clone().under(&self.made_with.sky),
             (EnvironmentChoice::Studio | EnvironmentChoice::File(_), true) => {
-                (state.sky, state.sun, state.emission_scale) = (None, None, 1.0);
+                (state.sky, state.emission_scale) = (None, 1.0);
             }
             _ => {}
         }
@@ -107,12 +110,12 @@ mod tests {
         assert_eq!(chosen.next(), EnvironmentChoice::Studio);
         let mut state = FrameState::new(camera, Vec::new()).under(&Sky::default());
         chosen.light(&mut state);
-        assert!(state.sky.is_some() && state.sun.is_some());
+        assert!(state.sky.is_some() && state.sun().is_some());
         chosen.shown = 1;
         chosen.light(&mut state);
         chosen.metered = Some(4.0);
         chosen.light(&mut state);
-        assert!(state.sky.is_none() && state.sun.is_none());
+        assert!(state.sky.is_none() && state.sun().is_none());
         assert_eq!((state.exposure(), state.emission_scale), (4.0, 0.25));
         let mut chosen = surroundings(EnvironmentChoice::File("panorama.hdr".into()));
         assert_eq!(chosen.choices.len(), 3);
@@ -120,7 +123,7 @@ mod tests {
         assert!(state.sky.is_none());
         chosen.shown = 1;
         chosen.light(&mut state);
-        assert!(state.sky.is_some() && state.sun.is_some());
+        assert!(state.sky.is_some() && state.sun().is_some());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What the user of the window sees: from where, when, and how it was chosen to look. Independent of window and device.
+//! The state that the user changes: camera, time and picture settings. Independent of window and device.
 
 use glam::Vec3;
 
@@ -10,79 +10,79 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::stage::Sweep;
 
-/// Longest step of the animation, seconds: on a slow device it slows down instead of jumping.
+/// Longest step of the animation, seconds. On a slow device the animation slows down instead of jumping.
 const LONGEST_STEP: f64 = 0.1;
-/// What the arrow keys move the time by, seconds.
+/// Time step of the arrow keys, seconds.
 const SCRUB: f64 = 0.5;
-/// What `,` and `.` move the time by, seconds.
+/// Time step of `,` and `.`, seconds.
 const FRAME: f64 = 1.0 / 30.0;
 
-/// Seconds in which a sweep moves the camera out, and back again.
+/// Duration of a sweep in each direction, seconds.
 const SWEEP_SECONDS: f64 = 8.0;
-/// Steps of a sweep: more than frames of it.
+/// Steps of a sweep, more than it has frames.
 const SWEEP_STEPS: u32 = 1 << 16;
-/// Share of its distance from the target by which a flying camera moves in a second.
+/// Speed of a flying camera, in multiples of its distance from the target per second.
 const FLY_PACE: f32 = 0.6;
 
-/// Points on either side of the line between two techniques where it can be grabbed.
+/// Distance from the line between two techniques within which it can be dragged, points.
 pub const SPLIT_GRIP: f32 = 8.0;
 
-/// What `[` and `]` move the sun by, hours.
+/// Step of the sun for `[` and `]`, hours.
 const SUN_STEP: f64 = 0.5;
-/// Paces of the sun, hours per second, in the order in which a key chooses them.
+/// Speeds of the sun, hours per second, in the order of the key.
 const SUN_PACES: [f64; 3] = [0.0, 24.0 / 120.0, 24.0 / 20.0];
 
-/// What a key asks for.
+/// The action of a key or button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Stops time or lets it run.
+    /// Pause or resume time.
     Pause,
-    /// Moves the time back or forward by half a second.
+    /// Move time by this many half seconds.
     Scrub(i8),
-    /// Stops the time and moves it back or forward by a thirtieth of a second.
+    /// Pause and move time by this many thirtieths of a second.
     Frame(i8),
-    /// Moves the sun back or forward by half an hour.
+    /// Move the sun by this many half hours.
     Sun(i8),
-    /// The next of the sun's paces, in addition to the scene's own.
+    /// Select the next speed of the sun, added to the scene's own.
     SunPace,
-    /// Back to the first view, time and sun; time runs.
+    /// Reset view, time and sun, and resume time.
     Reset,
-    /// Another technique.
+    /// Select a technique.
     Technique(Technique),
-    /// The paper's grid instead of the visible-slope rules, or the other way round.
+    /// Switch between the paper's grid and the visible-slope rules.
     Rule,
-    /// The next shadowing model.
+    /// Select the next shadowing model.
     Shadowing,
-    /// Another technique beside this one, or none.
+    /// Show or hide the right side with another technique.
     Compare,
-    /// Moves the camera out and back.
+    /// Start or stop a sweep of the camera to the far view and back.
     Sweep,
-    /// Orbits around a target, or flies.
+    /// Switch between orbit and fly mode.
     Fly,
-    /// The next environment.
+    /// Select the next environment.
     Environment,
     /// Save a screenshot.
     Screenshot,
-    /// Copy the command that makes this picture.
+    /// Copy the command that draws this picture.
     CopyCommand,
-    /// Shows or hides the panel.
+    /// Show or hide the panel.
     Panel,
-    /// Shows or hides the help.
+    /// Show or hide the help.
     Help,
-    /// The whole screen, or a window.
+    /// Switch between full screen and window.
     FullScreen,
     /// Quit.
     Quit,
 }
 
-/// What dragging does.
+/// The effect of dragging.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drag {
-    /// Turns the camera around its target.
-    Turn,
+    /// Orbits the camera around its target.
+    Rotate,
     /// Moves camera and target sideways.
     Pan,
-    /// Turns a flying camera.
+    /// Rotates a flying camera.
     Look,
     /// Moves the line between two techniques.
     Split,
@@ -93,20 +93,20 @@ pub enum Drag {
 pub struct Viewer {
     /// The camera.
     pub orbit: Orbit,
-    /// Moment of the animation, seconds, never negative.
+    /// Time of the animation, seconds, never negative.
     pub time: f64,
-    /// Whether time stands still.
+    /// Whether time is paused.
     pub paused: bool,
-    /// Hours by which the sun has been moved.
+    /// Offset of the sun, hours.
     pub sun_hours: f64,
     sun_pace: usize,
-    /// How it looks.
+    /// Picture settings.
     pub choices: Choices,
-    /// Whether the camera flies: it turns about itself, and keys move it.
+    /// Whether the camera is in fly mode: dragging rotates it about itself, and keys move it.
     pub fly: bool,
-    /// Which way held keys move a flying camera: right, forward, up; each -1, 0 or 1.
+    /// Direction of the held keys in fly mode: right, forward, up; each -1, 0 or 1.
     pub held: Vec3,
-    /// Whether the scene changes as time goes on.
+    /// Whether the scene is animated.
     pub scene_moves: bool,
     /// The scene's own sweep, if it has one.
     pub sweep: Option<Sweep>,
@@ -115,17 +115,17 @@ pub struct Viewer {
     other_rule: Quadrature,
     other_compare: Compare,
     start: (Orbit, f64),
-    /// What moving the mouse does now.
+    /// The current drag.
     pub drag: Option<Drag>,
-    /// Where the pointer is, pixels.
+    /// Position of the pointer, pixels.
     pub pointer: Option<[f32; 2]>,
     changed: bool,
-    /// Something over the picture has changed.
+    /// Whether an overlay has changed.
     pub redraw: bool,
 }
 
 impl Viewer {
-    /// A viewer at the beginning; time runs. `sweep`: distances of the scene's views.
+    /// A viewer with running time. `sweep` holds the camera distances of the scene's sweep.
     pub fn new(orbit: Orbit, time: f64, choices: Choices, sweep: Option<Sweep>) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
         let other_rule = match choices.picture.options.quadrature {
@@ -154,7 +154,7 @@ impl Viewer {
         }
     }
 
-    /// Begins again with another scene, in which what was chosen about the picture stays.
+    /// Starts another scene and keeps the picture settings.
     pub fn enter(&mut self, orbit: Orbit, sweep: Option<Sweep>, scene_moves: bool) {
         let (choices, other_rule, other_compare) = (self.choices.clone(), self.other_rule, self.other_compare);
         let picture = Picture { height_scale: 1.0, stretch: 1.0, ..choices.picture };
@@ -162,12 +162,12 @@ impl Viewer {
         *self = Self { other_rule, other_compare, scene_moves, ..Self::new(orbit, 0.0, choices, sweep) };
     }
 
-    /// Seconds that a sweep lasts, and those that it has run, if one runs.
+    /// Progress of a running sweep, 0 to 1.
     pub fn sweep_progress(&self) -> Option<f32> {
         self.sweeping.map(|(seconds, _)| (seconds / (2.0 * SWEEP_SECONDS)) as f32)
     }
 
-    /// Advances the scene by `seconds`, unless time stands still; the sun moves at its own pace.
+    /// Advances time by `seconds` unless it is paused. Sun, sweep and fly mode advance in any case.
     pub fn advance(&mut self, seconds: f64) {
         if !self.paused {
             self.time += seconds.clamp(0.0, LONGEST_STEP);
@@ -179,7 +179,7 @@ impl Viewer {
         }
         if let (Some((ran, back)), Some(sweep)) = (self.sweeping, self.sweep) {
             let ran = ran + seconds.max(0.0);
-            // Out and back.
+            // Share of the way out: rises to 1 and falls again.
             let share = (ran / SWEEP_SECONDS).min(2.0);
             let share = if share > 1.0 { 2.0 - share } else { share };
             self.orbit.set_distance(sweep.distance((share * f64::from(SWEEP_STEPS - 1)) as u32, SWEEP_STEPS));
@@ -196,7 +196,7 @@ impl Viewer {
         }
     }
 
-    /// Does what a key asks for; what is about the window, its environment or a file is left to it.
+    /// Performs an action. Actions on the window, the environment or files are ignored here and handled by the window.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Pause => self.paused = !self.paused,
@@ -245,15 +245,15 @@ impl Viewer {
         self.changed = true;
     }
 
-    /// The user's camera in a scene whose own camera is `own`: it follows what `own` follows, moved by as much as the target of
-    /// `own` has moved since the beginning.
+    /// The user's camera, moved by as much as the target of the scene's camera `own` has moved since the start. It thus follows the same
+    /// object.
     pub fn camera(&self, own: &Camera) -> Camera {
         let gone = own.target - self.start.0.target();
         let camera = self.orbit.pose().camera();
         Camera { position: camera.position + gone, target: camera.target + gone, ..camera }
     }
 
-    /// Whether these pixels are on the line between two techniques, or within `grip` of it.
+    /// Whether `x` is within `grip` of the line between two techniques; all in pixels, like `width`.
     pub fn is_at_split(&self, x: f32, width: f32, grip: f32) -> bool {
         self.choices.compare.is_some_and(|compare| (compare.split * width - x).abs() <= grip)
     }
@@ -263,12 +263,12 @@ impl Viewer {
         self.drag == Some(Drag::Split)
     }
 
-    /// The pointer is at these pixels, x right and y down, in a window of so many.
+    /// Moves the pointer to these pixels, x right and y down, in a window of this size, and performs the current drag.
     pub fn move_pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
         if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
             let (right, down) = (to[0] - from[0], to[1] - from[1]);
             match drag {
-                Drag::Turn => self.orbit.turn(right, down),
+                Drag::Rotate => self.orbit.rotate(right, down),
                 Drag::Pan => self.orbit.pan(right, down, height),
                 Drag::Look => self.orbit.look(right, down),
                 Drag::Split => {
@@ -283,13 +283,13 @@ impl Viewer {
         self.pointer = Some(to);
     }
 
-    /// Zooms by notches of the wheel, up is closer.
+    /// Zooms by notches of the wheel; positive is closer.
     pub fn wheel(&mut self, notches: f32) {
         self.orbit.zoom(notches.clamp(-50.0, 50.0));
         self.changed = true;
     }
 
-    /// Puts the sun somewhere, from where it goes on at its own pace.
+    /// Sets the direction of the sun. A moving sun continues from there.
     pub fn put_sun(&mut self, sun: SunDirection) {
         self.choices.sun = Some(sun);
         self.sun_hours = 0.0;
@@ -306,7 +306,7 @@ impl Viewer {
         std::mem::take(&mut self.changed)
     }
 
-    /// Whether something has changed, or time runs.
+    /// Whether the picture changes: after a change, or while something is animated.
     pub fn is_moving(&self) -> bool {
         let flies = self.fly && self.held != Vec3::ZERO;
         let runs = !self.paused && self.scene_moves;
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_jumps_leaves_camera_time_and_sun_where_they_can_be() {
+    fn clock_jumps_keep_camera_time_and_sun_valid() {
         for jump in [-5.0 * 3600.0, 5.0 * 3600.0, 1e12] {
             let mut viewer = viewer();
             let orbit = viewer.orbit;
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn time_changes_no_picture_of_a_scene_that_stands_still() {
+    fn time_does_not_change_static_scenes() {
         let mut viewer = viewer();
         viewer.scene_moves = false;
         viewer.take_changed();
@@ -432,7 +432,7 @@ mod tests {
         let start = viewer.orbit;
         viewer.move_pointer([10.0, 10.0], [200.0, 100.0]);
         assert!(viewer.orbit == start && !viewer.take_changed());
-        viewer.drag = Some(Drag::Turn);
+        viewer.drag = Some(Drag::Rotate);
         viewer.move_pointer([30.0, 15.0], [200.0, 100.0]);
         assert!(viewer.orbit != start && viewer.take_changed());
         assert_eq!(viewer.orbit.pose().target, start.pose().target);
@@ -448,15 +448,15 @@ mod tests {
     }
 
     #[test]
-    fn the_camera_goes_along_with_what_the_scene_follows() {
+    fn camera_follows_the_scene_anchor() {
         let mut viewer = viewer();
         let start = viewer.orbit.pose().camera();
         let gone = Vec3::new(7.0, 1.0, 0.0);
         let own = Camera { position: start.position + gone, target: start.target + gone, ..start };
         let camera = viewer.camera(&own);
         assert!(camera.position.distance(own.position) < 1e-4 && camera.target == own.target);
-        // A turn keeps the distance to what is followed, a pan its offset.
-        viewer.orbit.turn(100.0, 0.0);
+        // An orbit keeps the distance to the followed target; a pan keeps its offset.
+        viewer.orbit.rotate(100.0, 0.0);
         let turned = viewer.camera(&own);
         assert!(turned.target == own.target && turned.position.distance(own.position) > 1.0);
         viewer.orbit.pan(50.0, 0.0, 100.0);
@@ -476,7 +476,7 @@ mod tests {
         assert!((viewer.orbit.distance() - 10.0).abs() < 0.1);
         viewer.advance(SWEEP_SECONDS);
         assert!(viewer.orbit == start && viewer.sweep_progress().is_none());
-        // The key again ends it at once.
+        // The same key stops a sweep.
         viewer.act(Action::Sweep);
         viewer.advance(1.0);
         viewer.act(Action::Sweep);
@@ -484,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flying_camera_turns_about_itself_and_goes_where_it_looks() {
+    fn fly_camera_rotates_in_place_and_moves_forward() {
         let mut viewer = viewer();
         viewer.act(Action::Fly);
         let eye = Vec3::from_array(viewer.orbit.pose().position);
@@ -519,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn the_other_technique_is_remembered() {
+    fn other_technique_is_restored() {
         let mut viewer = viewer();
         viewer.act(Action::Compare);
         viewer.choices.compare.as_mut().expect("one").technique = Technique::Lean;

@@ -1,5 +1,5 @@
-//! Truths by a renderer that this project did not write, stored beside this file by `scripts/external-truth`: block means of
-//! pictures, what they show, and how noisy they are.
+//! Truths from an independent renderer, stored beside this file by `scripts/external-truth`: block means of pictures, their content and
+//! their noise.
 
 pub mod panoramas;
 pub mod reliefs;
@@ -14,7 +14,7 @@ use leadr_maps::{MapFault, RgbImage, decode_environment};
 use leadr_render::camera::Camera;
 use leadr_render::settings::Terms;
 
-/// What one truth shows, as the scripts write it.
+/// Content of one truth, as written by the scripts.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct OutsideCase {
     /// `group/subject/…/terms`.
@@ -38,7 +38,7 @@ pub struct OutsideCase {
     pub block: u32,
     /// Standard error of the truth's pixels, relative like rRMSE.
     pub noise: f64,
-    /// Its first texel among those of all truths.
+    /// Index of its first texel among those of all truths.
     start: usize,
 }
 
@@ -51,38 +51,38 @@ struct StoredCamera {
 }
 
 impl OutsideCase {
-    /// Where it is seen from.
+    /// The camera.
     pub fn camera(&self) -> Camera {
         let StoredCamera { position, target, up, fov_degrees } = self.camera;
         Camera { up: up.into(), ..Camera::looking_at(Vec3::from(position), Vec3::from(target), fov_degrees) }
     }
 
-    /// The term of the light.
+    /// The light term.
     pub fn terms(&self) -> Terms {
         if self.terms == "diffuse" { Terms::DIFFUSE_ENVIRONMENT } else { Terms::SPECULAR_ENVIRONMENT }
     }
 
-    /// The part of the name that its tables are grouped by: `sphere`, `flat` or `plane`.
+    /// The first part of the name, which groups the tables: `sphere`, `flat` or `plane`.
     pub fn group(&self) -> &str {
         self.name.split('/').next().unwrap_or_default()
     }
 }
 
-/// A truth and the blocks of it that are judged.
+/// A truth and the blocks used for the comparison.
 #[derive(Clone, Debug)]
 pub struct OutsideTruth {
-    /// What it shows.
+    /// Its content.
     pub case: OutsideCase,
     /// Block means.
     pub image: RgbImage,
-    /// Blocks wholly on the object.
+    /// Blocks entirely on the object.
     pub mask: Mask,
 }
 
-/// All truths that are stored.
+/// All stored truths.
 ///
 /// # Errors
-/// If the stored files do not fit each other.
+/// If the stored files are inconsistent.
 pub fn truths() -> Result<Vec<OutsideTruth>, LabError> {
     let cases: Vec<OutsideCase> =
         serde_json::from_str(include_str!("truths.json")).map_err(|e| LabError(format!("truths.json: {e}")))?;
@@ -93,7 +93,7 @@ pub fn truths() -> Result<Vec<OutsideTruth>, LabError> {
             let [width, height] = case.size.map(|n| n / case.block.max(1));
             let end = case.start + (width * height) as usize;
             let texels = all.texels.get(case.start..end).map(<[_]>::to_vec);
-            let texels = texels.ok_or_else(|| LabError(format!("truths.hdr ends before {}", case.name)))?;
+            let texels = texels.ok_or_else(|| LabError(format!("truths.hdr has no texels for {}", case.name)))?;
             let inside = texels.iter().map(|t| t.iter().any(|&c| c > 0.0)).collect();
             let image = RgbImage::new(width, height, texels).map_err(|e| LabError(format!("{}: {e}", case.name)))?;
             Ok(OutsideTruth { case, image, mask: Mask { width, height, inside } })
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_stored_is_whole_and_names_known_things() {
+    fn stored_cases_are_complete_and_valid() {
         let truths = truths().unwrap();
         assert!(truths.len() > 60, "{}", truths.len());
         for OutsideTruth { case, image, mask } in &truths {

@@ -1,4 +1,4 @@
-//! The panoramas of the outside truths: four of the shared data, one of them without its sun, and four made by the formulas of
+//! The panoramas of the external truths: four from the shared data, one of them without its sun, and four from the formulas of
 //! `scripts/external-truth/panoramas.py`.
 
 use std::f64::consts::PI;
@@ -13,10 +13,10 @@ pub const NAMES: [&str; 9] = ["spiaggia", "spruit", "studio", "night", "soft", "
 
 const WIDTH: u32 = 1024;
 const HEIGHT: u32 = 512;
-/// Radiance above which the soft panorama is cut.
+/// Radiance limit of the soft panorama.
 const CUT: f32 = 4.0;
 
-/// A panorama by its name; `None` if it needs shared data that is not there, or there is no such name.
+/// A panorama by name; `None` if the name is unknown or its shared data is missing.
 ///
 /// # Errors
 /// If a file of the shared data cannot be read.
@@ -43,7 +43,7 @@ pub fn panorama(name: &str) -> Result<Option<RgbImage>, MapError> {
     Ok(Some(image))
 }
 
-/// A panorama whose texel at a place and in a direction has this radiance.
+/// A panorama from a radiance function of texel and direction.
 fn picture(radiance: impl Fn(u32, u32, [f64; 3]) -> [f64; 3]) -> RgbImage {
     let texels = (0..WIDTH * HEIGHT).map(|i| {
         let (x, y) = (i % WIDTH, i / WIDTH);
@@ -55,7 +55,7 @@ fn picture(radiance: impl Fn(u32, u32, [f64; 3]) -> [f64; 3]) -> RgbImage {
     RgbImage { width: WIDTH, height: HEIGHT, texels: texels.collect() }
 }
 
-/// A sky that is brighter near its top, over brown ground.
+/// A sky that is brighter near the zenith, over brown ground.
 fn dusk([_, _, z]: [f64; 3]) -> [f64; 3] {
     if z > 0.0 { [0.25, 0.35, 0.55].map(|c| c * (0.4 + 0.6 * z)) } else { [0.20, 0.17, 0.13] }
 }
@@ -69,7 +69,7 @@ fn tubes(x: u32, y: u32, d: [f64; 3]) -> [f64; 3] {
     dusk(d).map(|c| 0.2 * c)
 }
 
-/// Discs of equal flux and half angles of 1° to 16°, each of another colour.
+/// Discs of equal flux and half angles from 1° to 16°, in different colours.
 fn lamps(d: [f64; 3]) -> [f64; 3] {
     const COLORS: [[f64; 3]; 5] = [[1.0, 0.3, 0.2], [0.3, 1.0, 0.3], [0.3, 0.4, 1.0], [1.0, 0.9, 0.3], [0.8; 3]];
     let mut radiance = dusk(d).map(|c| 0.05 * c);
@@ -95,14 +95,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn made_panoramas_hold_what_they_are_named_for() {
+    fn generated_panoramas_match_their_names() {
         let made = |name: &str| panorama(name).unwrap().unwrap();
         assert_eq!(made("pixel").at(300, 150), [1e5, 9e4, 8e4]);
         let pixels = |name: &str, least: f32| made(name).texels.iter().filter(|t| t[1] > least).count();
         assert_eq!(pixels("pixel", 1.0), 1);
         assert_eq!(pixels("tubes", 100.0), 8 * 2 * 100);
         assert_eq!(pixels("checks", 1.0), 512 * 512);
-        // The disc of 16° holds (1 − cos 16°) / 2 of the sphere.
+        // The disc of 16° covers (1 − cos 16°) / 2 of the sphere.
         let white = |t: &&[f32; 3]| (t[0] - t[2]).abs() < 1e-6 && t[0] > 1.0;
         assert!(made("lamps").texels.iter().filter(white).count() > 1000);
         assert!(panorama("nowhere").unwrap().is_none());

@@ -1,4 +1,4 @@
-//! The height maps of the outside truths: box means of three of the shared data, and one made by the formula of
+//! The height maps of the external truths: box means of three from the shared data, and one from the formula of
 //! `scripts/external-truth/reliefs.py`.
 
 use std::f64::consts::PI;
@@ -14,7 +14,7 @@ pub const NAMES: [&str; 4] = ["studs", "rock", "walkway", "leather"];
 /// Texels along a side.
 const TEXELS: u32 = 256;
 
-/// A height map by its name; `None` if it needs shared data that is not there, or there is no such name.
+/// A height map by name; `None` if the name is unknown or its shared data is missing.
 ///
 /// # Errors
 /// If a file of the shared data cannot be read.
@@ -30,7 +30,7 @@ pub fn relief(name: &str) -> Result<Option<HeightMap>, MapError> {
     Ok(Some(box_means(&load_height_map(path)?)))
 }
 
-/// Round studs of eight sizes and a slow wave.
+/// Round studs of eight sizes plus a slow wave.
 fn studs() -> HeightMap {
     let height = |i: u32| {
         let at = |n: u32| (f64::from(n) + 0.5) / f64::from(TEXELS) * 8.0;
@@ -44,7 +44,7 @@ fn studs() -> HeightMap {
     HeightMap { width: TEXELS, height: TEXELS, texels }
 }
 
-/// The map with [`TEXELS`] texels a side; sides are multiples of that.
+/// The map reduced to [`TEXELS`] texels per side; its sides are multiples of that.
 fn box_means(map: &HeightMap) -> HeightMap {
     let side = (map.width / TEXELS).max(1);
     let mean = |i: u32| {
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn studs_stand_in_their_cells_and_repeat() {
         let map = studs();
-        // Middles of cells are higher than their corners, within 0 and 1.
+        // Cell centres are higher than cell corners, within 0 and 1.
         assert!(map.at(16, 16) > map.at(1, 1) + 0.2);
         assert!(map.texels.iter().all(|h| (0.0..=1.0).contains(h)));
         assert!((map.at(0, 7) - map.at(TEXELS - 1, 7)).abs() < 0.02);

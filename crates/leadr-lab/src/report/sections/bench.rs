@@ -9,9 +9,9 @@ use leadr_tools::bench::{BenchConfig, Quad, bench};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 
-const INTRO: &str = "Times of the passes, measured on the device as leadr bench --paper does. Every round draws one frame of each \
-    row; the table gives medians over rounds, and ratios are taken within each round. The quad has 512 x 512 pixels \
-    (in a quick report 256 x 256); the paper's own times are from an NVIDIA GTX 480 at 1024 x 1024.";
+const INTRO: &str = "Pass times on the device, measured like leadr bench --paper. Every round draws one frame of each row. The table \
+    gives medians over rounds; ratios are computed within each round. The quad has 512 x 512 pixels (256 x 256 in a quick report); the \
+    paper's own times are from an NVIDIA GTX 480 at 1024 x 1024.";
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(256, 512);
@@ -51,7 +51,7 @@ fn text(value: &Value) -> Cell {
     }
 }
 
-/// A table of some fields of a list of objects.
+/// A table of selected fields of a list of objects.
 fn fields(data: &Value, key: &str, caption: &str, columns: &[(&str, &str)]) -> Table {
     let mut table = Table::new(caption, columns.iter().map(|c| c.1));
     for row in list(data, key) {
@@ -99,7 +99,7 @@ fn lines(data: &Value) -> Table {
         ("intercept_ms", "ms without samples"),
         ("per_sample_ms", "ms per sample"),
         ("r_squared", "R²"),
-        ("worst", "largest distance from the line"),
+        ("worst", "largest deviation from the line"),
     ];
     fields(data, "lines", "Time against samples, Figure 11: straight lines through the medians", &columns)
 }

@@ -1,4 +1,4 @@
-//! Paint that follows the relief: the whole picture at one sample.
+//! Colours that follow the relief: whole pictures at one sample per pixel.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -8,7 +8,7 @@ use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
-use crate::report::verdict::{Shot, judge, without_grain};
+use crate::report::verdict::{Shot, judge, without_relief_noise};
 use leadr_maps::{HeightMap, MapFault, RgbImage};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{MaterialMap, Object};
@@ -20,35 +20,35 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 use leadr_tools::metrics::Mask;
 
-const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), red on grey: on the tops, in the cracks, on the slopes that \
-    face one way, and nowhere. Near, a pixel sees about three bumps, far about fifty. One sample of LEADR under sky and sun is compared with the supersampled \
-    reference whose bumps shadow each other: with colours that follow the relief, and with colours and light filtered \
-    apart from each other (--relief-color off). The goal is a fifth of that error. The mean colour is the share of red, green and blue in \
-    the light of the whole picture, so that neither brightness nor the place of a few bumps counts. Over the pixels, both count. Pictures of \
-    several reliefs of the same kind are averaged, since which few bumps a pixel sees is an accident; the error of a single relief stands beside it. \
-    What is left of that accident in the mean, and of the noise of the truth, is taken off the errors of the pixels by which the goal is judged. Where nothing is painted, what is left is what the model of masking \
-    and shadowing gets wrong about brightness, and no colour can be nearer than that.";
+const INTRO: &str = "A matte plane of Gaussian bumps (slope deviation .6), painted red on grey: on tops, in cracks, on slopes facing one \
+    way, and nowhere. Near pixels cover about three bumps, far pixels about fifty. One sample of LEADR under sky and sun is compared with \
+    the supersampled reference, whose bumps shadow each other. LEADR runs with colours that follow the relief, and with colours and light \
+    filtered independently (--relief-color off). The goal is a fifth of the independent filter's error. The mean colour is the fraction \
+    of red, green and blue in the whole picture's light, so brightness and the positions of a few bumps do not matter. Pixel errors \
+    include both. Each pixel covers few random bumps, so pictures of several similar reliefs are averaged; the error of a single relief \
+    is listed beside. The goal's pixel errors exclude the remaining randomness and the truth's noise. Without paint, the remaining error \
+    is the brightness error of the masking and shadowing model; no colour can be more accurate.";
 
-/// The part of the error of independent filtering that is the goal.
+/// Goal: largest fraction of the error of independent filtering.
 const GOAL: f64 = 0.2;
 const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];
-/// Texels of the tile, which is one repeat of the plane.
+/// Texels along the tile, which is one repeat of the plane.
 const TEXELS: u32 = 256;
-/// How many of them a pixel is wide. Pixels of the truth are as wide as near ones; those of far truths are blocks of them.
+/// Pixel widths in texels. Truth pixels have the near width; far truths use blocks of them.
 const DISTANCES: [(u32, &str); 2] = [(NEAR, "near"), (FAR, "far")];
 const NEAR: u32 = 16;
 const FAR: u32 = 64;
-/// Samples of a pixel of the truth, which covers 256 texels or more.
+/// Samples per pixel of the truth, which covers 256 texels or more.
 const SAMPLES: u32 = 64;
 const QUICK_SAMPLES: u32 = 16;
 const SIGMA: f32 = 0.6;
-/// Reliefs whose pictures are averaged. Grain is told by them, so even a quick report draws several.
+/// Number of averaged reliefs. They estimate the grain, so even a quick report uses several.
 const RELIEFS: u32 = 8;
 const QUICK_RELIEFS: u32 = 3;
 const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
 
-/// What is red.
+/// The red region.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 enum Paint {
     Tops,
@@ -70,15 +70,15 @@ struct Entry {
     mean_followed: f64,
     mean_apart: f64,
     noise: f64,
-    /// As `followed` and `apart`, of single reliefs: their mean.
+    /// Means over single reliefs of `followed` and `apart`.
     followed_one: f64,
     apart_one: f64,
-    /// Of the filter ([`without_grain`]).
+    /// Error of the filter ([`without_relief_noise`]).
     followed_filter: f64,
     apart_filter: f64,
 }
 
-/// A view of one relief: the truth, and one sample with colours that follow it and with colours filtered apart.
+/// A view of one relief: the truth, and one sample with colours that follow it and with colours filtered separately.
 struct Shown {
     truth: Shot,
     followed: Shot,
@@ -86,7 +86,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// The mean of views of several reliefs, whose truths are independent.
+    /// The mean of views of several reliefs with independent truths.
     fn mean(all: &[Self]) -> Result<Self, MapFault> {
         let each = |of: fn(&Self) -> &Shot| all.iter().map(|one| of(one).clone()).collect::<Vec<_>>();
         Ok(Self {
@@ -96,14 +96,14 @@ impl Shown {
         })
     }
 
-    /// Relative RMSE over the pixels of both.
+    /// Relative RMSE over pixels, of both.
     fn errors(&self) -> Result<[f64; 2], MapFault> {
         let of = |shot| Ok(judge(&self.truth, shot, 1.0)?.object.rrmse);
         Ok([of(&self.followed)?, of(&self.apart)?])
     }
 }
 
-/// The share of each channel in the light of the object.
+/// Fraction of each channel in the object's light.
 fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
     let inside = image.texels.iter().zip(&object.inside).filter(|&(_, &inside)| inside);
     let sums = inside.fold([0.0; 3], |sums, (texel, _)| [0, 1, 2].map(|c| sums[c] + f64::from(texel[c])));
@@ -111,7 +111,7 @@ fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
     sums.map(|sum| sum / all)
 }
 
-/// The distance of two colours, relative to the first.
+/// Distance of two colours, relative to the first.
 fn apart_by(truth: [f64; 3], found: [f64; 3]) -> f64 {
     let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     length([0, 1, 2].map(|c| found[c] - truth[c])) / length(truth)
@@ -137,7 +137,7 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
         }
     }
     let field = HeightField::repeating(HeightMap { width: TEXELS, height: TEXELS, texels: heights.to_vec() });
-    // Half a repeat around the one that is seen throws its shadows.
+    // Half a repeat around the visible one casts shadows into it.
     Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
         .with_heights(field, SIGMA / TEXELS as f32)
         .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
@@ -145,14 +145,14 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
         .with_relief_color()
 }
 
-/// From so far away that rays are parallel, about one repeat of the relief; and the size of its far picture.
+/// A camera far enough for nearly parallel rays, showing about one repeat of the relief, and the size of its far picture.
 fn seen(degrees: f32) -> (Camera, (u32, u32)) {
     let (sine, cosine) = degrees.to_radians().sin_cos();
     let columns = TEXELS / FAR;
     let rows = ((columns as f32 * cosine).round() as u32).max(1);
     let (toward, distance) = (Vec3::new(0.8 * sine, -0.6 * sine, cosine), 200.0);
     let fov = 2.0 * (0.5 * rows as f32 / columns as f32 / distance).atan().to_degrees();
-    // A repeat, turned, reaches beyond the plane's corners.
+    // A rotated repeat reaches beyond the plane's corners.
     let fov = 0.9 * fov;
     (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
 }
@@ -205,23 +205,23 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         for ((per_pixel, distance), pictures) in DISTANCES.into_iter().zip(&pictures) {
             let mut table = Table::new(
                 format!(
-                    "Painted: {name}, {distance}; rRMSE of the whole picture, reliefs: {reliefs}, against {} samples of the reference in each pixel of {NEAR} texels",
+                    "Painted: {name}, {distance}; rRMSE of the whole picture, {reliefs} reliefs, against {} reference samples per pixel of {NEAR} texels",
                     studio.pick(QUICK_SAMPLES, SAMPLES)
                 ),
                 [
                     "seen from",
                     "truth",
-                    "following the relief",
-                    "apart",
+                    "relief colours",
+                    "independent",
                     "rRMSE",
-                    "rRMSE apart",
+                    "rRMSE, independent",
                     "without grain",
-                    "apart",
-                    "part",
-                    "part of single reliefs",
+                    "independent",
+                    "ratio",
+                    "ratio, single reliefs",
                     "mean colour",
-                    "mean colour apart",
-                    "part",
+                    "mean colour, independent",
+                    "ratio",
                     "noise",
                 ],
             );
@@ -242,8 +242,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                 let singles: Vec<_> = all.iter().map(Shown::errors).collect::<Result<_, _>>().map_err(fault)?;
                 let [followed_one, apart_one] =
                     [0, 1].map(|i| singles.iter().map(|errors| errors[i]).sum::<f64>() / singles.len() as f64);
-                let [followed_filter, apart_filter] = [(0, followed), (1, apart)]
-                    .map(|(i, mean)| without_grain(mean, &singles.iter().map(|errors| errors[i]).collect::<Vec<_>>()));
+                let [followed_filter, apart_filter] = [(0, followed), (1, apart)].map(|(i, mean)| {
+                    without_relief_noise(mean, &singles.iter().map(|errors| errors[i]).collect::<Vec<_>>())
+                });
                 let part = mean_followed / mean_apart;
                 let numbers = [
                     followed,
@@ -282,26 +283,27 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &entries)
 }
 
-/// Of all views of a paint at a distance.
+/// The finding for all views of a paint at a distance.
 fn finding(name: &str, entries: &[Entry]) -> String {
     let rms = |error: fn(&Entry) -> f64| {
         (entries.iter().map(|entry| error(entry).powi(2)).sum::<f64>() / entries.len() as f64).sqrt()
     };
     let verdict = |followed: f64, apart: f64| {
         let kept = if followed <= GOAL * apart { "kept" } else { "missed" };
-        format!("{} of it; the goal of {} is {kept}", number(followed / apart), number(GOAL))
+        format!("a ratio of {}; the goal of {} is {kept}", number(followed / apart), number(GOAL))
     };
     let (followed, apart) = (rms(|entry| entry.followed), rms(|entry| entry.apart));
     let (mean, mean_apart) = (rms(|entry| entry.mean_followed), rms(|entry| entry.mean_apart));
     let (filter, filter_apart) = (rms(|entry| entry.followed_filter), rms(|entry| entry.apart_filter));
     let verdicts = if entries.iter().all(|entry| entry.paint == Paint::Nothing) {
-        ["which is the model's error of brightness".to_owned(), "as they must where nothing is painted".to_owned()]
+        ["which is the model's brightness error".to_owned(), "as expected without paint".to_owned()]
     } else {
         [verdict(filter, filter_apart), verdict(mean, mean_apart)]
     };
     format!(
-        "Painted: {name}. From 15° to 80° the mean colour of one sample errs by {} where colours follow the relief and by {} where they are \
-         filtered apart, {}. Its pixels err by {} and by {}; without grain and noise by {} and by {}, {} (noise of the truth {}); those of a single relief by {} and by {}.",
+        "Painted: {name}. From 15° to 80° the mean colour error of one sample is {} with colours that follow the relief and {} with \
+         independent filtering, {}. The pixel errors are {} and {}; without grain and noise {} and {}, {} (noise of the truth {}); for a \
+         single relief {} and {}.",
         number(mean),
         number(mean_apart),
         verdicts[1],
@@ -321,7 +323,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paint_covers_what_it_says() {
+    fn paint_coverage_matches_its_setting() {
         let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
         for (paint, share) in [(Paint::Tops, 0.3), (Paint::Cracks, 0.3), (Paint::OneSide, 0.5), (Paint::Nothing, 0.0)] {
             let object = painted(&tile, paint);
@@ -349,7 +351,7 @@ mod tests {
         };
         assert_eq!(finding("tops", &[entry(0.05, 0.05)]).matches("is kept").count(), 2);
         assert_eq!(finding("tops", &[entry(0.2, 0.2)]).matches("is missed").count(), 2);
-        // The goal of pixels is that of the filter.
+        // The pixel goal applies to the filter.
         assert_eq!(finding("tops", &[entry(0.11, 0.09)]).matches("is kept").count(), 1);
     }
 }

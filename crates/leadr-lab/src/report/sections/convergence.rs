@@ -1,4 +1,4 @@
-//! The reference against a longer run of itself: its error must fall at least as fast as that of independent samples.
+//! Convergence of the reference against a longer run: its error must fall at least as fast as that of independent samples.
 
 use serde::Serialize;
 
@@ -7,17 +7,16 @@ use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
 use crate::report::verdict::{Shot, judge};
-use leadr_render::sampling::seed_apart;
+use leadr_render::sampling::independent_seed;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Figure, Html, Table, number};
 use leadr_tools::html::{Plot, Scale};
 
-const INTRO: &str = "The reference tessellates the surface down to the texels of its displacement map, shades every sample with the \
-    base material and the surface's own normal, and places each sample elsewhere in the pixel. This section follows \
-    one run and compares it with another of as many samples in all and other seeds. The noise of that other run, \
-    found from its two halves, is stated and subtracted: squares of independent errors add. Errors are over the \
-    pixels that the sphere touches. Displacement-map truth displaces the geometry; normal-map truth leaves it smooth \
-    and keeps the slopes.";
+const INTRO: &str = "The reference tessellates the surface to the texels of its displacement map. It shades every sample with the base \
+    material and the surface normal, at a different position in the pixel. This section compares one run with another of as many samples \
+    and other seeds. The noise of that other run, estimated from its two halves, is listed and subtracted: squares of independent errors \
+    add. Errors are over the pixels that the sphere touches. Displacement-map truth displaces the geometry; normal-map truth keeps it \
+    smooth and uses only the slopes.";
 
 /// The measured errors of one truth.
 #[derive(Debug, Default, Serialize)]
@@ -26,12 +25,12 @@ struct Curve {
     samples: Vec<u32>,
     /// Against the truth.
     rrmse: Vec<f64>,
-    /// The same with the noise of the truth subtracted.
+    /// Errors with the truth's noise subtracted.
     own: Vec<f64>,
     flip: Vec<f64>,
-    /// Relative RMSE of the truth itself, from its halves.
+    /// Relative RMSE of the truth itself, from its two halves.
     noise: f64,
-    /// Slope of `log(own)` over `log(samples)` where it is above the noise, by least squares.
+    /// Least-squares slope of `log(own)` over `log(samples)`, where it is above the noise.
     order: f64,
 }
 
@@ -44,7 +43,7 @@ fn picture(studio: &mut Studio, truth: Truth, shot: &Shot) -> Result<Figure, Lab
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(96, 128);
     let most = studio.pick(16, 1024u32);
-    // Tiles half as fine as elsewhere, for thousands of samples.
+    // Coarser tiles than elsewhere, by half, to afford thousands of samples.
     let mut subject = Subject::rock(studio, 16)?;
     let state = subject.seen_by(&subject.stage.views.mid);
     let counts: Vec<u32> = (0..=most.ilog2()).map(|k| 1 << k).collect();
@@ -57,10 +56,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     for truth in [Truth::Displacement, Truth::NormalMap] {
         let mut half =
             |seed| studio.shoot(&mut subject.renderer, &state, &truth.settings((size, size), most / 2, seed));
-        let (a, b) = (half(1)?, half(seed_apart(most / 2, 1))?);
+        let (a, b) = (half(1)?, half(independent_seed(most / 2, 1))?);
         let best = Shot::mean_of(&a, &b).map_err(fault)?;
         let noise = 0.5 * judge(&a, &b, 1.0).map_err(fault)?.object.rrmse;
-        // One run with another seed, compared as it goes on.
+        // One run with another seed, compared at each step.
         let settings = truth.settings((size, size), most, 3);
         let mut curve = Curve { truth: truth.name(), samples: counts.clone(), noise, ..Curve::default() };
         let mut run = Shot { samples: 0, ..best.clone() };

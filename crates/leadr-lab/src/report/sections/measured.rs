@@ -1,18 +1,18 @@
-//! Measured materials: their facets by power iteration, and how they look displaced, near and far.
+//! Measured materials: facets by power iteration, and displaced spheres at several distances.
 
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use serde::Serialize;
 
-use crate::extraction_study::{Extraction, brushed, round};
-use crate::report::look::Look;
+use crate::extraction_study::{Extraction, anisotropic, round};
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::shared::shared;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::{Subject, framed_from};
 use crate::report::truth::Truth;
-use crate::report::verdict::{SILHOUETTE, Shot, judge, without_grain};
+use crate::report::verdict::{SILHOUETTE, Shot, judge, without_relief_noise};
 use leadr_maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
 use leadr_maps::{HeightMap, MapFault, RgbImage, procedural};
 use leadr_measured::Measured;
@@ -29,42 +29,44 @@ use leadr_tools::html::{Cell, Html, Plot, Scale, Table, number};
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 
-const INTRO: &str = "Facets of known slopes found again by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured materials \
-    and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
-    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. Bumps \
-    let all light through there, in the truth and in what is compared with it; once, far away, all their shadows are in the truth, and the program's defaults stand beside it. \
-    Narrow lobes show which facets a pixel happens to have: each far sphere is drawn with several reliefs of the same kind, and their mean has less of that accident, and what is left of it is taken off the error by which the goal is judged. \
-    Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
+const INTRO: &str = "Facets of known slopes recovered by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured \
+    materials and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5). On the displaced spheres, one \
+    sample of LEADR with the fit's lobes is compared inside the outline with the supersampled reference, which uses the measured table. \
+    Also compared: one Beckmann lobe of the extracted roughness, the lobes about mipmapped normals, and Blinn-Phong. These pictures and \
+    the truth have no shadows between bumps. One far truth has all shadows and is also compared with the program's defaults. Narrow lobes \
+    reveal the random facets of a pixel, so each far sphere averages several similar reliefs. The goal's error excludes the remaining \
+    randomness. Last, one fit's slopes are scaled by a roughness texture (Figure 4.6). The lacquer is generated; measured files are drawn \
+    if LEADR_SHARED contains them.";
 
 /// Roughnesses of Table 4.I, with the thesis' largest errors.
 const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
-/// Brushed slopes of the timings.
-const BRUSHED: DVec2 = DVec2::new(0.1, 0.3);
-/// The goal far away.
+/// Anisotropic slopes of the timings.
+const ANISOTROPIC: DVec2 = DVec2::new(0.1, 0.3);
+/// Error goal at a distance.
 const GOAL: f64 = 0.03;
-/// Metres for a unit of height: bumps whose slopes deviate by .25, and grooves of 4 mm.
+/// Metres per unit of height: bumps with slope deviation .25, and grooves of 4 mm.
 const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
-/// Width of the bumps as a part of a repeat.
+/// Width of the bumps, as a fraction of a repeat.
 const FEATURE: f32 = 0.006;
-/// Where a displaced sphere is seen from.
+/// A view of a displaced sphere.
 #[derive(Clone, Copy)]
-struct Place {
+struct Viewpoint {
     name: &'static str,
-    /// Pixels of the truth along a pixel of the picture, and how many times as far the view is as the middle one; 1 is the near view.
+    /// Truth pixels per picture pixel along an axis, and the distance relative to the middle view; 1 is the near view.
     block: u32,
-    /// Whether bumps hide light from each other: in the truth, and by default in what is compared with it. Otherwise in neither.
+    /// Whether bumps shadow each other in the truth, and by default in the compared pictures. Otherwise in neither.
     shadowed: bool,
-    /// Samples of the truth for each of its pixels, of all reliefs together.
+    /// Samples per truth pixel, over all reliefs.
     samples: u32,
-    /// Reliefs.
+    /// Number of reliefs.
     reliefs: u32,
 }
 
-/// Far pictures are 14 pixels wide: of the sphere, a pixel sees some 3,600 texels of relief.
-const PLACES: [Place; 3] = [
-    Place { name: "near", block: 1, shadowed: false, samples: 64, reliefs: 1 },
-    Place { name: "far", block: 14, shadowed: false, samples: 64, reliefs: 8 },
-    Place { name: "far, shadowed", block: 14, shadowed: true, samples: 32, reliefs: 8 },
+/// Far pictures are 14 pixels wide: a pixel of the sphere covers some 3,600 texels of relief.
+const VIEWPOINTS: [Viewpoint; 3] = [
+    Viewpoint { name: "near", block: 1, shadowed: false, samples: 64, reliefs: 1 },
+    Viewpoint { name: "far", block: 14, shadowed: false, samples: 64, reliefs: 8 },
+    Viewpoint { name: "far, shadowed", block: 14, shadowed: true, samples: 32, reliefs: 8 },
 ];
 
 /// A material and its fit.
@@ -90,13 +92,13 @@ struct DisplacedRow {
     relief: &'static str,
     place: &'static str,
     form: &'static str,
-    /// Of the mean of all reliefs.
+    /// Error of the mean over all reliefs.
     rrmse: f64,
     bias: f64,
     noise: f64,
-    /// The mean of those of single reliefs.
+    /// Mean error of single reliefs.
     rrmse_of_one: f64,
-    /// Of the filter ([`without_grain`]).
+    /// Error of the filter ([`without_relief_noise`]).
     rrmse_of_filter: f64,
 }
 
@@ -112,7 +114,7 @@ struct Data {
 fn specimens() -> Result<Vec<Specimen>, LabError> {
     let fitted = |name: &str, material: Box<dyn Brdf + Sync>, isotropic: bool| {
         let fit = fit(&*material, isotropic, &FitOptions::default(), &mut |_| ())
-            .ok_or_else(|| LabError(format!("{name} scatters nothing back")))?;
+            .ok_or_else(|| LabError(format!("{name} has no backscattering")))?;
         Ok::<_, LabError>(Specimen { name: name.to_owned(), material, fit })
     };
     let mut all = vec![fitted("lacquer", Box::<Lacquer>::default(), true)?];
@@ -149,18 +151,18 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
 fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result<Vec<(f64, f64)>, LabError> {
     let angles = studio.pick(90, 360);
     let mut table = Table::new(
-        format!("Beckmann slopes found again from {angles} angles: largest relative error of the backscattering"),
+        format!("Beckmann slopes recovered from {angles} angles: largest relative error of the backscattering"),
         ["α", "here", "thesis, 360 angles"],
     );
     let mut errors = Vec::new();
     for (alpha, thesis) in TABLE_4_I {
-        let found = round(alpha, angles).ok_or_else(|| LabError("nothing was found again".to_owned()))?;
+        let found = round(alpha, angles).ok_or_else(|| LabError("power iteration found no slopes".to_owned()))?;
         table.row([alpha, found.error, thesis].map(Cell::from));
         errors.push((alpha, found.error));
     }
     html.table(&table);
     let worst = errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
-    findings.push(format!("Known slopes are found again to {}; the thesis has up to 0.03.", number(worst)));
+    findings.push(format!("Known slopes are recovered to {}; the thesis has up to 0.03.", number(worst)));
     Ok(errors)
 }
 
@@ -169,18 +171,20 @@ fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction
     let counts: &[usize] = studio.pick(&[16, 48], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
     let of_round: Vec<Extraction> = counts.iter().filter_map(|&n| round(0.05, n)).collect();
     let counts: &[usize] = studio.pick(&[16, 32], &[16, 24, 32, 48, 64, 90]);
-    let of_brushed: Vec<Extraction> = counts.iter().filter_map(|&n| brushed(BRUSHED, n, n)).collect();
-    let angles = ("angles at which the material is asked", Scale::Log);
-    let mut time = Plot::new("How long extraction takes", angles, ("milliseconds", Scale::Log));
-    let mut error = Plot::new("How exact it is", angles, ("largest relative error of the backscattering", Scale::Log));
-    for (name, rows) in [("round, α .05", &of_round), ("brushed, α .1 and .3, as many azimuths", &of_brushed)] {
+    let of_anisotropic: Vec<Extraction> = counts.iter().filter_map(|&n| anisotropic(ANISOTROPIC, n, n)).collect();
+    let angles = ("angles at which the material is evaluated", Scale::Log);
+    let mut time = Plot::new("Time of the extraction", angles, ("milliseconds", Scale::Log));
+    let mut error =
+        Plot::new("Accuracy of the extraction", angles, ("largest relative error of the backscattering", Scale::Log));
+    for (name, rows) in [("round, α .05", &of_round), ("anisotropic, α .1 and .3, as many azimuths", &of_anisotropic)]
+    {
         let points = |of: fn(&Extraction) -> f64| rows.iter().map(|row| (row.angles as f64, of(row))).collect();
         time.line(name, points(|row| 1e3 * row.seconds));
         error.line(name, points(|row| row.error.max(1e-9)));
     }
     html.plot(&time);
     html.plot(&error);
-    (of_round, of_brushed)
+    (of_round, of_anisotropic)
 }
 
 /// Figure 4.2.
@@ -228,7 +232,7 @@ fn compared(
     Ok(rows)
 }
 
-/// A relief of a repeat of the sphere, so fine that a pixel far away sees hundreds of bumps, which texels still resolve.
+/// A relief for a repeat of the sphere. Texels resolve its bumps, but a distant pixel covers hundreds of them.
 fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     let side = studio.pick(256, 1024);
     match kind {
@@ -237,7 +241,7 @@ fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     }
 }
 
-/// What stands beside the truth: a technique, with the lobes of the fit or with one.
+/// The techniques compared with the truth, with the lobes of the fit or with one lobe.
 const FORMS: [(&str, Technique, bool); 4] = [
     ("LEADR, lobes of the fit", Technique::Leadr, true),
     ("LEADR, one Beckmann lobe", Technique::Leadr, false),
@@ -245,21 +249,21 @@ const FORMS: [(&str, Technique, bool); 4] = [
     ("Blinn-Phong", Technique::BlinnPhong, true),
 ];
 
-/// A truth and the forms beside it.
+/// A truth and the forms compared with it.
 struct Compared {
     truth: Shot,
     forms: Vec<Shot>,
 }
 
 impl Compared {
-    /// The mean of several, whose truths are independent.
+    /// The mean of several with independent truths.
     fn mean(all: &[Self]) -> Result<Self, MapFault> {
         let truth = Shot::mean_of_truths(&all.iter().map(|one| one.truth.clone()).collect::<Vec<_>>())?;
         let form = |i: usize| Shot::mean(&all.iter().map(|one| one.forms[i].clone()).collect::<Vec<_>>());
         Ok(Self { truth, forms: (0..FORMS.len()).map(form).collect::<Result<_, _>>()? })
     }
 
-    /// Relative RMSE and bias of each form, inside of the outline, whose smoothness is not what is compared.
+    /// Relative RMSE and bias of each form, inside the outline; its antialiasing is not compared.
     fn errors(&self, far: bool) -> Result<Vec<(f64, f64)>, MapFault> {
         let RgbImage { width, height, .. } = self.truth.image;
         let filled = Mask::covered(width, height, &self.truth.coverage, 0.999)?;
@@ -271,33 +275,34 @@ impl Compared {
     }
 }
 
-/// A sphere of one relief at a place.
+/// A sphere of one relief in a view.
 fn shown_at(
     studio: &Studio,
-    place: Place,
+    viewpoint: Viewpoint,
     samples: u32,
     seed: u64,
     of_lobes: &mut Subject,
     of_one: &mut Subject,
 ) -> Result<Compared, LabError> {
     let views = of_lobes.stage.views;
-    // Far pictures are the means of blocks.
-    let far = place.block > 1;
-    let camera = if far { framed_from(&views.mid, place.block as f32) } else { views.near };
+    // Far pictures are block means.
+    let far = viewpoint.block > 1;
+    let camera = if far { framed_from(&views.mid, viewpoint.block as f32) } else { views.near };
     let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
     let state = of_lobes.seen_by(&camera);
-    let size = side * place.block;
-    let truth = if place.shadowed { Truth::Shadowed } else { Truth::Displacement };
+    let size = side * viewpoint.block;
+    let truth = if viewpoint.shadowed { Truth::Shadowed } else { Truth::Displacement };
     let settings = RenderSettings { shadows: false, ..truth.settings((size, size), samples, seed) };
-    let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?.of_blocks(place.block).map_err(fault)?;
+    let truth =
+        studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?.of_blocks(viewpoint.block).map_err(fault)?;
     let mut forms = Vec::new();
     for (_, technique, lobes) in FORMS {
-        let look = if place.shadowed {
-            Look { shading: technique.with(Default::default()), ..Look::of(technique) }
+        let config = if viewpoint.shadowed {
+            Configuration { shading: technique.with(Default::default()), ..Configuration::of(technique) }
         } else {
-            Look::of(technique).with(Terms::ALL, Shadowing::None)
+            Configuration::of(technique).with(Terms::ALL, Shadowing::None)
         };
-        let settings = RenderSettings { shadows: false, ..look.settings((side, side), 1) };
+        let settings = RenderSettings { shadows: false, ..config.settings((side, side), 1) };
         let subject = if lobes { &mut *of_lobes } else { &mut *of_one };
         forms.push(studio.shoot(&mut subject.renderer, &state, &settings)?);
     }
@@ -313,12 +318,12 @@ fn displaced(
 ) -> Result<Vec<DisplacedRow>, LabError> {
     let mut rows: Vec<DisplacedRow> = Vec::new();
     let most_reliefs = studio.pick(2, u32::MAX);
-    let reliefs = |place: &Place| place.reliefs.min(most_reliefs);
-    let most = PLACES.iter().map(reliefs).max().unwrap_or(1);
+    let reliefs = |viewpoint: &Viewpoint| viewpoint.reliefs.min(most_reliefs);
+    let most = VIEWPOINTS.iter().map(reliefs).max().unwrap_or(1);
     studio.steps(most as usize * all.len() * DEPTHS.len());
     for Specimen { name, fit, .. } in all {
         for (relief, depth) in DEPTHS {
-            let mut shown: [Vec<Compared>; PLACES.len()] = Default::default();
+            let mut shown: [Vec<Compared>; VIEWPOINTS.len()] = Default::default();
             for number in 0..most {
                 let map = relief_of(studio, relief, number);
                 let material = dressed(fit, name, map, depth);
@@ -326,23 +331,25 @@ fn displaced(
                 let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
                 let mut of_one =
                     Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
-                for (place, shown) in PLACES.into_iter().zip(&mut shown).filter(|(place, _)| number < reliefs(place)) {
-                    let samples = (studio.pick(4, place.samples) / reliefs(&place)).max(2);
+                for (viewpoint, shown) in
+                    VIEWPOINTS.into_iter().zip(&mut shown).filter(|(viewpoint, _)| number < reliefs(viewpoint))
+                {
+                    let samples = (studio.pick(4, viewpoint.samples) / reliefs(&viewpoint)).max(2);
                     let seed = 1 + u64::from(number);
-                    shown.push(shown_at(studio, place, samples, seed, &mut of_lobes, &mut of_one)?);
+                    shown.push(shown_at(studio, viewpoint, samples, seed, &mut of_lobes, &mut of_one)?);
                 }
                 studio.step();
             }
-            for (place, shown) in PLACES.into_iter().zip(&shown) {
-                let far = place.block > 1;
+            for (viewpoint, shown) in VIEWPOINTS.into_iter().zip(&shown) {
+                let far = viewpoint.block > 1;
                 let mean = Compared::mean(shown).map_err(fault)?;
                 let singles: Vec<_> =
                     shown.iter().map(|one| one.errors(far)).collect::<Result<_, _>>().map_err(fault)?;
                 let truth = &mean.truth;
                 let mut table = Table::new(
                     format!(
-                        "{name}, {relief}, {}: {} pixels, reliefs: {}; truth of {} samples in all, its noise {}",
-                        place.name,
+                        "{name}, {relief}, {}: {} pixels, {} reliefs; truth of {} samples in total, its noise {}",
+                        viewpoint.name,
                         truth.image.width,
                         shown.len(),
                         truth.samples,
@@ -350,18 +357,19 @@ fn displaced(
                     ),
                     ["", "picture", "rRMSE", "without grain", "bias", "rRMSE of single reliefs"],
                 );
-                let file = |what: &str| format!("measured-{name}-{relief}-{}-{what}", place.name.replace(", ", "-"));
+                let file =
+                    |what: &str| format!("measured-{name}-{relief}-{}-{what}", viewpoint.name.replace(", ", "-"));
                 let figure = studio.picture(&file("truth"), &truth.image, 1.0, "truth", Vec::new())?;
-                table.row([Cell::from("truth"), Cell::Figure(figure.enlarged(place.block))]);
+                table.row([Cell::from("truth"), Cell::Figure(figure.enlarged(viewpoint.block))]);
                 for (i, (rrmse, bias)) in mean.errors(far).map_err(fault)?.into_iter().enumerate() {
                     let form = FORMS[i].0;
                     let ones: Vec<f64> = singles.iter().map(|errors| errors[i].0).collect();
                     let rrmse_of_one = ones.iter().sum::<f64>() / ones.len() as f64;
-                    let rrmse_of_filter = without_grain(rrmse, &ones);
+                    let rrmse_of_filter = without_relief_noise(rrmse, &ones);
                     let figure = studio.picture(&file(&i.to_string()), &mean.forms[i].image, 1.0, form, Vec::new())?;
                     table.row([
                         Cell::from(form),
-                        Cell::Figure(figure.enlarged(place.block)),
+                        Cell::Figure(figure.enlarged(viewpoint.block)),
                         Cell::from(rrmse),
                         Cell::from(rrmse_of_filter),
                         Cell::from(bias),
@@ -370,7 +378,7 @@ fn displaced(
                     rows.push(DisplacedRow {
                         material: name.clone(),
                         relief,
-                        place: place.name,
+                        place: viewpoint.name,
                         form,
                         rrmse,
                         bias,
@@ -383,7 +391,7 @@ fn displaced(
             }
         }
     }
-    for Place { name: place, block, .. } in PLACES.into_iter().rev() {
+    for Viewpoint { name: place, block, .. } in VIEWPOINTS.into_iter().rev() {
         for row in rows.iter().filter(|row| row.place == place && row.form.contains("lobes of")) {
             let same = |other: &&DisplacedRow| {
                 other.material == row.material && other.relief == row.relief && other.place == place
@@ -395,13 +403,13 @@ fn displaced(
                 .map(|other| format!("{} with {}", number(other.rrmse), other.form))
                 .collect();
             findings.push(format!(
-                "{}, {}, {}: one sample errs by {}{}, that of a single relief by {}; {}. The truth's noise is {}.",
+                "{}, {}, {}: the error of one sample is {}{}, for a single relief {}; {}. The truth's noise is {}.",
                 row.material,
                 row.relief,
                 place,
                 number(row.rrmse),
                 if block > 1 {
-                    format!(", without grain by {} (goal {GOAL})", number(row.rrmse_of_filter))
+                    format!(", without grain {} (goal {GOAL})", number(row.rrmse_of_filter))
                 } else {
                     String::new()
                 },
@@ -423,7 +431,7 @@ fn roughened(
 ) -> Result<(), LabError> {
     let side = studio.pick(128, 512);
     let pattern = procedural::fbm(side, side, 9, 6, 4, 0.5);
-    // From half to twice as rough.
+    // Factors from half to twice the roughness.
     let texels = pattern.texels.iter().map(|h| (2.5 * h).clamp(-1.0, 1.0).exp2()).map(|factor| 0.5 * factor).collect();
     let raster = Raster::new(side, side, 1, Samples::F32(texels)).map_err(fault)?;
     let flat = HeightMap::new(2, 2, vec![0.5; 4]).map_err(fault)?;
@@ -440,10 +448,11 @@ fn roughened(
     let samples = studio.pick(16, 64);
     let truth =
         studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings((size, size), samples, 1))?;
-    let shot = studio.shoot(&mut subject.renderer, &state, &Look::of(Technique::Leadr).settings((size, size), 1))?;
+    let shot =
+        studio.shoot(&mut subject.renderer, &state, &Configuration::of(Technique::Leadr).settings((size, size), 1))?;
     let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
     let mut table = Table::new(
-        format!("{}, its slopes scaled by a texture of roughness; truth of {samples} samples", specimen.name),
+        format!("{}, its slopes scaled by a roughness texture; truth of {samples} samples", specimen.name),
         ["", "picture", "rRMSE", "FLIP"],
     );
     let figure = studio.picture("measured-roughened-truth", &truth.image, 1.0, "truth", Vec::new())?;
@@ -457,7 +466,7 @@ fn roughened(
     ]);
     html.table(&table);
     findings.push(format!(
-        "With slopes scaled by a texture, one sample errs by {}; the truth's noise is {}.",
+        "With slopes scaled by a texture, the error of one sample is {}; the truth's noise is {}.",
         number(verdict.object.rrmse),
         number(truth.noise)
     ));

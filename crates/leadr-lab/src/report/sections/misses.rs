@@ -1,4 +1,4 @@
-//! Where LEADR is not close to the truth: the worst pictures of the other sections, and what causes their errors.
+//! The pictures where LEADR is furthest from the truth, and the causes of their errors.
 
 use crate::report::case::Case;
 use crate::report::section::Section;
@@ -6,21 +6,20 @@ use crate::report::studio::Studio;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number, percent};
 
-const INTRO: &str = "The worst pictures of LEADR in the sections above, by relative RMSE inside the silhouette, and what the numbers \
-    say about the cause. Errors that disappear with a finer grid of samples come from the quadrature. Errors that \
-    disappear against normal-map truth come from bumps that hide each other or stand out, which slope statistics \
-    cannot describe. Errors in the brightest pixels are highlights. Errors on the silhouette are aliasing and bumps \
-    that the coarse geometry has lost. An even bias that remains comes from the model's masking and shadowing or \
-    from its Gaussian slopes.";
+const INTRO: &str = "The worst pictures of LEADR in the sections above, by relative RMSE inside the silhouette, and the likely causes. \
+    Errors that disappear with a finer grid of samples come from the quadrature. Errors that disappear against normal-map truth come from \
+    bumps that hide each other or stand out, which slope statistics cannot describe. Errors in the brightest pixels are highlights. \
+    Errors on the silhouette are aliasing and bumps lost by the coarse geometry. A remaining even bias comes from the model's masking and \
+    shadowing or from its Gaussian slopes.";
 
-/// Pictures shown.
+/// Number of pictures shown.
 const SHOWN: usize = 12;
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut cases: Vec<Case> =
         studio.cases.iter().filter(|c| c.look.starts_with("leadr") && c.interior.rrmse.is_finite()).cloned().collect();
     if cases.is_empty() {
-        let fault = "it judges the pictures of other sections, so name some of them beside misses in --only";
+        let fault = "it judges the pictures of other sections; add some of them to --only";
         return Err(LabError(fault.to_owned()));
     }
     cases.sort_by(|a, b| b.interior.rrmse.total_cmp(&a.interior.rrmse));
@@ -54,7 +53,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &cases)
 }
 
-/// What the numbers say about the cause, most telling first.
+/// Likely causes from the numbers, strongest first.
 fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     let mut why = Vec::new();
     let same =
@@ -68,13 +67,16 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
             _ => "not",
         };
         let samples = converged.look.replace("leadr ", "");
-        why.push(format!("{} of it remains with {samples} samples: {share} the quadrature.", percent(left, false)));
+        why.push(format!(
+            "{} of the error remains with {samples} samples: {share} the quadrature.",
+            percent(left, false)
+        ));
     }
     if let Some(normal_map) = case.normal_map {
         let left = normal_map.rrmse / case.interior.rrmse;
         if left < 0.6 {
             why.push(format!(
-                "{} of it remains against normal-map truth: the rest comes from bumps that hide each other or stand out.",
+                "{} of the error remains against normal-map truth: the rest comes from bumps that hide each other or stand out.",
                 percent(left, false)
             ));
         }
@@ -82,12 +84,12 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     if case.noise > 0.5 * case.interior.rrmse {
         why.push(format!("The truth itself is uncertain by {}.", percent(case.noise, false)));
     }
-    // An error that is the same everywhere has an rRMSE as large as its bias.
+    // A constant error has an rRMSE equal to its bias.
     let even = (case.interior.bias / case.interior.rrmse).abs();
     if even > 0.7 {
         let how = if case.interior.bias > 0.0 { "too bright" } else { "too dark" };
         why.push(format!(
-            "It is {how} nearly everywhere: the model's masking and shadowing, or its slope distribution."
+            "The picture is {how} nearly everywhere: the model's masking and shadowing, or its slope distribution."
         ));
     }
     if case.anatomy.highlights > 0.5 {
@@ -131,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn causes_are_told_by_their_numbers() {
+    fn error_causes_follow_from_measures() {
         let grid = case("leadr 5×5", 0.2, 0.0);
         let all = [grid.clone(), case("leadr 128×128", 0.05, 0.0)];
         assert!(explain(&grid, &all)[0].contains("mostly the quadrature"));

@@ -1,4 +1,4 @@
-//! The sections of the report: one file each, one row each.
+//! The sections of the report: one file and one row each.
 
 mod bench;
 mod colour;
@@ -32,11 +32,11 @@ use leadr_tools::error::LabError;
 pub struct SectionEntry {
     /// Its name on the command line and in the data.
     pub key: &'static str,
-    /// What it measures, for the command's help.
+    /// Description for the command's help.
     pub help: &'static str,
     /// Heading on the page.
     pub title: &'static str,
-    /// Whether it judges the pictures of the other sections, and so must be made again whenever one of them is.
+    /// Whether it judges pictures of other sections, and so must be rebuilt with any of them.
     pub judges_others: bool,
     run: fn(&mut Studio) -> Result<Section, LabError>,
 }
@@ -45,8 +45,8 @@ pub struct SectionEntry {
 pub static SECTIONS: [SectionEntry; 22] = [
     SectionEntry {
         key: "convergence",
-        help: "How the reference converges",
-        title: "The reference converges",
+        help: "Convergence of the reference",
+        title: "Convergence of the reference",
         judges_others: false,
         run: convergence::run,
     },
@@ -59,85 +59,85 @@ pub static SECTIONS: [SectionEntry; 22] = [
     },
     SectionEntry {
         key: "table10",
-        help: "How many slope samples are needed",
-        title: "How many slope samples are needed",
+        help: "Required number of slope samples",
+        title: "Required number of slope samples",
         judges_others: false,
         run: table10::run,
     },
     SectionEntry {
         key: "quadrature",
         help: "The visible-slope rules against converged integrals",
-        title: "Fewer, better-placed samples",
+        title: "The visible-slope rules",
         judges_others: false,
         run: quadrature::run,
     },
     SectionEntry {
         key: "model",
         help: "Shadowing models against ray casts",
-        title: "Beyond the model: masking and shadowing against ray casts",
+        title: "Masking and shadowing against ray casts",
         judges_others: false,
         run: model::run,
     },
     SectionEntry {
         key: "techniques",
-        help: "Every technique from near to far",
+        help: "Every technique at several distances",
         title: "Techniques side by side",
         judges_others: false,
         run: techniques::run,
     },
     SectionEntry {
         key: "shadows",
-        help: "Shadows that the bumps cast on each other",
-        title: "Shadows that bumps cast on each other",
+        help: "Shadows between bumps",
+        title: "Shadows between bumps",
         judges_others: false,
         run: shadows::run,
     },
     SectionEntry {
         key: "roughness",
-        help: "Two roughnesses that share a surface",
-        title: "Two roughnesses that share a surface",
+        help: "Filtering of two roughnesses on one surface",
+        title: "Two roughnesses on one surface",
         judges_others: false,
         run: roughness::run,
     },
     SectionEntry {
         key: "measured",
-        help: "Measured materials, extracted, fitted and displaced",
+        help: "Measured materials: extraction, fits and displaced spheres",
         title: "Measured materials",
         judges_others: false,
         run: measured::run,
     },
     SectionEntry {
         key: "colour",
-        help: "Paint on tops, in cracks and on one side of the relief",
+        help: "Colours on tops, in cracks and on one side of the relief",
         title: "Colours that follow the relief",
         judges_others: false,
         run: colour::run,
     },
     SectionEntry {
         key: "normals",
-        help: "Normal maps beside heights, and alone",
+        help: "Normal maps, with and without heights",
         title: "Normal maps",
         judges_others: false,
         run: normals::run,
     },
     SectionEntry {
         key: "textures",
-        help: "Which filter of normal maps serves where: shortened normals, Toksvig, CLEAN, LEAN, LEADR",
-        title: "Which filter of normal maps serves where",
+        help: "Normal map filters: shortened normals, Toksvig, CLEAN, LEAN, LEADR",
+        title: "Normal map filters",
         judges_others: false,
         run: textures::run,
     },
     SectionEntry {
         key: "shapes",
-        help: "Surfaces that deform under maps that do not",
-        title: "Surfaces that deform",
+        help: "Deforming surfaces with fixed maps",
+        title: "Deforming surfaces",
         judges_others: false,
         run: shapes::run,
     },
     SectionEntry {
         key: "zoom",
-        help: "What flickers when the camera moves away",
-        title: "Moving away: what flickers",
+        help: "Flicker while the camera moves away",
+        title: "Flicker while the camera moves away",
         judges_others: false,
         run: zoom::run,
     },
@@ -150,8 +150,8 @@ pub static SECTIONS: [SectionEntry; 22] = [
     },
     SectionEntry {
         key: "models",
-        help: "Cracks in the displaced skins of models of others",
-        title: "Models of others, displaced",
+        help: "Cracks in displaced third-party models",
+        title: "Displaced third-party models",
         judges_others: false,
         run: models::run,
     },
@@ -164,7 +164,7 @@ pub static SECTIONS: [SectionEntry; 22] = [
     },
     SectionEntry {
         key: "precision",
-        help: "Pictures of 16-bit and block-compressed maps against 32 bits",
+        help: "Pictures with 16-bit and block-compressed maps against 32 bits",
         title: "Smaller maps",
         judges_others: false,
         run: precision::run,
@@ -178,7 +178,7 @@ pub static SECTIONS: [SectionEntry; 22] = [
     },
     SectionEntry {
         key: "figures",
-        help: "Figures of the papers that no other section draws",
+        help: "Figures of the papers not in other sections",
         title: "Figures of the papers",
         judges_others: false,
         run: figures::run,
@@ -186,26 +186,26 @@ pub static SECTIONS: [SectionEntry; 22] = [
     SectionEntry {
         key: "bench",
         help: "The bench's tables and goals",
-        title: "What it costs",
+        title: "Times",
         judges_others: false,
         run: bench::run,
     },
     SectionEntry {
         key: "misses",
         help: "The worst pictures of the other sections",
-        title: "Where LEADR is far from the truth",
+        title: "The largest errors of LEADR",
         judges_others: true,
         run: misses::run,
     },
 ];
 
 impl SectionEntry {
-    /// The section of this key.
+    /// Finds a section by key.
     pub fn find(key: &str) -> Option<&'static Self> {
         SECTIONS.iter().find(|section| section.key == key)
     }
 
-    /// Makes the section.
+    /// Builds the section.
     ///
     /// # Errors
     /// If the device fails or a measurement is not finite.

@@ -1,4 +1,4 @@
-//! Errors of the model itself: masking and shadowing compared with ray-cast surfaces.
+//! Errors of the model itself: masking and shadowing against ray-cast surfaces.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -18,14 +18,13 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, percent};
 use leadr_tools::html::{Plot, Scale};
 
-const INTRO: &str = "Rays cast at random surfaces with Gaussian slopes, shadows included, against converged integrals of the model \
-    with each shadowing model: none (masking alone, the paper's Algorithms 1 and 2), Smith's height-correlated \
-    shadowing (LEADR eq. 13), and the direction-correlated one. The views are those of a sphere's pixels; each \
-    number is the root mean square error over them, relative to the root mean square of the truth. Facets are white \
-    and diffuse, or perfect mirrors; light is reflected once. The truth comes from a few random surfaces and is \
-    noisy itself: the last column says how much.";
+const INTRO: &str = "Ray casts against random surfaces with Gaussian slopes, including shadows, compared with converged integrals of the \
+    model with each shadowing model: none (masking alone, the paper's Algorithms 1 and 2), Smith's height-correlated shadowing (LEADR eq. \
+    13), and the direction-correlated one. The views are those of a sphere's pixels; each number is the RMS error over them, relative to \
+    the RMS of the truth. Facets are white and diffuse, or perfect mirrors; light is reflected once. The truth comes from a few random \
+    surfaces; the last column gives its noise.";
 
-/// The light that falls on a patch.
+/// Lighting of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Light {
     Front,
@@ -59,7 +58,7 @@ impl Light {
         }
     }
 
-    /// The largest relative error that the goals and the papers allow at σ = 1.
+    /// Largest relative error at σ = 1 allowed by the goals and the papers.
     fn goal(self) -> Option<f64> {
         match self {
             Self::Front => Some(0.02),
@@ -109,7 +108,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &measured)
 }
 
-/// The model's radiance for one view by each shadowing model, and by the bent normal where that applies.
+/// The model's radiance for one view with each shadowing model, and with the bent normal if it applies.
 fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
     let (wo, m) = (polar(theta, 0.0), DVec2::ZERO);
     let cholesky = slope_cholesky(s);
@@ -123,7 +122,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
             (lit(wi).map(|share| unshadowed * share), None)
         }
         Light::DiffuseEnvironment => {
-            // A directional light may be anywhere; below the mesosurface only masking alone lets it through.
+            // A directional light may come from anywhere; below the mesosurface it passes only with masking alone.
             let mut sums = [0.0; 3];
             for (z, weight) in composite_gauss(0.0, 1.0, 1, 16) {
                 const AROUND: u32 = 32;
@@ -136,7 +135,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
                     }
                 }
             }
-            // Without shadows, white facets in a white environment look like it.
+            // Without shadows, white facets in a white environment have its radiance.
             sums[0] = 1.0;
             (sums, Some(bent_normal(&o, m, cholesky).open))
         }
@@ -191,7 +190,7 @@ fn measure(light: Light, sigma: f64, views: u32, rays: u32, tiles: &[Tile]) -> M
     }
 }
 
-/// The radiance that rays find on one random surface, with shadows.
+/// Ray-cast radiance of one random surface, with shadows.
 fn cast(light: Light, theta: f64, patch: &Patch<'_>, rays: u32, seed: u64) -> Option<f64> {
     let wo = polar(theta, 0.0);
     let estimate = match light {

@@ -1,4 +1,4 @@
-//! Models of others with a displaced skin: whether it is whole.
+//! Checks displaced third-party models for cracks.
 
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,12 @@ use leadr_scenes::model::{ModelChoice, stage};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table};
 
-const INTRO: &str = "Every glTF model of the shared data gets a rough height map on all of its materials, is posed in the middle of its first \
-    animation, and is seen from all around at three distances. Where the same surface without relief covers all that the bumps could \
-    move into a pixel, the displaced surface has to cover it too: a pixel that shows anything deeper is a crack, unless bumps at an \
-    outline may have bared a gap between two parts. LEADR_SHARED leads to the models.";
+const INTRO: &str = "Every glTF model of the shared data gets a rough height map on all materials, is posed in the middle of its first \
+    animation, and is seen from all around at three distances. Where the undisplaced surface covers everything that bumps can move into a \
+    pixel, the displaced surface must cover the pixel. A deeper pixel is a crack, unless bumps at an outline may have uncovered a gap \
+    between two parts. LEADR_SHARED is the folder of the models.";
 
-/// Folders of the shared data with models.
+/// Folders of the shared data that contain models.
 const FOLDERS: [&str; 2] = ["creatures", "gltf"];
 
 #[derive(Debug, Serialize)]
@@ -34,7 +34,7 @@ struct Models {
     distances: [f32; 3],
     size: (u32, u32),
     rows: Vec<Row>,
-    /// Files that show no triangles, and why.
+    /// Files without triangles, and the reason.
     left_out: Vec<String>,
 }
 
@@ -53,7 +53,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&models), &shown(&models), &models)
 }
 
-/// What a search found in a file, or why it was not searched.
+/// Result of a search in a file, or the reason for skipping it.
 fn searched(
     studio: &Studio,
     file: &Path,
@@ -75,7 +75,7 @@ fn searched(
     Ok(Ok((triangles, found)))
 }
 
-/// The models of the shared data with their names in it, in the order of these.
+/// The models of the shared data with their relative names, sorted.
 fn files() -> Vec<(String, PathBuf)> {
     let Some(data) = std::env::var_os("LEADR_SHARED").map(|root| Path::new(&root).join("data")) else {
         return Vec::new();
@@ -98,7 +98,7 @@ fn files() -> Vec<(String, PathBuf)> {
 
 fn findings(models: &Models) -> Vec<String> {
     if models.rows.is_empty() {
-        return vec!["No model was searched: LEADR_SHARED does not lead to any.".into()];
+        return vec!["No model was searched: LEADR_SHARED has none.".into()];
     }
     let (views, distances) = (models.views, models.distances.len());
     let at_outlines: usize = models.rows.iter().map(|row| row.found.at_outlines).sum();
@@ -107,12 +107,12 @@ fn findings(models: &Models) -> Vec<String> {
     let torn = models.rows.iter().filter(|row| row.found.cracks > row.found.at_outlines).count();
     let count = models.rows.len();
     let mut findings = vec![format!(
-        "Goal 0: {cracks} cracks among {searched} pixels of {count} models from {views} views at {distances} distances; \
-         {torn} models have any. {at_outlines} more pixels at outlines and on steep surfaces show what lies deeper: gaps between parts \
-         that do not touch look like that, too."
+        "Goal 0: {cracks} cracks among {searched} pixels of {count} models from {views} views at {distances} distances; {torn} models \
+         have any. {at_outlines} more pixels at outlines and on steep surfaces show deeper surfaces; gaps between separate parts look the \
+         same."
     )];
     if !models.left_out.is_empty() {
-        findings.push(format!("{} files show no triangles and were left out.", models.left_out.len()));
+        findings.push(format!("{} files without triangles were left out.", models.left_out.len()));
     }
     findings
 }

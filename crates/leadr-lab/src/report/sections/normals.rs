@@ -1,4 +1,4 @@
-//! Normal maps: beside heights, and alone on smooth geometry.
+//! Normal maps: together with heights, and alone on smooth geometry.
 
 use glam::{Vec2, Vec3};
 use serde::Serialize;
@@ -15,17 +15,17 @@ use leadr_render::scene::Object;
 use leadr_render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_scenes::plane::{even, plane};
-use leadr_scenes::spheres::cell::{Lighting, TURN};
+use leadr_scenes::spheres::cell::{Lighting, ROTATION_PERIOD};
 use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
 use leadr_scenes::stage::{Stage, Views};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 
-const INTRO: &str = "First, heights of a quarter of the resolution with normals of the full one, against heights of the full resolution \
-    alone: the case of most downloaded materials. Then spheres of Gaussian slopes as a normal map on smooth geometry, which are the top \
-    row of the paper's Figure 8: the truth is supersampled normal mapping, and LEADR filters it with the normal map's facets, none of which \
-    hides another (thesis section 5.2 and Table 2.IV). Beside it the displaced spheres of the middle row, and what the model of \
-    displaced surfaces makes of a normal map.";
+const INTRO: &str = "First, heights at a quarter of the resolution with normals at full resolution, against full-resolution heights \
+    alone: the case of most downloaded materials. Then spheres of Gaussian slopes as a normal map on smooth geometry, the top row of the \
+    paper's Figure 8. Their truth is supersampled normal mapping; LEADR filters it with the normal map's facets, which do not hide each \
+    other (thesis section 5.2 and Table 2.IV). Also shown: the displaced spheres of the middle row, and the displaced-surface model \
+    applied to a normal map.";
 
 /// Texels along the full heights; the coarse ones have a quarter.
 const FULL: u32 = 512;
@@ -38,7 +38,7 @@ enum Entry {
     Sphere { light: &'static str, sigma: f32, normal_map: f64, displacement: f64, as_relief: f64 },
 }
 
-/// Heights of several octaves, of which the finest are lost at a quarter of the resolution.
+/// Heights of several octaves; the finest are lost at a quarter of the resolution.
 fn full_heights() -> HeightField {
     let octaves = [(48.0, 0.6), (16.0, 0.5), (3.0, 0.45)];
     let fields: Vec<_> = octaves
@@ -50,7 +50,7 @@ fn full_heights() -> HeightField {
     HeightField::repeating(HeightMap { width: FULL, height: FULL, texels })
 }
 
-/// The mean heights of squares of four texels a side, brought back to the full size as a renderer does it.
+/// Mean heights of 4 × 4 texel squares, upsampled to the full size like in a renderer.
 fn coarse_heights(full: &HeightField) -> HeightField {
     let n = FULL / 4;
     let square = |i: u32| {
@@ -63,7 +63,7 @@ fn coarse_heights(full: &HeightField) -> HeightField {
     HeightField::repeating(HeightMap { width: FULL, height: FULL, texels })
 }
 
-/// Slopes by central differences, as a normal map of the full resolution has them.
+/// Slopes by central differences, as in a full-resolution normal map.
 fn slopes(full: &HeightField) -> Vec<[f32; 2]> {
     let at = |x: u32, y: u32| full.map.texels[((y % FULL) * FULL + x % FULL) as usize];
     let per = 0.5 * FULL as f32;
@@ -164,7 +164,7 @@ fn alone(
         let mut mean = |studio: &Studio, settings: RenderSettings, sigma: f32| -> Result<Shot, LabError> {
             let mut halves = [Vec::new(), Vec::new()];
             for turn in 0..turns {
-                subject.set_time(f64::from(turn) / f64::from(turns) * TURN);
+                subject.set_time(f64::from(turn) / f64::from(turns) * ROTATION_PERIOD);
                 let mut state = subject.seen_by(&camera);
                 state.height_scale = sigma;
                 let settings = RenderSettings { seed: settings.seed + u64::from(turn), ..settings };
@@ -264,7 +264,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quarter_of_the_heights_loses_fine_slopes_only() {
+    fn quarter_resolution_heights_lose_only_fine_slopes() {
         let full = full_heights();
         let coarse = coarse_heights(&full);
         let power = |field: &HeightField| slopes(field).iter().map(|s| f64::from(s[0] * s[0])).sum::<f64>();

@@ -1,9 +1,9 @@
-//! The sea: LEADR Figure 10 compared with ray-marched truth, and what flickers while the camera or the waves move.
+//! The sea: LEADR Figure 10 against ray-marched truth, and flicker while the camera or the waves move.
 
 use glam::Vec3;
 use serde::Serialize;
 
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
@@ -12,7 +12,7 @@ use crate::report::verdict::{Errors, Shot, judge};
 use leadr_maps::RgbImage;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::camera::Camera;
-use leadr_render::sampling::seed_apart;
+use leadr_render::sampling::independent_seed;
 use leadr_render::settings::{Technique, Terms};
 use leadr_scenes::ocean::sea;
 use leadr_scenes::ocean::spectrum::Sea;
@@ -21,14 +21,12 @@ use leadr_tools::html::{Cell, Html, Table, number, percent};
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::flicker::{change, excess, magnitude};
 
-const INTRO: &str = "The open sea of the ocean scene, under a wind of 8 m/s, seen toward the sun. The truth casts rays at the \
-    displaced waves, horizontal movement included, and shades each hit by its own slope; only waves shorter than \
-    those of the finest map become roughness, as in every technique. The truth hides facets from the viewer, but \
-    lets light through the waves and reflects it once. LEADR is therefore shown with Smith's shadowing (of the sun \
-    alone) and, as by default, with correlated shadowing of sun and sky. Errors are over the inside of the sea: the \
-    horizon is left out. Changes are per pixel, from one picture to the next, as shares of the sea's mean radiance. \
-    Excess is what a technique changes beyond the truth, pixel by pixel; the change of the truth includes its own \
-    noise, which is listed.";
+const INTRO: &str = "The open sea of the ocean scene, under a wind of 8 m/s, seen toward the sun. The truth casts rays at the displaced \
+    waves, including horizontal movement, and shades each hit by its own slope. Only waves shorter than those of the finest map become \
+    roughness, as in every technique. The truth masks facets from the viewer, but does not shadow them, and reflects light once. LEADR is \
+    therefore shown with Smith's shadowing (of the sun alone) and with the default correlated shadowing of sun and sky. Errors are over \
+    the sea's interior, without the horizon. Changes are per pixel between successive pictures, as fractions of the sea's mean radiance. \
+    Excess is a technique's change beyond the truth, pixel by pixel. The change of the truth includes its own noise, which is listed.";
 
 /// Frames per second of the animation.
 const FPS: f64 = 24.0;
@@ -44,13 +42,13 @@ struct Picture {
     noise: f64,
 }
 
-/// Changes of one look over a sequence.
+/// Changes of one configuration over a sequence.
 #[derive(Debug, Default, Serialize)]
 struct Track {
     look: String,
     /// Per step: mean and largest change of a pixel.
     change: Vec<[f64; 2]>,
-    /// Per step: mean and largest of the change that the truth does not have.
+    /// Per step: mean and largest change beyond that of the truth.
     excess: Vec<[f64; 2]>,
 }
 
@@ -59,7 +57,7 @@ struct Sequence {
     name: &'static str,
     size: (u32, u32),
     samples: u32,
-    /// The truth, its noise, every look.
+    /// The truth, its noise, and every configuration.
     tracks: Vec<Track>,
 }
 
@@ -68,33 +66,33 @@ struct Data {
     pictures: Vec<Picture>,
     zoom: Sequence,
     animation: Sequence,
-    /// Mean and largest change of every look over all frames of the animation.
+    /// Mean and largest change of every configuration over all animation frames.
     frames: u32,
     every_frame: Vec<(String, [f64; 2])>,
 }
 
-/// Looks toward the default sun, from `height`, at a point of the sea `distance` away; the field of view in degrees.
+/// A camera toward the default sun from `height`, at a sea point `distance` away; field of view in degrees.
 fn toward_the_sun(height: f32, distance: f32, fov: f32) -> Camera {
     let (sin, cos) = (-0.7f32).sin_cos();
     Camera::looking_at(Vec3::Z * height, Vec3::new(cos, sin, 0.0) * distance, fov)
 }
 
-fn looks() -> Vec<Look> {
-    let correlated = Look::of(Technique::Leadr).with(Terms::ALL, Shadowing::Correlated);
+fn configs() -> Vec<Configuration> {
+    let correlated = Configuration::of(Technique::Leadr).with(Terms::ALL, Shadowing::Correlated);
     vec![
-        Look::grid(5),
-        Look { name: "leadr, correlated".to_owned(), ..correlated },
-        Look::of(Technique::Lean),
-        Look::of(Technique::NormalMip),
-        Look::of(Technique::Constant),
+        Configuration::grid(5),
+        Configuration { name: "leadr, correlated".to_owned(), ..correlated },
+        Configuration::of(Technique::Lean),
+        Configuration::of(Technique::NormalMip),
+        Configuration::of(Technique::Constant),
     ]
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut subject = Subject::under_the_sky(studio, sea::stage(sea::ocean(&Sea::default(), sea::RESOLUTION, 1)), 5.0)?;
-    let looks = looks();
+    let configs = configs();
     let mut html = Html::new();
-    let pictures = figures(studio, &mut subject, &looks, &mut html)?;
+    let pictures = figures(studio, &mut subject, &configs, &mut html)?;
     let size = studio.pick((48, 27), (96, 54));
     let samples = studio.pick(8, 48);
     let steps = studio.pick(2, 8);
@@ -106,7 +104,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             (5.0, camera.at_distance((distance * ratio.powi(step)) as f32))
         })
         .collect();
-    let zoom = sequence(studio, &mut subject, &looks, "moving away", size, samples, &[zoom], ratio)?;
+    let zoom = sequence(studio, &mut subject, &configs, "moving away", size, samples, &[zoom], ratio)?;
     let horizon = toward_the_sun(20.0, 1000.0, TELEPHOTO);
     let frames: u32 = studio.pick(6, 240);
     let pairs = studio.pick(1, 6);
@@ -116,18 +114,18 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             vec![(first, horizon), (first + 1.0 / FPS, horizon)]
         })
         .collect();
-    let animation = sequence(studio, &mut subject, &looks, "waves at the horizon", size, samples, &pairs, 1.0)?;
-    let every_frame = all_frames(studio, &mut subject, &looks[..looks.len() - 1], horizon, size, frames)?;
+    let animation = sequence(studio, &mut subject, &configs, "waves at the horizon", size, samples, &pairs, 1.0)?;
+    let every_frame = all_frames(studio, &mut subject, &configs[..configs.len() - 1], horizon, size, frames)?;
     shown(&mut html, &zoom, &animation, frames, &every_frame);
     let data = Data { pictures, zoom, animation, frames, every_frame };
     Section::new(INTRO, findings(&data), &html, &data)
 }
 
-/// Figure 10: every look at four distances.
+/// Figure 10: every configuration at four distances.
 fn figures(
     studio: &mut Studio,
     subject: &mut Subject,
-    looks: &[Look],
+    configs: &[Configuration],
     html: &mut Html,
 ) -> Result<Vec<Picture>, LabError> {
     let size = studio.pick((48, 30), (160, 100));
@@ -151,18 +149,22 @@ fn figures(
         let file = |kind: &str| format!("ocean-{}-{kind}", view.replace([' ', '.'], ""));
         let shown = studio.picture(&file("truth"), &truth.image, 1.0, "ray-marched truth", Vec::new())?;
         table.row([Cell::from("truth"), Cell::Figure(shown.enlarged(2))]);
-        for look in looks {
-            let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
+        for config in configs {
+            let shot = studio.shoot(&mut subject.renderer, &state, &config.settings(size, 1))?;
             let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
-            let picture = studio.picture(&file(&look.file()), &shot.image, 1.0, &look.name, Vec::new())?;
-            let errors =
-                studio.error_picture(&file(&format!("{}-errors", look.file())), &verdict, "FLIP errors", Vec::new())?;
+            let picture = studio.picture(&file(&config.file()), &shot.image, 1.0, &config.name, Vec::new())?;
+            let errors = studio.error_picture(
+                &file(&format!("{}-errors", config.file())),
+                &verdict,
+                "FLIP errors",
+                Vec::new(),
+            )?;
             let found = verdict.interior;
-            let mut cells = vec![Cell::from(look.name.as_str())];
+            let mut cells = vec![Cell::from(config.name.as_str())];
             cells.extend([picture, errors].map(|figure| Cell::Figure(figure.enlarged(2))));
             cells.extend([found.flip, found.rrmse, found.bias].map(Cell::from));
             table.row(cells);
-            pictures.push(Picture { view, look: look.name.clone(), errors: found, noise: truth.noise });
+            pictures.push(Picture { view, look: config.name.clone(), errors: found, noise: truth.noise });
         }
         html.heading(view);
         html.table(&table);
@@ -170,11 +172,11 @@ fn figures(
     Ok(pictures)
 }
 
-/// Changes from picture to picture within each run of moments and cameras; `ratio` is that of neighbouring distances.
+/// Changes between pictures within each run of times and cameras; `ratio` is that of neighbouring distances.
 fn sequence(
     studio: &Studio,
     subject: &mut Subject,
-    looks: &[Look],
+    configs: &[Configuration],
     name: &'static str,
     size: (u32, u32),
     samples: u32,
@@ -183,18 +185,18 @@ fn sequence(
 ) -> Result<Sequence, LabError> {
     let names = ["truth", "noise of the truth"].into_iter().map(str::to_owned);
     let mut tracks: Vec<Track> =
-        names.chain(looks.iter().map(|l| l.name.clone())).map(|look| Track { look, ..Track::default() }).collect();
+        names.chain(configs.iter().map(|l| l.name.clone())).map(|look| Track { look, ..Track::default() }).collect();
     studio.steps(runs.iter().map(Vec::len).sum());
     for run in runs {
         let mut before: Option<Vec<Shot>> = None;
         for &(time, camera) in run {
             subject.set_time(time);
             let state = subject.seen_by(&camera);
-            // Every picture has the same sample positions, so that only the sea changes.
-            let mut settings = [1, seed_apart(samples / 2, 1)]
+            // Every picture uses the same sample positions, so only the sea changes.
+            let mut settings = [1, independent_seed(samples / 2, 1)]
                 .map(|seed| Truth::Displacement.settings(size, samples / 2, seed))
                 .to_vec();
-            settings.extend(looks.iter().map(|look| look.settings(size, 1)));
+            settings.extend(configs.iter().map(|config| config.settings(size, 1)));
             let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));
             let mut after: Vec<Shot> = shots.collect::<Result<_, _>>()?;
             after[0] = Shot::mean_of(&after[0], &after[1]).map_err(fault)?;
@@ -225,7 +227,7 @@ fn add_step(tracks: &mut [Track], before: &[Shot], after: &[Shot], ratio: f64) -
     Ok(())
 }
 
-/// The sea's inside in both pictures, in the frame of the second.
+/// The sea's interior in both pictures, in the frame of the second.
 fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabError> {
     let (now, then) = (after.interior().map_err(fault)?, before.interior().map_err(fault)?);
     let flags = then.inside.iter().map(|&inside| [f32::from(u8::from(inside)); 3]).collect();
@@ -235,22 +237,22 @@ fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabErro
     Ok(now.and(&Mask::covered(then.width, then.height, &coverage, 0.999).map_err(fault)?))
 }
 
-/// Mean and largest change of every look from frame to frame of the animation.
+/// Mean and largest change of every configuration between animation frames.
 fn all_frames(
     studio: &Studio,
     subject: &mut Subject,
-    looks: &[Look],
+    configs: &[Configuration],
     camera: Camera,
     size: (u32, u32),
     frames: u32,
 ) -> Result<Vec<(String, [f64; 2])>, LabError> {
-    let mut sums = vec![[0.0f64; 2]; looks.len()];
+    let mut sums = vec![[0.0f64; 2]; configs.len()];
     let mut before: Option<Vec<Shot>> = None;
     studio.steps(frames as usize);
     for frame in 0..frames {
         subject.set_time(f64::from(frame) / FPS);
         let state = subject.seen_by(&camera);
-        let shots = looks.iter().map(|l| studio.shoot(&mut subject.renderer, &state, &l.settings(size, 1)));
+        let shots = configs.iter().map(|l| studio.shoot(&mut subject.renderer, &state, &l.settings(size, 1)));
         let after: Vec<Shot> = shots.collect::<Result<_, _>>()?;
         for ((before, after), sum) in before.iter().flatten().zip(&after).zip(&mut sums) {
             let mask = after.interior().map_err(fault)?;
@@ -262,7 +264,7 @@ fn all_frames(
         before = Some(after);
         studio.step();
     }
-    Ok(looks.iter().map(|l| l.name.clone()).zip(sums).collect())
+    Ok(configs.iter().map(|l| l.name.clone()).zip(sums).collect())
 }
 
 /// Mean over the steps of the means, and the largest of all.
@@ -306,7 +308,7 @@ fn findings(data: &Data) -> Vec<String> {
             .map(|p| format!("{} {} (bias {})", p.look, number(p.errors.rrmse), percent(p.errors.bias, true)));
         let noise = order.first().map_or(0.0, |p| p.noise);
         findings.push(format!(
-            "{view}, nearest to the truth first (rRMSE, noise of the truth {}): {}.",
+            "{view}, in order of rRMSE (noise of the truth {}): {}.",
             number(noise),
             listed.collect::<Vec<_>>().join(", ")
         ));

@@ -1,8 +1,8 @@
-//! leadr against pictures by a renderer that this project did not write.
+//! Compares leadr with pictures from an independent renderer.
 
 use serde::Serialize;
 
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::outside::panoramas::panorama;
 use crate::report::outside::reliefs::relief;
 use crate::report::outside::{OutsideCase, OutsideTruth, block_means, truths};
@@ -15,21 +15,21 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number, percent};
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 
-const INTRO: &str = "Smooth spheres, a flat plane and reliefs under panoramas, one sample of leadr at its default settings against \
-    Mitsuba 3, whose pictures are stored as means of blocks of 2 or 3 pixels a side (scripts/external-truth renders them anew). Light of the \
-    environment only, specular and diffuse apart. The noise of the truth is that of its pixels; that of its blocks is two to three times \
-    lower. Panoramas and height maps of the shared data are drawn where LEADR_SHARED leads to them, the others are made on the spot.";
+const INTRO: &str = "Smooth spheres, a flat plane and reliefs under panoramas: one sample of leadr at its default settings against \
+    Mitsuba 3. Its pictures are stored as means of blocks of 2 × 2 or 3 × 3 pixels (scripts/external-truth renders them again). Light \
+    comes from the environment only, specular and diffuse separately. The noise of the truth is per pixel; that of its blocks is two to \
+    three times lower. Panoramas and height maps of the shared data are drawn if LEADR_SHARED contains them; the others are generated.";
 
-/// Atlas tiles of the smooth sphere, whose maps hold nothing.
+/// Atlas tile size of the smooth sphere, whose maps are empty.
 const TILE: u32 = 8;
 
-/// What was measured of one case.
+/// Measurements of one case.
 #[derive(Clone, Debug, Serialize)]
 struct Measured {
     name: String,
     rrmse: f64,
     bias: f64,
-    /// The paper's 5 × 5 grid, of mirrors.
+    /// Error of the paper's 5 × 5 grid, for specular cases.
     grid_rrmse: Option<f64>,
     noise: f64,
 }
@@ -63,13 +63,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&measured, missing), &html, &measured)
 }
 
-/// The cases of a quick report: what needs no shared data, and few of those.
+/// Cases of a quick report: a few that need no shared data.
 fn is_quick(case: &OutsideCase) -> bool {
     let ready = ["pixel", "tubes", "lamps", "checks"].contains(&case.panorama.as_str()) && case.relief == "studs";
     ready && (case.group() != "sphere" || case.alpha == 0.1 || case.terms == "diffuse") && !case.name.contains("/near/")
 }
 
-/// Draws a case and compares it; `None` if its panorama or its relief is not there.
+/// Renders and compares a case; `None` if its panorama or relief is missing.
 fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, LabError> {
     let OutsideTruth { case, image, mask } = truth;
     let (Some(light), Some(heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };
@@ -81,21 +81,21 @@ fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, La
     });
     let mut subject = Subject::in_panorama(studio, stage, &light, Lights::default())?;
     let state = subject.seen_by(&case.camera());
-    let mut errors = |look: Look| -> Result<(f64, f64), LabError> {
-        let shading = look.shading.adjusted(|options| ShadingOptions { terms: case.terms(), ..options });
-        let settings = Look { shading, ..look }.settings(case.size.into(), 1);
+    let mut errors = |config: Configuration| -> Result<(f64, f64), LabError> {
+        let shading = config.shading.adjusted(|options| ShadingOptions { terms: case.terms(), ..options });
+        let settings = Configuration { shading, ..config }.settings(case.size.into(), 1);
         let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
         let seen = block_means(&shot.image, case.block).map_err(fault)?;
         let rrmse = rrmse_over(image, &seen, mask).map_err(fault)?;
         Ok((rrmse, bias_over(image, &seen, mask).map_err(fault)?))
     };
-    let (rrmse, bias) = errors(Look::default_of_the_program())?;
-    let grid = Look { shading: Technique::Leadr.with(paper_grid()), ..Look::grid(5) };
+    let (rrmse, bias) = errors(Configuration::program_default())?;
+    let grid = Configuration { shading: Technique::Leadr.with(paper_grid()), ..Configuration::grid(5) };
     let grid_rrmse = if case.terms == "specular" { Some(errors(grid)?.0) } else { None };
     Ok(Some(Measured { name: case.name.clone(), rrmse, bias, grid_rrmse, noise: case.noise }))
 }
 
-/// The paper's grid beside the program's own shadowing.
+/// The paper's grid with the program's own shadowing.
 fn paper_grid() -> ShadingOptions {
     ShadingOptions { quadrature: leadr_render::settings::Quadrature::Grid(5), ..Default::default() }
 }
@@ -103,13 +103,13 @@ fn paper_grid() -> ShadingOptions {
 fn findings(measured: &[Measured], missing: usize) -> Vec<String> {
     let mut findings = Vec::new();
     let groups = [
-        ("sphere/", "specular", "mirrors of smooth spheres"),
+        ("sphere/", "specular", "specular smooth spheres"),
         ("sphere/", "diffuse", "diffuse smooth spheres"),
         ("flat/", "", "a flat plane"),
-        ("/far/", "", "relief from far"),
+        ("/far/", "", "distant relief"),
         ("/oblique/", "", "relief at a grazing angle"),
         ("/mid/", "", "relief at mid distance"),
-        ("/near/", "", "relief from near"),
+        ("/near/", "", "close relief"),
     ];
     for (part, terms, title) in groups {
         let rows: Vec<&Measured> =
@@ -121,7 +121,7 @@ fn findings(measured: &[Measured], missing: usize) -> Vec<String> {
         let grid = if graded.is_empty() {
             String::new()
         } else {
-            format!(" Nearer than the paper's 5×5 grid in {better} of {} cases.", graded.len())
+            format!(" More accurate than the paper's 5×5 grid in {better} of {} cases.", graded.len())
         };
         findings.push(format!(
             "{} cases of {title}: rRMSE {} on average, at worst {} ({}, bias {}, noise of the truth {}).{grid}",
@@ -134,7 +134,7 @@ fn findings(measured: &[Measured], missing: usize) -> Vec<String> {
         ));
     }
     if missing > 0 {
-        findings.push(format!("{missing} cases were not drawn: LEADR_SHARED does not lead to their maps."));
+        findings.push(format!("{missing} cases were not drawn: their maps are not in LEADR_SHARED."));
     }
     findings
 }

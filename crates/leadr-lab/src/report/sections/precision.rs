@@ -1,8 +1,8 @@
-//! What pictures lose where slopes are kept in 16 bits or in blocks.
+//! Picture errors from slopes stored in 16 bits or in compressed blocks.
 
 use serde::Serialize;
 
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::outside::reliefs::relief;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
@@ -19,11 +19,11 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 use leadr_tools::metrics::compare::rrmse;
 
-const INTRO: &str = "One sample of leadr at its default settings under the sky, with the slopes of its maps in 32 bits, in 16 bits on the \
-    device (--map-precision f16), from a file of 16 bits and from one of blocks (leadr bake --format f16, bc); relative root mean \
-    square error against 32 bits. Scanned height maps are drawn where LEADR_SHARED leads to them.";
+const INTRO: &str = "One sample of leadr at its default settings under the sky, with map slopes in 32 bits, in 16 bits on the device \
+    (--map-precision f16), from a 16-bit file, and from a block-compressed one (leadr bake --format f16, bc). Errors are relative RMSE \
+    against 32 bits. Scanned height maps are drawn if LEADR_SHARED contains them.";
 
-/// The goals: most error of pictures.
+/// Goals: largest picture errors.
 const MOST_F16: f64 = 1e-3;
 const MOST_BC: f64 = 1e-2;
 
@@ -33,20 +33,20 @@ struct Measured {
     scene: String,
     view: &'static str,
     on_device: f64,
-    /// Of files; only planes are drawn with the moments of one.
+    /// Error with a file; only planes use moments from a file.
     f16_file: Option<f64>,
     bc_file: Option<f64>,
 }
 
-/// A map in a file.
+/// Sizes of a map's files.
 #[derive(Clone, Debug, Serialize)]
 struct Sizes {
     map: String,
-    /// Bytes for each texel of the finest level, all levels counted.
+    /// Bytes per texel of the finest level, including all levels.
     f32: f64,
     f16: f64,
     bc: f64,
-    /// Greatest error of the variance on any level.
+    /// Largest variance error on any level.
     f16_variance: f64,
     bc_variance: f64,
 }
@@ -114,7 +114,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         table.row([Cell::from(row.scene.as_str()), row.view.into(), row.on_device.into(), f16, bc]);
     }
     let mut sizes = Table::new(
-        "Bytes of a file for each texel of its finest level, and the error of its variance",
+        "File bytes per texel of the finest level, and the error of the variance",
         ["map", "f32", "f16", "bc", "variance, f16", "variance, bc"],
     );
     for row in &files {
@@ -132,7 +132,7 @@ fn fault_of_count() -> LabError {
     LabError("a map was not baked".to_owned())
 }
 
-/// Height maps by name, each with a factor on its height.
+/// Height maps by name, each with a height factor.
 fn maps(quick: bool) -> Result<Vec<(String, HeightMap, f32)>, LabError> {
     let side = if quick { 128 } else { 1024 };
     let mut maps = vec![("rock".to_owned(), procedural::rock(side, side, 1), GENERATED_HEIGHT)];
@@ -149,7 +149,7 @@ fn maps(quick: bool) -> Result<Vec<(String, HeightMap, f32)>, LabError> {
     Ok(maps)
 }
 
-/// A map that was written and read.
+/// A map that was written and read back.
 struct Baked {
     map: BakedMap,
     bytes: u64,
@@ -169,7 +169,7 @@ fn baked(map: &HeightMap, precision: Precision) -> Result<Baked, LabError> {
         let map = BakedMap::load(&path).map_err(|e| LabError(e.to_string()))?;
         Ok(Baked { map, bytes, variance: report.errors.iter().map(|e| e.variance).fold(0.0, f64::max) })
     })();
-    // What is left of it is of no use.
+    // Errors are ignored; the file is no longer needed.
     let _ = std::fs::remove_file(&path);
     made
 }
@@ -180,7 +180,7 @@ const VIEWS: [&str; 3] = ["near", "mid", "far"];
 fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Result<Vec<RgbImage>, LabError> {
     let views = stage.views;
     let mut subject = Subject::kept_in(format, studio, stage, time)?;
-    let settings = Look::default_of_the_program().settings(studio.pick((80, 60), (320, 240)), 1);
+    let settings = Configuration::program_default().settings(studio.pick((80, 60), (320, 240)), 1);
     let cameras = [views.near, views.mid, views.far];
     let shots = cameras.iter().map(|camera| {
         let state = subject.seen_by(camera);
@@ -189,7 +189,7 @@ fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Resu
     shots.collect()
 }
 
-/// Errors of the pictures of every view: of 32 bits first, then of 16 on the device, of 16 in a file, and of blocks.
+/// Errors of the pictures of every view. Order: 32 bits, 16 bits on the device, 16-bit file, blocks.
 fn measure(scene: &str, shots: &[Vec<RgbImage>]) -> Result<Vec<Measured>, LabError> {
     let error = |shot: Option<&Vec<RgbImage>>, view: usize| {
         shot.map(|shot| rrmse(&shots[0][view], &shot[view]).map_err(fault)).transpose()
@@ -232,7 +232,7 @@ fn findings(pictures: &[Measured], files: &[Sizes]) -> Vec<String> {
     .collect();
     if let Some(size) = files.first() {
         findings.push(format!(
-            "A texel takes {} bytes of a file in 32 bits, {} in 16, {} in blocks.",
+            "A texel takes {} file bytes in 32 bits, {} in 16, {} in blocks.",
             number(size.f32),
             number(size.f16),
             number(size.bc)
@@ -254,9 +254,9 @@ mod tests {
             f16_file: None,
             bc_file: Some(0.5 * error),
         };
-        let said = findings(&[measured(5e-4), measured(4e-4)], &[]);
-        assert!(said.len() == 2 && said.iter().all(|s| s.ends_with("is kept.")), "{said:?}");
-        let said = findings(&[measured(5e-4), measured(4e-2)], &[]);
-        assert!(said.iter().all(|s| s.ends_with("is missed.")), "{said:?}");
+        let message = findings(&[measured(5e-4), measured(4e-4)], &[]);
+        assert!(message.len() == 2 && message.iter().all(|s| s.ends_with("is kept.")), "{message:?}");
+        let message = findings(&[measured(5e-4), measured(4e-2)], &[]);
+        assert!(message.iter().all(|s| s.ends_with("is missed.")), "{message:?}");
     }
 }

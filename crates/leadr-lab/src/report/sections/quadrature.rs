@@ -1,4 +1,4 @@
-//! The rules for integrals over visible slopes compared with converged integrals, and how smoothly they follow slow changes.
+//! The rules for integrals over visible slopes against converged integrals, and their smoothness in slow sweeps.
 
 use serde::Serialize;
 
@@ -13,11 +13,10 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 use leadr_tools::html::{Plot, Scale};
 
-const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same model (in 64 \
-    bits, on the processor): only the accuracy that a number of slope samples buys. Errors of diffuse light are in \
-    units of the environment's mean radiance or of the light's irradiance over π; errors of mirrors are relative to \
-    the true radiance, or to 1 if that is larger. Classes are by the larger slope deviation σ. The bench's section \
-    shows what the rules cost in time.";
+const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same model (64-bit, on \
+    the CPU). Errors measure only the quadrature. Errors of diffuse light are in units of the environment's mean radiance or of the \
+    light's irradiance over π. Errors of mirrors are relative to the true radiance, or to 1 if that is larger. Classes are by the larger \
+    slope deviation σ. The bench's section lists the times of the rules.";
 
 /// One table.
 #[derive(Debug, Serialize)]
@@ -98,7 +97,7 @@ fn is_grid(row: &Measured) -> bool {
 fn plot(study: &Study) -> Plot {
     let title = format!("{}: error against evaluations per pixel", study.name);
     let mut plot = Plot::new(&title, ("evaluations per pixel", Scale::Log), ("rms error", Scale::Log));
-    // The first word of a rule is its family.
+    // The first word of a rule names its family.
     let mut families: Vec<&str> = Vec::new();
     for row in &study.rows {
         let family = row.rule.split(' ').next().unwrap_or_default();
@@ -133,7 +132,7 @@ fn table(study: &Study) -> Table {
     table
 }
 
-/// The rules compared with the paper's 5 × 5 grid.
+/// Compares the rules with the paper's 5 × 5 grid.
 fn finding(study: &Study) -> Option<String> {
     let paper = study.rows.iter().find(|row| row.rule.starts_with("paper 5x5"))?;
     let best = study.rows.iter().filter(|row| !is_grid(row)).min_by(|a, b| a.rms.total_cmp(&b.rms))?;
@@ -158,7 +157,7 @@ fn finding(study: &Study) -> Option<String> {
 
 fn sweep_table(sweeps: &[Sweep]) -> Table {
     let mut table = Table::new(
-        "Slow sweeps: largest change between neighbouring steps, and largest change of that change, which shows as popping",
+        "Slow sweeps: largest change between neighbouring steps, and largest change of that change, visible as popping",
         ["integral", "rule", "path", "largest step", "largest bend"],
     );
     for sweep in sweeps {
@@ -171,7 +170,7 @@ fn sweep_table(sweeps: &[Sweep]) -> Table {
 /// The default rules.
 const DEFAULTS: [&str; 2] = ["visible 2 terms", "rings of 16"];
 
-/// Per integral: the largest bend of all sweeps with the default rule, compared with the paper's grid.
+/// Per integral: the largest second difference of all sweeps with the default rule, and with the paper's grid.
 fn sweep_findings(sweeps: &[Sweep]) -> Vec<String> {
     let mut integrals: Vec<&'static str> = sweeps.iter().map(|sweep| sweep.integral).collect();
     integrals.sort_unstable();

@@ -1,4 +1,4 @@
-//! Two roughnesses that share a surface: how one sample filters them.
+//! Filtering of two roughnesses on one surface with one sample.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -18,19 +18,19 @@ use leadr_scenes::stage::{Stage, Views};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 
-const INTRO: &str = "A floor chequered in two roughnesses, .1 and .6, in whose mirror the sun stands; seen from so near that a pixel is narrower than a square, and from where it sees several. One \
-    sample of LEADR is compared with the supersampled reference for three ways to filter the roughness: two lobes, as the program does; \
-    one lobe of the mean variance, which is the paper's section 4.1; and one lobe of the mean roughness, the old filter. The goal is an error \
-    of at most a quarter of the old filter's.";
+const INTRO: &str = "A chequered floor with the roughnesses .1 and .6 reflects the sun. In the nearest view a pixel is narrower than a \
+    square; in far views it covers several. One sample of LEADR is compared with the supersampled reference for three roughness filters: \
+    two lobes, the program's default; one lobe of the mean variance, the paper's section 4.1; and one lobe of the mean roughness, the old \
+    filter. The goal is an error of at most a quarter of the old filter's.";
 
 const ALPHAS: [f32; 2] = [0.1, 0.6];
-/// Between both.
+/// Between both roughnesses.
 const THRESHOLD: f32 = 0.25;
 const TEXELS: u32 = 64;
-/// Metres: a pixel is .8 to 6.4 squares wide.
+/// Distances, metres: a pixel is .8 to 6.4 squares wide.
 const DISTANCES: [f32; 6] = [6.0, 9.0, 12.0, 18.0, 24.0, 48.0];
 
-/// How roughness is filtered.
+/// Filter of the roughness.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 enum Filtered {
     TwoLobes,
@@ -71,12 +71,12 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(48, 128);
     let samples = studio.pick(256, 512);
     let sun = Sky::default().sun_direction.normalize();
-    let mirrored = Vec3::new(-sun.x, -sun.y, sun.z);
+    let reflected = Vec3::new(-sun.x, -sun.y, sun.z);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
     for distance in DISTANCES {
         // The same part of the floor from further away, in fewer pixels.
         let pixels = (size as f32 * 6.0 / distance) as u32;
-        let camera = Camera::looking_at(distance * mirrored, Vec3::ZERO, 30.0 * 6.0 / distance);
+        let camera = Camera::looking_at(distance * reflected, Vec3::ZERO, 30.0 * 6.0 / distance);
         let views = Views { near: camera, mid: camera, far: camera };
         let settings = |technique: Technique, samples: u32| RenderSettings {
             size: (pixels, pixels),
@@ -117,7 +117,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         };
         let (two, old) = (of(Filtered::TwoLobes), of(Filtered::MeanRoughness));
         findings.push(format!(
-            "At {distance} m one sample errs by {} with two lobes, by {} with the mean variance and by {} with the mean roughness: {} of the old filter's error, of which the goal is at most a quarter.",
+            "At {distance} m the error of one sample is {} with two lobes, {} with the mean variance and {} with the mean roughness: {} of the old filter's error; the goal is at most a quarter.",
             number(two),
             number(of(Filtered::MeanVariance)),
             number(old),

@@ -1,7 +1,7 @@
-//! Shadows that bumps cast on each other: the truth with and without them, and which of LEADR's shadowing models is nearest.
+//! Shadows between bumps: the truth with and without them, and the closest of LEADR's shadowing models.
 
 use crate::report::case::Case;
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::{Subject, framed_from};
@@ -12,19 +12,19 @@ use leadr_render::settings::Terms;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 
-const INTRO: &str = "In the other sections only the sun's coarse shadow map casts shadows, in the truth as in LEADR: light of the sky \
-    reaches every facet through the bumps in front of it. Here the bumps themselves cast shadows in the truth, from \
-    the sun and from the sky (sampled lights with depth maps as fine as the bumps; leadr capture --relief-shadows), \
-    and LEADR's shadowing models are compared with it at one sample per pixel. The model called masking has no \
-    shadows; smith has shadows that depend on heights alone; correlated also knows that light from behind the viewer \
-    casts none that the viewer could see. The first row is the truth of the other sections, judged like a technique.";
+const INTRO: &str = "In the other sections only the sun's coarse shadow map casts shadows, in the truth and in LEADR: light of the sky \
+    reaches every facet through the bumps in front of it. Here the bumps of the truth cast shadows, from the sun and from the sky \
+    (sampled lights with depth maps as fine as the bumps; leadr capture --relief-shadows). LEADR's shadowing models are compared with it \
+    at one sample per pixel. The model called masking has no shadows; smith has shadows that depend on heights alone; in correlated, \
+    light from behind the viewer also casts no visible shadows. The first row is the truth of the other sections, judged like a \
+    technique.";
 
 const HEAD: [&str; 8] = ["", "picture", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP", "FLIP inside"];
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let near = studio.pick(64, 192);
     let samples = studio.pick(16, 64);
-    // Tiles half as fine as elsewhere: every sample draws the bumps once for each of its lights.
+    // Coarser tiles than elsewhere, by half: every sample draws the bumps once per light.
     let mut subject = Subject::rock(studio, 16)?;
     let (mut html, mut cases, mut findings) = (Html::new(), Vec::new(), Vec::new());
     for factor in [1u32, 4] {
@@ -32,18 +32,18 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let camera = framed_from(&subject.stage.views.mid, factor as f32);
         let state = subject.seen_by(&camera);
         let distance = number(f64::from(camera.position.distance(camera.target)));
-        let place = format!("rough sphere at {distance} m, {} pixels across", size.0);
+        let heading = format!("rough sphere at {distance} m, {} pixels across", size.0);
         let truth = studio.shoot_truth(&mut subject.renderer, &state, &Truth::Shadowed.settings(size, samples, 1))?;
         let open =
             studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 3))?;
         let mut rows: Vec<(String, Shot)> = vec![("truth without shadows of the bumps".to_owned(), open)];
         for shadowing in Shadowing::MAIN {
-            let look = Look::default_of_the_program().with(Terms::ALL, shadowing);
-            let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
+            let config = Configuration::program_default().with(Terms::ALL, shadowing);
+            let shot = studio.shoot(&mut subject.renderer, &state, &config.settings(size, 1))?;
             rows.push((format!("leadr, {}", shadowing.name()), shot));
         }
         let mut table = Table::new(
-            format!("{place}; truth of {samples} samples per pixel, its noise {} inside", number(truth.noise)),
+            format!("{heading}; truth of {samples} samples per pixel, its noise {} inside", number(truth.noise)),
             HEAD,
         );
         let name = format!("shadows-{factor}-truth");
@@ -66,20 +66,20 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             let pictures = figures.iter().cloned().map(Cell::Figure);
             table.row(std::iter::once(Cell::from(look.as_str())).chain(pictures).chain(numbers));
             errors.push(format!("{look} {} (bias {})", number(inside.rrmse), number(inside.bias)));
-            let mut case = Case::new("shadows", place.as_str(), look, Truth::Shadowed.name(), &verdict);
+            let mut case = Case::new("shadows", heading.as_str(), look, Truth::Shadowed.name(), &verdict);
             case.figures = std::iter::once(shown.clone()).chain(figures).collect();
             cases.push(case);
         }
         findings.push(format!(
-            "{place}, rRMSE inside against the truth with all its shadows (noise {}): {}.",
+            "{heading}, rRMSE inside against the truth with all its shadows (noise {}): {}.",
             number(truth.noise),
             errors.join(", ")
         ));
-        html.heading(&place);
+        html.heading(&heading);
         html.table(&table);
     }
     let section = Section::new(INTRO, findings, &html, &cases)?;
-    // Masking and smith are here for comparison; the worst pictures are sought among the settings one would use.
+    // Masking and Smith are shown for comparison; the worst pictures are selected among recommended settings.
     studio.cases.extend(cases.into_iter().filter(|case| case.look.ends_with(Shadowing::Correlated.name())));
     Ok(section)
 }

@@ -1,7 +1,7 @@
-//! Surfaces that deform while their maps do not, and shapes made by displacement: LEADR's Figures 5 and 9.
+//! Deforming surfaces with fixed maps, and shapes made by displacement: LEADR's Figures 5 and 9.
 
 use crate::report::case::Case;
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
@@ -16,10 +16,10 @@ use leadr_scenes::{pillow, snake};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
 
-const INTRO: &str = "The LEADR paper's Figure 5: a quad, a sphere and a cylinder are stretched, sheared or flattened while their maps \
-    stay as they were baked; the moments follow the deformation (eq. 12). Then its Figure 9: a pillow in an \
-    environment, and a snake in an environment with four point lights. LEADR at one sample per pixel is compared \
-    with displacement-map truth. There are no shadows, because there is no sun.";
+const INTRO: &str = "The LEADR paper's Figure 5: a quad, a sphere and a cylinder are stretched, sheared or flattened with their original \
+    maps; the moments follow the deformation (eq. 12). Then its Figure 9: a pillow in an environment, and a snake in an environment with \
+    four point lights. LEADR at one sample per pixel is compared with displacement-map truth. There are no shadows, because there is no \
+    sun.";
 
 const DEFORMATIONS: [(Deformation, &str, &str); 3] = [
     (Deformation::Stretch, "stretch", "Stretching"),
@@ -99,26 +99,26 @@ fn photograph(
 ) -> Result<(Vec<Cell>, Case), LabError> {
     let state = subject.seen_by(&subject.stage.views.mid);
     let truth = studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
-    let look = Look::best().with(Terms::ALL, Shadowing::None);
-    let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
+    let config = Configuration::best().with(Terms::ALL, Shadowing::None);
+    let shot = studio.shoot(&mut subject.renderer, &state, &config.settings(size, 1))?;
     let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
     let file = |kind: &str| format!("shapes-{name}-{kind}");
     let scale = studio.pick(2, 1);
     let figures = [
         studio.picture(&file("truth"), &truth.image, 1.0, "displacement-map truth", Vec::new())?,
-        studio.picture(&file("leadr"), &shot.image, 1.0, &look.name, Vec::new())?,
+        studio.picture(&file("leadr"), &shot.image, 1.0, &config.name, Vec::new())?,
         studio.error_picture(&file("errors"), &verdict, "FLIP errors", Vec::new())?,
     ]
     .map(|figure| figure.enlarged(scale));
     let mut cells: Vec<Cell> = figures.iter().cloned().map(Cell::Figure).collect();
     let (object, interior) = (verdict.object, verdict.interior);
     cells.extend([object.rrmse, interior.rrmse, interior.bias, object.flip, verdict.noise].map(Cell::from));
-    let mut case = Case::new("shapes", what, &look.name, "displacement", &verdict);
+    let mut case = Case::new("shapes", what, &config.name, "displacement", &verdict);
     case.figures = figures.to_vec();
     Ok((cells, case))
 }
 
-/// The error of a group, and whether the deformation makes it worse.
+/// The error of a group, and whether the deformation increases it.
 fn finding(group: &str, measured: &[Measured]) -> Option<String> {
     let of: Vec<&Case> = measured.iter().filter(|m| m.group == group).map(|m| &m.case).collect();
     let (first, last) = (of.first()?, of.last()?);
@@ -128,9 +128,9 @@ fn finding(group: &str, measured: &[Measured]) -> Option<String> {
         return Some(format!("{}: rRMSE inside is {error}, bias {bias}; the truth's noise is {noise}.", last.subject));
     }
     let verdict = match last.interior.rrmse / first.interior.rrmse {
-        r if r > 1.25 => "the deformation makes it worse",
-        r if r < 0.8 => "the deformation makes it better",
-        _ => "the deformation changes little",
+        r if r > 1.25 => "the deformation increases it",
+        r if r < 0.8 => "the deformation reduces it",
+        _ => "the deformation hardly changes it",
     };
     let before = number(first.interior.rrmse);
     Some(format!("{group}: rRMSE inside is {before} before and {error} fully deformed (noise {noise}): {verdict}."))

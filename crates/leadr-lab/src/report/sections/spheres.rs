@@ -4,7 +4,7 @@ use glam::Vec2;
 use serde::Serialize;
 
 use crate::report::case::Case;
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
@@ -12,23 +12,22 @@ use crate::report::truth::Truth;
 use crate::report::verdict::{Errors, Shot, Verdict, judge};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::settings::{Probes, RenderSettings, ShadingOptions, Terms};
-use leadr_scenes::spheres::cell::{Lighting, TURN};
+use leadr_scenes::spheres::cell::{Lighting, ROTATION_PERIOD};
 use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
 use leadr_scenes::spheres::{ANISOTROPIC, ISOTROPIC};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Figure, Html, Table, number};
 use leadr_tools::html::{Plot, Scale};
 
-const INTRO: &str = "Spheres whose heights are Gaussian noise of known slopes, with bumps smaller than a pixel, in the light of the \
-    supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and \
-    mirror facets in the studio. Columns are the two truths, then LEADR at one sample per pixel with the paper's \
-    grids of slope samples and with the visible-slope rules. Masking is on and shadowing off everywhere: light from \
-    the camera reaches whatever the camera sees, and the rasterised truth lets the environment through the bumps. \
-    Under each picture: FLIP and relative RMSE against normal-map truth (n) and displacement-map truth (d), over the \
-    pixels that the sphere touches (without the background) and, in brackets, inside its silhouette. A single \
-    surface has only a few bumps in each pixel. Every picture is therefore the mean over rotations of the sphere \
-    about its poles, which do not change its statistics: what remains is the error of the model, not of one random \
-    surface. The noise of the truth is the difference between two halves of these rotations.";
+const INTRO: &str = "Spheres whose heights are Gaussian noise with known slopes and bumps smaller than a pixel, in the lighting of the \
+    supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and mirror facets in the \
+    studio. Columns are the two truths, then LEADR at one sample per pixel with the paper's grids of slope samples and with the \
+    visible-slope rules. Masking is on and shadowing off: light from the camera reaches everything that the camera sees, and the \
+    rasterised truth does not block the environment by bumps. Under each picture: FLIP and relative RMSE against normal-map truth (n) and \
+    displacement-map truth (d), over the pixels that the sphere touches (without the background) and, in brackets, inside its silhouette. \
+    A single surface has only a few bumps in each pixel. Every picture is therefore the mean over rotations of the sphere about its \
+    poles, which keep its statistics: the remaining error is that of the model, not of one random surface. The noise of the truth is the \
+    difference between two halves of these rotations.";
 
 const EXPOSURE: f32 = 0.8;
 
@@ -72,11 +71,11 @@ struct Entry {
     normal_map_inside: Errors,
     displacement: Errors,
     displacement_inside: Errors,
-    /// Relative noise of displacement-map truth inside.
+    /// Relative interior noise of displacement-map truth.
     noise: f64,
 }
 
-/// Roughness pairs of one aspect share a baked surface.
+/// Roughness pairs with the same ratio share a baked surface.
 fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     let mut groups: Vec<(f32, Vec<Vec2>)> = Vec::new();
     let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC);
@@ -92,13 +91,18 @@ fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     groups
 }
 
-/// What is compared with the truth; a quick run leaves out the largest grid, which takes most of the time.
-fn looks(quick: bool) -> Vec<Look> {
-    let mut looks = vec![Look::grid(5), Look::grid(32), Look::grid(128), Look::visible(Probes::Nine)];
+/// Configurations compared with the truth; a quick run skips the largest grid, which takes most of the time.
+fn configs(quick: bool) -> Vec<Configuration> {
+    let mut configs = vec![
+        Configuration::grid(5),
+        Configuration::grid(32),
+        Configuration::grid(128),
+        Configuration::visible(Probes::Nine),
+    ];
     if quick {
-        looks.remove(2);
+        configs.remove(2);
     }
-    looks
+    configs
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
@@ -125,12 +129,12 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut html = Html::new();
     for light in &LIGHTS {
         html.heading(light.title);
-        html.plot(&plot(light, &looks(studio.quick), &entries));
+        html.plot(&plot(light, &configs(studio.quick), &entries));
         let head = ["σ".to_owned(), "normal-map truth".to_owned(), "displacement truth".to_owned()];
-        let head = head.into_iter().chain(looks(studio.quick).into_iter().map(|l| l.name));
+        let head = head.into_iter().chain(configs(studio.quick).into_iter().map(|l| l.name));
         let mut table = Table::new(light.title, head);
         let mut of_light: Vec<_> = rows.iter().filter(|r| r.0 == light.key).collect();
-        // Isotropic rows first, then as the supplement orders them.
+        // Isotropic rows first, then the supplement's order.
         of_light.sort_by(|a, b| {
             let order = |s: Vec2| (s.x != s.y, s.x, s.y);
             order(a.1).partial_cmp(&order(b.1)).unwrap_or(std::cmp::Ordering::Equal)
@@ -140,7 +144,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         }
         html.table(&table);
     }
-    let findings = LIGHTS.iter().flat_map(|light| findings(light, &looks(studio.quick), &entries)).collect();
+    let findings = LIGHTS.iter().flat_map(|light| findings(light, &configs(studio.quick), &entries)).collect();
     Section::new(INTRO, findings, &html, &entries)
 }
 
@@ -158,11 +162,11 @@ fn cell(
     let size = studio.pick(64, 128);
     let (turns, samples) = studio.pick((6u32, 2), (16, 4));
     let camera = subject.stage.views.mid;
-    // The mean over rotations; its two halves tell how noisy it is.
+    // The mean over rotations; its two halves estimate its noise.
     let mut shoot = |settings: RenderSettings| -> Result<Shot, LabError> {
         let mut halves = [Vec::new(), Vec::new()];
         for turn in 0..turns {
-            subject.set_time(f64::from(turn) / f64::from(turns) * TURN);
+            subject.set_time(f64::from(turn) / f64::from(turns) * ROTATION_PERIOD);
             let mut state = subject.seen_by(&camera);
             state.height_scale = sigma.max_element();
             let settings = RenderSettings { seed: settings.seed + u64::from(turn), ..settings };
@@ -175,7 +179,7 @@ fn cell(
     let mut truths: Vec<(Truth, u32, Shot)> = Vec::new();
     let mut cells = Vec::new();
     for truth in [Truth::NormalMap, Truth::Displacement] {
-        // Normal-map truth is cheap, because its geometry is smooth, and aliases more.
+        // Normal-map truth is cheap, because its geometry is smooth, but aliases more.
         let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
         let mut settings = truth.settings((size, size), samples, 1);
         settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
@@ -183,12 +187,12 @@ fn cell(
         let shot = shoot(settings)?;
         truths.push((truth, samples, shot));
     }
-    let looks: Vec<(Look, Shot)> = looks(studio.quick)
+    let configs: Vec<(Configuration, Shot)> = configs(studio.quick)
         .into_iter()
-        .map(|look| {
-            let look = look.with(light.terms, Shadowing::None);
-            let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
-            Ok((look, shoot(settings)?))
+        .map(|config| {
+            let config = config.with(light.terms, Shadowing::None);
+            let settings = RenderSettings { shadows: false, ..config.settings((size, size), 1) };
+            Ok((config, shoot(settings)?))
         })
         .collect::<Result<_, LabError>>()?;
     for (truth, samples, shot) in &truths {
@@ -199,7 +203,7 @@ fn cell(
     let shown: Vec<Figure> =
         cells.iter().filter_map(|c| if let Cell::Figure(f) = c { Some(f.clone()) } else { None }).collect();
     let mut entries = Vec::new();
-    for (look, shot) in looks {
+    for (config, shot) in configs {
         let verdicts: Vec<Verdict> =
             truths.iter().map(|(.., truth)| judge(truth, &shot, EXPOSURE).map_err(fault)).collect::<Result<_, _>>()?;
         let [normal_map, displacement] = [&verdicts[0], &verdicts[1]];
@@ -210,11 +214,11 @@ fn cell(
             ]
         };
         let caption = [line("n", normal_map), line("d", displacement)].concat();
-        let name = format!("spheres-{row}-{}", look.file());
-        let picture = studio.picture(&name, &shot.image, EXPOSURE, &look.name, caption)?;
+        let name = format!("spheres-{row}-{}", config.file());
+        let picture = studio.picture(&name, &shot.image, EXPOSURE, &config.name, caption)?;
         let errors = studio.error_picture(&format!("{name}-errors"), displacement, "FLIP errors", Vec::new())?;
         let subject = format!("σ {}, {}", name_of(sigma), light.title);
-        let mut case = Case::new("spheres", subject, &look.name, "displacement", displacement);
+        let mut case = Case::new("spheres", subject, &config.name, "displacement", displacement);
         case.normal_map = Some(normal_map.interior);
         case.figures = vec![shown[1].clone(), picture.clone(), errors];
         studio.cases.push(case);
@@ -222,7 +226,7 @@ fn cell(
         entries.push(Entry {
             table: light.key,
             sigma: sigma.to_array(),
-            look: look.name,
+            look: config.name,
             milliseconds: shot.milliseconds,
             normal_map: normal_map.object,
             normal_map_inside: normal_map.interior,
@@ -234,32 +238,32 @@ fn cell(
     Ok((cells, entries))
 }
 
-fn plot(light: &Light, looks: &[Look], entries: &[Entry]) -> Plot {
+fn plot(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Plot {
     let mut plot = Plot::new(
         &format!("{}: isotropic spheres", light.title),
         ("σ", Scale::Log),
         ("relative RMSE inside, against displacement truth", Scale::Log),
     );
-    for look in looks {
-        let of = entries.iter().filter(|e| e.table == light.key && e.look == look.name && e.sigma[0] == e.sigma[1]);
-        plot.line(&look.name, of.map(|e| (f64::from(e.sigma[0]), e.displacement_inside.rrmse)).collect());
+    for config in configs {
+        let of = entries.iter().filter(|e| e.table == light.key && e.look == config.name && e.sigma[0] == e.sigma[1]);
+        plot.line(&config.name, of.map(|e| (f64::from(e.sigma[0]), e.displacement_inside.rrmse)).collect());
     }
     plot
 }
 
-fn findings(light: &Light, looks: &[Look], entries: &[Entry]) -> Vec<String> {
+fn findings(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Vec<String> {
     let of = |name: &str| entries.iter().filter(|e| e.table == light.key && e.look == name).collect::<Vec<_>>();
     let rms = |name: &str| {
         let list = of(name);
         (list.iter().map(|e| e.displacement_inside.rrmse.powi(2)).sum::<f64>() / list.len().max(1) as f64).sqrt()
     };
-    let names: Vec<String> = looks.iter().map(|l| l.name.clone()).collect();
+    let names: Vec<String> = configs.iter().map(|l| l.name.clone()).collect();
     let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
     let mut findings =
         vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
     // With the largest grid only the model's error remains.
-    let converged = looks.iter().rev().find(|l| l.is_grid());
-    let rows = converged.map_or(Vec::new(), |look| of(&look.name));
+    let converged = configs.iter().rev().find(|l| l.is_grid());
+    let rows = converged.map_or(Vec::new(), |config| of(&config.name));
     let error = |e: &&Entry| e.displacement_inside.rrmse;
     if let Some(worst) = rows.into_iter().max_by(|a, b| error(a).total_cmp(&error(b))) {
         findings.push(format!(

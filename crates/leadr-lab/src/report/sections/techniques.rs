@@ -1,7 +1,7 @@
-//! Every technique on the rough sphere, from near to far, against the supersampled surface.
+//! Every technique on the rough sphere at several distances, against the supersampled surface.
 
 use crate::report::case::Case;
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::{Subject, framed_from};
@@ -13,21 +13,20 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Figure, Html, Table, number};
 use leadr_tools::html::{Plot, Scale};
 
-const INTRO: &str = "Every technique at one sample per pixel on the rough sphere under the sky and its sun, from near to far. A pixel \
-    always covers the same angle, so the pictures shrink as the camera moves away. The truth is displacement-map \
-    truth, shadowed by the sun alone, and so is every technique that integrates over slopes; techniques with a GGX base are \
-    compared with the truth of that base. Errors are over the pixels that the sphere touches, or over \
-    its inside, where aliasing of the silhouette plays no part; the bias tells whether a technique is too bright or \
-    too dark. Pictures of far views are enlarged.";
+const INTRO: &str = "Every technique at one sample per pixel on the rough sphere under the sky and its sun, at several distances. A pixel \
+    always covers the same angle, so the pictures shrink as the camera moves away. The displacement-map truth has only the sun's shadows, \
+    and so does every technique that integrates over slopes. Techniques with a GGX base are compared with the truth of that base. Errors \
+    are over the pixels that the sphere touches, or over its interior, which excludes silhouette aliasing. A positive bias means too \
+    bright. Pictures of far views are enlarged.";
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let near = studio.pick(96, 256);
     let steps = studio.pick(3, 4);
     let samples = studio.pick(32, 256);
     let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
-    let looks = Look::techniques();
+    let configs = Configuration::techniques();
     let (mut html, mut cases) = (Html::new(), Vec::new());
-    let mut lines = vec![Vec::new(); looks.len()];
+    let mut lines = vec![Vec::new(); configs.len()];
     for step in 0..steps {
         let factor = 1u32 << step;
         let size = (near / factor, near / factor);
@@ -35,10 +34,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let distance = camera.position.distance(camera.target);
         let state = subject.seen_by(&camera);
         let truths = Truths::shoot(studio, &mut subject, &state, size, samples)?;
-        let place = format!("{} m, {} pixels across", number(f64::from(distance)), size.0);
+        let heading = format!("{} m, {} pixels across", number(f64::from(distance)), size.0);
         let mut table = Table::new(
             format!(
-                "{place}; truth of {samples} samples per pixel, its noise {} inside",
+                "{heading}; truth of {samples} samples per pixel, its noise {} inside",
                 number(truths.beckmann.noise)
             ),
             ["technique", "picture", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP", "ms"],
@@ -53,18 +52,18 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let shown = show("truth", "truth", &truths.beckmann)?;
         let shown_ggx = show("truth-ggx", "truth, GGX base", &truths.ggx)?;
         let mut numbers = Vec::new();
-        for (look, line) in looks.iter().zip(&mut lines) {
-            let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
-            let verdict = judge(truths.of(look), &shot, 1.0).map_err(fault)?;
-            let name = |kind: &str| format!("techniques-{factor}-{}-{kind}", look.file());
-            let picture = studio.picture(&name("picture"), &shot.image, 1.0, &look.name, Vec::new())?;
+        for (config, line) in configs.iter().zip(&mut lines) {
+            let shot = studio.shoot(&mut subject.renderer, &state, &config.settings(size, 1))?;
+            let verdict = judge(truths.of(config), &shot, 1.0).map_err(fault)?;
+            let name = |kind: &str| format!("techniques-{factor}-{}-{kind}", config.file());
+            let picture = studio.picture(&name("picture"), &shot.image, 1.0, &config.name, Vec::new())?;
             let errors = studio.error_picture(&name("errors"), &verdict, "FLIP errors", Vec::new())?;
             let figures: Vec<Figure> = vec![picture.enlarged(factor), errors.enlarged(factor)];
             line.push((f64::from(distance), verdict.interior.rrmse));
-            numbers.push((look.name.clone(), verdict.object, verdict.interior, shot.milliseconds, figures.clone()));
+            numbers.push((config.name.clone(), verdict.object, verdict.interior, shot.milliseconds, figures.clone()));
             let mut case =
-                Case::new("techniques", format!("rough sphere at {place}"), &look.name, "displacement", &verdict);
-            let truth = if look.shading.technique().has_ggx_base() { &shown_ggx } else { &shown };
+                Case::new("techniques", format!("rough sphere at {heading}"), &config.name, "displacement", &verdict);
+            let truth = if config.shading.technique().has_ggx_base() { &shown_ggx } else { &shown };
             case.figures = [vec![truth.clone()], figures].concat();
             cases.push(case);
         }
@@ -74,7 +73,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             cells.extend([object.rrmse, interior.rrmse, interior.bias, object.flip, milliseconds].map(Cell::from));
             table.row(cells);
         }
-        html.heading(&place);
+        html.heading(&heading);
         html.table(&table);
     }
     let mut plot = Plot::new(
@@ -82,13 +81,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         ("distance, metres", Scale::Log),
         ("relative RMSE inside", Scale::Log),
     );
-    for (look, line) in looks.iter().zip(&lines) {
-        plot.line(&look.name, line.clone());
+    for (config, line) in configs.iter().zip(&lines) {
+        plot.line(&config.name, line.clone());
     }
     let mut shown = Html::new();
     shown.plot(&plot);
     shown.append(&html);
-    let findings = findings(&looks, &lines);
+    let findings = findings(&configs, &lines);
     let section = Section::new(INTRO, findings, &shown, &cases)?;
     studio.cases.extend(cases);
     Ok(section)
@@ -115,27 +114,23 @@ impl Truths {
         Ok(Self { beckmann: shoot(Technique::Leadr)?, ggx: shoot(Technique::LeadrGgx)? })
     }
 
-    fn of(&self, look: &Look) -> &Shot {
-        if look.shading.technique().has_ggx_base() { &self.ggx } else { &self.beckmann }
+    fn of(&self, config: &Configuration) -> &Shot {
+        if config.shading.technique().has_ggx_base() { &self.ggx } else { &self.beckmann }
     }
 }
 
-/// Which technique is nearest to the truth from far away, and how the others compare.
-fn findings(looks: &[Look], lines: &[Vec<(f64, f64)>]) -> Vec<String> {
+/// The technique closest to the truth at a distance, and a comparison of the others.
+fn findings(configs: &[Configuration], lines: &[Vec<(f64, f64)>]) -> Vec<String> {
     let mut far: Vec<(&str, f64)> =
-        looks.iter().zip(lines).filter_map(|(look, line)| Some((look.name.as_str(), line.last()?.1))).collect();
+        configs.iter().zip(lines).filter_map(|(config, line)| Some((config.name.as_str(), line.last()?.1))).collect();
     far.sort_by(|a, b| a.1.total_cmp(&b.1));
     let distance = lines.first().and_then(|line| line.last()).map_or(0.0, |p| p.0);
     let listed: Vec<String> = far.iter().map(|(name, error)| format!("{name} {}", number(*error))).collect();
-    let mut findings = vec![format!(
-        "From {} m away, nearest to the truth first (rRMSE inside): {}.",
-        number(distance),
-        listed.join(", ")
-    )];
-    let means: Vec<(&str, f64)> = looks
+    let mut findings = vec![format!("At {} m, in order of rRMSE inside: {}.", number(distance), listed.join(", "))];
+    let means: Vec<(&str, f64)> = configs
         .iter()
         .zip(lines)
-        .map(|(look, line)| (look.name.as_str(), line.iter().map(|p| p.1.ln()).sum::<f64>() / line.len() as f64))
+        .map(|(config, line)| (config.name.as_str(), line.iter().map(|p| p.1.ln()).sum::<f64>() / line.len() as f64))
         .collect();
     let mean_of = |name: &str| means.iter().find(|m| m.0 == name).map(|m| m.1);
     let best = means.iter().min_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,4 +1,4 @@
-//! Filters of normal maps on scanned surfaces: error, flicker, memory and time, from near to far.
+//! Normal map filters on scanned surfaces at several distances: error, flicker, memory and time.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -22,13 +22,15 @@ use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 use leadr_tools::metrics::flicker::{difference, magnitude};
 
-const INTRO: &str = "A plane under the sky and its sun in each of the materials of LEADR_SHARED/displacement, or in two made on the spot, as a normal map: \
-    geometry is smooth, and slopes are those of the normals, or of the heights where there are none. Every filter draws one sample for each pixel, from near to far, and is held against \
-    the supersampled normal map with its own base: GGX for shortened normals (Chan 2018) and for LEADR's two lobes, Beckmann for all others, whose Blinn-Phong lobe has the same peak. \
-    Flicker is what changes between two pictures whose cameras lie a third of a pixel apart beyond what changes in the truth, over the mean of the truth. Bytes are those of the finest level that a filter \
-    reads in place of plain normals and roughness, in halves and, where the baker has them, in blocks; milliseconds are the device's, for these pictures.";
+const INTRO: &str = "A plane under the sky and its sun as a normal map in each material of LEADR_SHARED/displacement, or in two generated \
+    ones. The geometry is smooth; slopes come from the normals, or from the heights if there are none. Every filter draws one sample per \
+    pixel at several distances and is compared with the supersampled normal map with its own base. The base is GGX for shortened normals \
+    (Chan 2018) and for LEADR's two lobes, and Beckmann for all others, whose Blinn-Phong lobe has the same peak. Flicker is the change \
+    between two pictures with cameras a third of a pixel apart, beyond the truth's change, relative to the mean of the truth. Bytes are \
+    those of the finest level that a filter reads instead of plain normals and roughness, as 16-bit floats and, if the baker has them, as \
+    compressed blocks. Times are device milliseconds for these pictures.";
 
-/// What is compared, with the bytes for a texel in halves and in blocks.
+/// The compared techniques, with bytes per texel in 16-bit floats and in blocks.
 const FILTERS: [(Technique, f64, Option<f64>); 7] = [
     // Two channels of normals and one of roughness; in blocks, BC5 and BC4.
     (Technique::NormalMip, 6.0, Some(1.5)),
@@ -40,7 +42,7 @@ const FILTERS: [(Technique, f64, Option<f64>); 7] = [
     (Technique::LeadrGgx, 12.0, Some(9.0)),
 ];
 
-/// Metres from which the plane is seen.
+/// Camera distances from the plane, metres.
 const DISTANCES: [f32; 5] = [1.0, 2.5, 6.0, 12.0, 24.0];
 const FIELD: f32 = 10.0;
 
@@ -84,7 +86,7 @@ fn surfaces(studio: &Studio) -> Result<Vec<(String, Material)>, LabError> {
     folders.into_iter().map(read).collect()
 }
 
-/// Seen at a slant, from so far; moved along the picture by so many widths of it.
+/// An oblique camera at `distance`, shifted along the picture by `moved` picture widths.
 fn camera(distance: f32, moved: f32) -> Camera {
     let width = 2.0 * distance * (0.5 * FIELD.to_radians()).tan();
     let target = Vec3::new(moved * width, 0.0, 0.0);
@@ -177,7 +179,7 @@ fn mean(image: &RgbImage) -> f64 {
     (values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64).max(1e-9)
 }
 
-/// The table of all of it, and what follows.
+/// The table of all results, and its findings.
 fn findings(rows: &[Row], surfaces: &[String], html: &mut Html) -> Vec<String> {
     let of = |technique: Technique, keep: &dyn Fn(&Row) -> bool, value: fn(&Row) -> f64| {
         let values = rows.iter().filter(|row| row.filter == technique.name() && keep(row)).map(value);
@@ -230,7 +232,7 @@ fn findings(rows: &[Row], surfaces: &[String], html: &mut Html) -> Vec<String> {
             FILTERS.iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1)).map(|((t, ..), error)| (t.name(), error));
         if let Some((best, error)) = best {
             findings.push(format!(
-                "{surface}: shortened normals err by {}, Toksvig by {}; least is {best} with {}.",
+                "{surface}: the error of shortened normals is {}, of Toksvig {}; the smallest is {best} with {}.",
                 number(gloss),
                 number(toksvig),
                 number(error)
@@ -239,7 +241,7 @@ fn findings(rows: &[Row], surfaces: &[String], html: &mut Html) -> Vec<String> {
     }
     html.table(&by_surface);
     findings.push(format!(
-        "Shortened normals err no more than Toksvig on {not_worse} of {} surfaces (goal: all).",
+        "Shortened normals have no larger error than Toksvig on {not_worse} of {} surfaces (goal: all).",
         surfaces.len()
     ));
     findings

@@ -1,15 +1,15 @@
-//! What flickers while the camera moves away.
+//! Flicker while the camera moves away.
 
 use serde::Serialize;
 
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
 use crate::report::verdict::Shot;
 use leadr_maps::RgbImage;
-use leadr_render::sampling::seed_apart;
+use leadr_render::sampling::independent_seed;
 use leadr_render::settings::Technique;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number};
@@ -17,14 +17,14 @@ use leadr_tools::html::{Plot, Scale};
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::flicker::{change, excess, magnitude};
 
-const INTRO: &str = "The camera moves away from the rough sphere in small steps, each by the same factor, at one sample per pixel. \
-    Before two pictures are compared, the earlier one is resampled into the frame of the later one (the mean over \
-    the area that each later pixel covers in it). A perfect renderer would still show some change: the filter of \
-    that resampling, parallax, light that really changes. That is the reference's own change; flicker is what a \
-    technique changes beyond it, pixel by pixel. The row with the reference's noise tells how certain this \
-    measurement is. A technique with a GGX base is compared with the reference of that base. All numbers are over the inside of the sphere and relative to its mean radiance.";
+const INTRO: &str = "The camera moves away from the rough sphere in small steps, each by the same factor, at one sample per pixel. For \
+    each comparison, the earlier picture is resampled into the frame of the later one (the mean over each later pixel's area). Even a \
+    perfect renderer would show some change from the resampling filter, parallax, and changing light. That is the reference's own change; \
+    flicker is a technique's change beyond it, pixel by pixel. The row with the reference's noise gives the uncertainty. A technique with \
+    a GGX base is compared with the reference of that base. All numbers are over the interior of the sphere and relative to its mean \
+    radiance.";
 
-/// What one technique did over the sweep.
+/// Changes of one technique over the sweep.
 #[derive(Debug, Serialize)]
 struct Track {
     look: String,
@@ -54,26 +54,27 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let ratio = (to / from).powf(1.0 / f64::from(steps));
     let distances: Vec<f64> = (0..=steps).map(|i| from * ratio.powi(i)).collect();
     let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
-    let looks = Look::techniques();
+    let configs = Configuration::techniques();
     studio.steps(distances.len());
-    // One row per step: the reference, one half of it, every look, and the reference of a GGX base.
+    // One row per step: the reference, one half of it, every configuration, and the reference of a GGX base.
     let mut rows: Vec<Vec<Shot>> = Vec::new();
     for &distance in &distances {
         let state = subject.seen_by(&subject.stage.views.mid.at_distance(distance as f32));
-        let mut settings: Vec<_> =
-            [1, seed_apart(samples, 1)].map(|seed| Truth::Displacement.settings((size, size), samples, seed)).to_vec();
-        settings.extend(looks.iter().map(|look| look.settings((size, size), 1)));
+        let mut settings: Vec<_> = [1, independent_seed(samples, 1)]
+            .map(|seed| Truth::Displacement.settings((size, size), samples, seed))
+            .to_vec();
+        settings.extend(configs.iter().map(|config| config.settings((size, size), 1)));
         settings.push(Truth::Displacement.settings_for(Technique::LeadrGgx, (size, size), 2 * samples, 1));
         let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));
         let mut shots: Vec<Shot> = shots.collect::<Result<_, _>>()?;
-        // The reference is the mean of both seeds; each of them differs from it by as much as it errs itself.
+        // The reference is the mean of both seeds; each differs from it by the reference's own error.
         shots[0] = Shot::mean_of(&shots[0], &shots[1]).map_err(fault)?;
         rows.push(shots);
         studio.step();
     }
     let names = ["reference".to_owned(), "noise of the reference".to_owned()]
         .into_iter()
-        .chain(looks.iter().map(|l| l.name.clone()));
+        .chain(configs.iter().map(|l| l.name.clone()));
     let mut tracks: Vec<Track> =
         names.map(|look| Track { look, mean: vec![], max: vec![], own_mean: vec![], own_max: vec![] }).collect();
     for pair in rows.windows(2) {
@@ -86,7 +87,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             .collect::<Result<_, _>>()?;
         let of_ggx = &changes[changes.len() - 1];
         for (i, (track, moved)) in tracks.iter_mut().zip(&changes).enumerate() {
-            let ggx = i.checked_sub(2).is_some_and(|look| looks[look].shading.technique().has_ggx_base());
+            let ggx = i.checked_sub(2).is_some_and(|config| configs[config].shading.technique().has_ggx_base());
             let reference = if ggx { of_ggx } else { &changes[0] };
             let (own, beyond) =
                 (magnitude(moved, &mask).map_err(fault)?, excess(moved, reference, &mask).map_err(fault)?);
@@ -101,7 +102,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// The inside of the object in both pictures, in the frame of the second.
+/// The object's interior in both pictures, in the frame of the second.
 fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabError> {
     let (width, height) = (before.image.width, before.image.height);
     let inside = before.interior().map_err(fault)?;
@@ -176,7 +177,7 @@ fn findings(sweep: &Sweep) -> Vec<String> {
             if noise < 0.3 * calm.1 {
                 "the order of the techniques is certain"
             } else {
-                "differences smaller than that mean nothing"
+                "smaller differences are not significant"
             }
         ),
     ];

@@ -1,8 +1,7 @@
-//! The BRDFs against the values of an existing BRDF library (`crates/leadr-testing/data/brdf_values.json`): Beckmann and GGX, isotropic to
-//! noncentral.
+//! The BRDFs against an existing BRDF library (`crates/leadr-testing/data/brdf_values.json`): Beckmann and GGX, isotropic to noncentral.
 //!
-//! The library's shadowing of noncentral surfaces has the thesis's form, so it is compared with [`Masking::SmithThesis`]
-//! alone. LEADR's is compared with the file's own evaluation of LEADR eq. 17.
+//! The library's shadowing of noncentral surfaces has the thesis's form, so it is compared with [`Masking::SmithThesis`] only. LEADR's
+//! form is compared with the file's own evaluation of LEADR eq. 17.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann::Beckmann;
@@ -15,10 +14,10 @@ use leadr_reflectance::materials::microfacet::Microfacet;
 use leadr_testing::comparison::{Comparison, number, oracle, rows, vector};
 use serde_json::Value;
 
-/// The library's erf is good to 1.5e-7.
+/// The library's erf has an error of 1.5e-7.
 const TOLERANCE: f64 = 1e-6;
 
-/// `slopes` is the distribution of the tuple, `central` the same without its mean slope.
+/// Compares one tuple. `slopes`: its distribution; `central`: the same without the mean slope.
 fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes: D, central: D) {
     let id = format!("tuple {} ({} {})", c["id"], c["family"].as_str().unwrap(), c["category"].as_str().unwrap());
     let (wo, wi) = (vector(&c["o"]), vector(&c["i"]));
@@ -39,7 +38,7 @@ fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes:
         check("G1", smith_g1(&slopes, wo), "g1_o");
         check("G1", smith_g1(&slopes, wi), "g1_i");
         check("vndf", slopes.vndf(wo, wh), "vndf");
-        // The library shades no mesosurface that faces away, and counts from the macrosurface's horizon.
+        // The library does not shade back-facing mesosurfaces, and clips at the macrosurface's horizon.
         let facing = slopes.meso_area(wo) > 0.0;
         if facing {
             check("masked G", g(Masking::SmithUnshadowed), "gaf_noshadow");
@@ -56,7 +55,7 @@ fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes:
             check("eval cos", brdf(Masking::SmithCorrelated).eval_cos(wo, wi).x, "evalp");
             check("eval", brdf(Masking::SmithCorrelated).eval(wo, wi).x, "eval");
         }
-        // The file gives these for central surfaces; they depend on the directions only.
+        // The file has these for central surfaces; they depend on the directions only.
         let g = |masking: Masking| geometric_attenuation(masking, &central, wo, wi, wh);
         check("V-groove G", g(Masking::VGroove), "gaf_vgroove");
         check("normal map G", g(Masking::NormalMap), "gaf_nmap");

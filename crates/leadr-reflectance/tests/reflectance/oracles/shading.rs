@@ -1,5 +1,5 @@
-//! The 64-bit reference against numbers of other programs (`crates/leadr-testing/data`): an independent dense quadrature of LEADR's
-//! equations, and the values of an existing BRDF library.
+//! The 64-bit reference against external values (`crates/leadr-testing/data`): an independent dense quadrature of LEADR's equations, and
+//! an existing BRDF library.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
@@ -25,8 +25,8 @@ fn statistics(c: &Value) -> (DVec2, DVec3) {
 /// Radiance by direction in the tangent frame.
 type Environment<'a> = Box<dyn Fn(DVec3) -> f64 + 'a>;
 
-/// Sum of the grid's weights over the exact visible area. The oracle's shadowed grids do not divide by the sum (as in the
-/// paper's Algorithm 3); its masking-only grids do (as in the supplement).
+/// Sum of the grid's weights over the exact visible area. The oracle's shadowed grids do not divide by the sum (as in the paper's
+/// Algorithm 3); its masking-only grids do (as in the supplement).
 fn sum_over_area(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for j in 0..n {
@@ -66,7 +66,7 @@ fn converged_integrals() {
             ("lobe10", Box::new(|d| (10.0 * (d.dot(lobe) - 1.0)).exp())),
             ("lobe100", Box::new(|d| (100.0 * (d.dot(lobe) - 1.0)).exp())),
         ];
-        // Panels of 8×8 nodes: with wide slopes, narrow lobes and the edge of the shadow lie anywhere in the domain.
+        // Panels of 8×8 nodes, because with wide slopes, narrow lobes and the shadow edge lie anywhere in the domain.
         let panels = if s.x.max(s.y) > 0.8 { 200 } else { 64 };
         for (key, shadowing) in [("shadow", true), ("mask", false)] {
             // One pass over the slopes integrates three environments.
@@ -130,7 +130,7 @@ fn grids_of_the_paper() {
     for c in rows(&data["configs"]) {
         let (m, s) = statistics(c);
         let (wo, light, lobe) = (vector(&c["o"]), vector(&c["light"]), vector(&c["lobe_dir"]));
-        // The oracle does not tilt mesosurfaces; where the library does, there is nothing to compare.
+        // The oracle does not tilt mesosurfaces, so tilted ones cannot be compared.
         if meso_area(wo, m) < 1e-3 {
             continue;
         }
@@ -178,7 +178,7 @@ fn library_values() {
         let d = beckmann_ndf(wh, m, s);
         let (area_o, area_i) = (visible_area(wo, m, s), visible_area(wi, m, s));
         let g1 = |w: DVec3, area: f64| if meso_area(w, m) > 0.0 { w.z / area } else { 0.0 };
-        // The BRDF library's erf is good to 1.5e-7; its densities are exact.
+        // The BRDF library's erf has an error of 1.5e-7; its densities are exact.
         for source in ["dj", "ref"] {
             let v = &c[source];
             let mut check = |name, got: f64, key: &str| out.check(name, &id, got, number(&v[key]), 1e-6, 1e-100);
@@ -208,7 +208,7 @@ fn library_values() {
     out.finish(55 * 16);
 }
 
-/// The comparison must notice errors beyond its tolerance, a NaN and a sign.
+/// The comparison must reject errors beyond its tolerance, NaN and a wrong sign.
 #[test]
 fn the_comparison_fails_when_it_should() {
     let passes = |got, want, tolerance, floor| {

@@ -37,7 +37,7 @@ fn evaluations() {
         let (wo, wi) = (vector(&c["o"]), vector(&c["i"]));
         let wh = (wo + wi).normalize();
         let g1 = |w: DVec3| if d.meso_area(w) > 0.0 { w.z / d.visible_area(w) } else { 0.0 };
-        // The library's erf is good to 1.5e-7; everything else is exact.
+        // The library's erf has an error of 1.5e-7; everything else is exact.
         for source in ["dj", "ref"] {
             let v = &c[source];
             let mut check = |name, got: f64, key: &str| out.check(name, &id, got, number(&v[key]), 1e-6, 1e-100);
@@ -49,7 +49,7 @@ fn evaluations() {
             check("G1 i", g1(wi), "g1_i");
             check("vndf", d.vndf(wo, wh), "vndf");
             check("masked BRDF", d.ndf(wh) / (4.0 * d.visible_area(wo)), "evalp_noshadow");
-            // The library leaves the density at 0 where the light is hidden completely.
+            // The library returns a density of 0 if the light is fully shadowed.
             if number(&v["pdf"]) != 0.0 {
                 check("pdf", d.vndf(wo, wh) / (4.0 * wi.dot(wh)), "pdf");
             }
@@ -68,7 +68,7 @@ fn distribution_roughness(c: &Value) -> DVec3 {
     Ggx::from_bivariate(m, &b).roughness()
 }
 
-/// The library's ellipses have the opposite sign of the angle, and swap the axes where ρ = 0 and α_y > α_x.
+/// The library's ellipses have the opposite angle sign, and swapped axes for ρ = 0 and α_y > α_x.
 #[test]
 fn ellipses() {
     let data = oracle("brdf_values.json");
@@ -84,9 +84,8 @@ fn ellipses() {
     out.finish(220);
 }
 
-/// Reflected directions for the same random pair. The library clamps its pair to 1e-5..1 − 1e-5 and solves for Beckmann's
-/// samples to 1e-5 of probability. For GGX it maps the square differently, so only the probability of its samples is
-/// compared (its fit is good to 4e-4).
+/// Reflected directions for the same random pair. The library clamps its pair to 1e-5..1 − 1e-5 and solves for Beckmann samples to 1e-5 of
+/// probability. For GGX it maps the square differently, so only the probability of its samples is compared (its fit has an error of 4e-4).
 #[test]
 fn samples() {
     let data = oracle("brdf_values.json");

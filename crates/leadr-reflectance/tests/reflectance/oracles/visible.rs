@@ -12,7 +12,7 @@ use leadr_testing::comparison::{number, oracle, rows, smooth, vector};
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// Root mean square and largest error.
+/// Rms and largest error.
 #[derive(Default)]
 struct Errors {
     square: f64,
@@ -30,12 +30,12 @@ impl Errors {
     fn check(&self, what: &str, rms: f64, worst: f64) {
         let got = (self.square / self.n).sqrt();
         println!("{what}: rms {got:.2e}, worst {:.2e} of {}", self.worst, self.n);
-        assert!(self.n > 40.0 && got < rms && self.worst < worst, "{what} beyond {rms:.1e}, {worst:.1e}");
-        assert!(got > 0.5 * rms, "{what}: far inside {rms:.1e}");
+        assert!(self.n > 40.0 && got < rms && self.worst < worst, "{what} exceeds {rms:.1e}, {worst:.1e}");
+        assert!(got > 0.5 * rms, "{what}: the bound {rms:.1e} is too loose");
     }
 }
 
-/// Viewer, mean slope and covariance of each configuration, and its entry.
+/// Viewer, mean slope, covariance and data entry of each configuration.
 fn configurations(data: &Value) -> Vec<(DVec3, DVec2, DVec3, &Value)> {
     rows(&data["configs"])
         .iter()
@@ -76,7 +76,7 @@ fn diffuse() {
     }
 }
 
-/// The oracle's polynomial as a probe looks it up: the kernel scales band `l` by `exp(−v l (l + 1)/2)`.
+/// The oracle's polynomial, filtered like a probe lookup: the kernel scales band `l` by `exp(−v l (l + 1)/2)`.
 fn smooth_lookup(p: &VisibleProbe) -> DVec3 {
     let v = p.variance;
     let (one, two) = ((-v).exp(), (-3.0 * v).exp());
@@ -84,7 +84,7 @@ fn smooth_lookup(p: &VisibleProbe) -> DVec3 {
     DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
 }
 
-/// Directions and weights of the probes, in a smooth environment whose filtering by a probe's level is known in closed form.
+/// Directions and weights of the probes, in a smooth environment with closed-form filtering.
 #[test]
 fn specular() {
     let data = oracle("leadr_integrals.json");
@@ -103,7 +103,7 @@ fn specular() {
     }
 }
 
-/// The same with Smith's shadows, and in a white room; the second is the mean lit part of what is visible.
+/// The same with Smith shadowing, and in a white room; the second gives the mean lit share of the visible facets.
 #[test]
 fn shadowed_specular() {
     let data = oracle("leadr_integrals.json");

@@ -30,10 +30,10 @@ use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Commands, Gpu, ResourceSet, Result};
 
-/// Texels of a shadow map that casters' vertices are apart at least.
+/// Smallest spacing of the casters' vertices, in shadow map texels.
 const CASTER_SPACING: f32 = 4.0;
 
-/// The meshes on the device, and what draws them.
+/// The meshes on the device, and their pipelines.
 pub struct Meshes {
     gpu: Arc<Gpu>,
     meshes: Vec<Mesh>,
@@ -42,7 +42,7 @@ pub struct Meshes {
     views: Pool<ViewRecords>,
 }
 
-/// What draws the objects of a scene; it is known before they are on the device.
+/// The pipelines of a scene's objects, described before the upload.
 pub struct MeshPipelines {
     gpu: Arc<Gpu>,
     kinds: Vec<SurfaceKind>,
@@ -53,7 +53,7 @@ pub struct MeshPipelines {
 }
 
 impl MeshPipelines {
-    /// Those of objects; none is made yet.
+    /// The description for these objects; no pipeline is made yet.
     pub fn of(gpu: &Arc<Gpu>, objects: &[Object], numbering: Numbering) -> Self {
         let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
         for object in objects {
@@ -68,18 +68,18 @@ impl MeshPipelines {
         Self { gpu: gpu.clone(), kinds, casters, numbering, geometry: Cache::default(), filters: Cache::default() }
     }
 
-    /// What the objects make necessary of the shading of a frame.
+    /// What the objects require from a frame's shading.
     pub fn demands(&self, state: &FrameState) -> Demands {
         let any = |is: fn(&SurfaceKind) -> bool| self.kinds.iter().any(is);
         Demands {
             relief: state.height_scale != 0.0 && any(|kind| kind.horizon),
             casters: !self.casters.is_empty(),
-            bases: self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.has.bases)),
+            bases: self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.features.bases)),
             relief_color: any(|kind| kind.follows.any()),
         }
     }
 
-    /// What there is among the objects that throw shadows.
+    /// The kinds of objects that cast shadows.
     pub fn casters(&self) -> CasterKinds {
         self.casters
     }
@@ -109,13 +109,13 @@ struct Mesh {
     coarse: Option<DetailLevel>,
 }
 
-/// An object in one level of detail.
+/// One level of detail of an object.
 struct DetailLevel {
     object: Arc<GpuObject>,
-    /// Whether it is closed, so that what is behind is hidden by what is in front, from wherever it is seen.
+    /// Whether the mesh is closed, so front faces hide back faces from every viewpoint.
     closed: bool,
     divisions: Pool<DivisionBuffers>,
-    /// For the camera and for lights.
+    /// Views for the camera and the lights.
     views: Pool<Buffer>,
 }
 
@@ -125,12 +125,12 @@ impl DetailLevel {
         Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// The same object again, with buffers of its own for each frame.
+    /// The same object, with its own buffers for each frame.
     fn again(&self) -> Self {
         Self { object: self.object.clone(), closed: self.closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// The object in a pose, with buffers for a frame under so many lights that throw shadows.
+    /// Prepares the object in a pose, with buffers for a frame with this many shadow-casting lights.
     fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
         let Self { object, closed, divisions, views } = self;
         let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
@@ -148,19 +148,19 @@ impl DetailLevel {
 }
 
 impl Mesh {
-    /// `maps`: those that it has in common with another object.
+    /// `maps`: maps shared with another object.
     fn new(gpu: &Arc<Gpu>, object: Object, upload: Upload<'_>, maps: Option<Arc<ObjectMaps>>) -> Result<Self> {
         let (fine, coarse) = GpuObject::upload(gpu, object, upload, maps)?;
         Ok(Self { fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
     }
 
-    /// One mesh for each instance of its object.
+    /// One mesh for each instance of the object.
     fn instances(self) -> impl Iterator<Item = Self> {
         let count = self.fine.object.object.instances;
         (0..count).map(move |_| Self { fine: self.fine.again(), coarse: self.coarse.as_ref().map(DetailLevel::again) })
     }
 
-    /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
+    /// The level of detail for a camera, and its posed vertices. `edges`: whether there are edge samples.
     fn posed(
         &mut self,
         pose: &Pose,
@@ -175,8 +175,8 @@ impl Mesh {
             let pixels = |side: f32, distance: f32| side * lens.focal_pixels / distance.max(lens.near);
             let suffices = if level.object.kind.displaced {
                 let side = level.object.object.mesh.mean_edge();
-                // The nearest place of a patch is nearer than its corners.
-                !edges && tessellation.suffices_for(pixels(side, nearest - side))
+                // The nearest point of a patch may be nearer than its corners.
+                !edges && tessellation.is_sufficient_for(pixels(side, nearest - side))
             } else {
                 pixels(fine.object.object.mesh.mean_edge(), nearest) < 1.0
             };
@@ -190,11 +190,10 @@ impl Mesh {
 }
 
 impl Meshes {
-    /// Uploads the objects that `pipelines` draw. Meanwhile another thread does
-    /// `meanwhile` with the pipelines.
+    /// Uploads the objects of `pipelines`. Another thread runs `meanwhile` on the pipelines at the same time.
     ///
     /// # Errors
-    /// Memory that is short; those of `meanwhile`.
+    /// Insufficient memory; the errors of `meanwhile`.
     pub fn new(
         mut pipelines: MeshPipelines,
         objects: Vec<Object>,
@@ -209,7 +208,7 @@ impl Meshes {
     }
 }
 
-/// Uploads objects side by side: first those whose maps are their own, then those that have the same.
+/// Uploads objects in parallel: first those with their own maps, then those with shared maps.
 fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Result<Vec<Mesh>> {
     let same = with_same_maps(&objects);
     let (own, shared): (Vec<_>, Vec<_>) =
@@ -227,12 +226,12 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
 }
 
 impl Meshes {
-    /// What they make necessary of the shading of a frame.
+    /// What the meshes require from a frame's shading.
     pub fn demands(&self, state: &FrameState) -> Demands {
         self.pipelines.demands(state)
     }
 
-    /// Poses them for a frame, in buffers that no other frame holds, and makes the pipelines that draw them.
+    /// Poses the meshes for a frame, in buffers that no other frame uses, and makes their pipelines.
     pub(super) fn prepare(
         &mut self,
         state: &FrameState,
@@ -268,14 +267,14 @@ impl Meshes {
     }
 }
 
-/// The meshes in their poses.
+/// The posed meshes.
 pub(in crate::frame) struct PreparedMeshes {
     meshes: Vec<PreparedMesh>,
     geometry: ForViews<GeometryPass>,
     filter: FilterPass,
     tessellation: TessellationSettings,
     mark_inside: bool,
-    /// Of the camera, then of the lights.
+    /// The camera's, then the lights'.
     views: Arc<ViewRecords>,
 }
 
@@ -284,7 +283,7 @@ struct PreparedMesh {
     closed: bool,
     divided: DividedObject,
     camera: ObjectView,
-    /// What throws shadows, if that is coarser.
+    /// The coarser shadow caster, if it differs.
     caster: Option<DividedObject>,
     caster_buffers: Option<Arc<DivisionBuffers>>,
     lights: Vec<ObjectView>,
@@ -299,14 +298,14 @@ impl PreparedMesh {
     fn cast(&mut self, lights: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
         let Self { posed, closed, divided, caster, caster_buffers, lights: views, .. } = self;
         let Some(buffers) = caster_buffers else { return Ok(()) };
-        // What lies behind hides nothing more of a closed surface.
+        // Culling is safe only on closed surfaces, where back faces are hidden.
         let settings = TessellationSettings { cull: tessellation.cull && *closed, ..tessellation };
         divided.divide(posed, lens, &settings)?;
-        let spacing = CASTER_SPACING * lights.iter().map(|light| light.texel_there).fold(f32::INFINITY, f32::min);
-        *caster = divided.no_finer_than(spacing, posed, buffers)?;
+        let spacing = CASTER_SPACING * lights.iter().map(|light| light.texel_at_centre).fold(f32::INFINITY, f32::min);
+        *caster = divided.with_min_spacing(spacing, posed, buffers)?;
         let drawn = caster.as_ref().unwrap_or(divided);
         for (view, light) in views.iter_mut().zip(lights) {
-            view.look(posed, drawn, &light.viewpoint(lens), &settings)?;
+            view.select(posed, drawn, &light.viewpoint(lens), &settings)?;
         }
         Ok(())
     }
@@ -319,57 +318,57 @@ impl PreparedMesh {
 }
 
 impl PreparedMeshes {
-    /// Chooses what is drawn into the lights' shadow maps, divided for the camera's lens. The device must not be drawing this frame.
+    /// Selects the patches for the shadow maps, tessellated for the camera's lens. The device must not be drawing this frame.
     pub fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
         let views: Vec<_> = lights.iter().map(|light| ViewRecordGpu::of_light(&light.viewpoint(lens))).collect();
         self.views.write(1, &views)?;
         self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(lights, lens, self.tessellation))
     }
 
-    /// What of them throws shadows.
+    /// The meshes that cast shadows.
     pub fn casters(&self) -> Vec<&PosedObject> {
         self.meshes.iter().map(|mesh| &mesh.posed).filter(|posed| posed.object.object.casts_shadow).collect()
     }
 
-    /// The same, as last chosen for one of the lights.
+    /// The shadow casters as last selected for a light.
     pub fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
         self.meshes.iter().filter_map(|mesh| mesh.cast_under(&self.views, light)).collect()
     }
 
-    /// Chooses what is drawn of them in a view, and how finely. The device must not be drawing this frame.
-    pub fn look(&mut self, view: &View) -> Result<()> {
+    /// Selects the patches for a view and their tessellation. The device must not be drawing this frame.
+    pub fn set_view(&mut self, view: &View) -> Result<()> {
         let from = Viewpoint::from(view);
         self.views.write(0, &[ViewRecordGpu::of_camera(view)])?;
         for PreparedMesh { posed, divided, camera, .. } in &mut self.meshes {
             let tessellation = match view.samples {
                 Samples::Pixels | Samples::Multisampled { .. } => self.tessellation,
-                // Silhouettes consist of bumps, and the geometry of whole pixels leaves out small ones.
+                // Bumps form the silhouettes, and the geometry of whole pixels leaves out small bumps.
                 Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
             };
             divided.divide(posed, from.lens, &tessellation)?;
-            camera.look(posed, divided, &from, &tessellation)?;
+            camera.select(posed, divided, &from, &tessellation)?;
         }
         Ok(())
     }
 
-    /// Spheres that hold them.
+    /// Their bounding spheres.
     pub fn bounds(&self) -> Vec<Sphere> {
         self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect()
     }
 
-    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    /// Upper bound on the triangles of one sample over all views, and number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         let views = self.meshes.iter().flat_map(|mesh| mesh.lights.iter().chain([&mesh.camera]));
         (views.map(|view| view.triangles).sum(), self.meshes.iter().map(|mesh| mesh.camera.patches).sum())
     }
 
-    /// Into how many segments a patch was last divided along u and v; `None` for objects that are no meshes.
+    /// Last tessellation of a patch, in segments along u and v; `None` for objects that are not meshes.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let mesh = self.meshes.get((object as usize).checked_sub(1)?)?;
         let edges = mesh.posed.object.topology.patch_edges.get(patch as usize)?;
         let factors = edges.map(|edge| mesh.divided.division.edge_factors[(edge >> 1) as usize]);
         if mesh.posed.object.kind.triangles {
-            // The third side of a triangle as a patch is none (`triangle.tesc`).
+            // A triangle patch has no third edge (`triangle.tesc`).
             let [a, b, _, c] = factors;
             return Some([a.max(b).max(c); 2]);
         }

@@ -1,4 +1,4 @@
-//! What a frame is made of: meshes, and the sea.
+//! The surfaces of a frame: meshes and the sea.
 
 pub(super) mod meshes;
 pub(super) mod sea;
@@ -16,14 +16,14 @@ use crate::settings::RenderSettings;
 use crate::view::{Samples, View};
 use leadr_gpu::{Commands, ResourceSet, Result};
 
-/// The surfaces of a scene on the device, as they are whatever the frame.
+/// The surfaces of a scene on the device, independent of frames.
 pub(super) struct Surfaces {
     pub meshes: Meshes,
     pub sea: Option<Sea>,
 }
 
 impl Surfaces {
-    /// Poses them for a frame, in buffers that no other frame holds, and makes the pipelines that draw them.
+    /// Poses the surfaces for a frame, in buffers that no other frame uses, and makes their pipelines.
     pub fn prepare(
         &mut self,
         state: &FrameState,
@@ -43,26 +43,26 @@ pub(super) struct PreparedSurfaces {
 }
 
 impl PreparedSurfaces {
-    /// In the order in which they are drawn.
+    /// The surfaces in drawing order.
     pub fn drawn(&self) -> impl Iterator<Item = &dyn DrawnSurface> {
         let sea = self.sea.iter().map(|sea| sea as &dyn DrawnSurface);
         std::iter::once(&self.meshes as &dyn DrawnSurface).chain(sea)
     }
 
-    /// Chooses what is drawn of them in a view, and how finely. The device must not be drawing this frame.
-    pub fn look(&mut self, view: &View) -> Result<()> {
-        self.meshes.look(view)?;
-        self.sea.as_mut().map_or(Ok(()), |sea| sea.look(view))
+    /// Selects the patches for a view and their tessellation. The device must not be drawing this frame.
+    pub fn set_view(&mut self, view: &View) -> Result<()> {
+        self.meshes.set_view(view)?;
+        self.sea.as_mut().map_or(Ok(()), |sea| sea.set_view(view))
     }
 
-    /// Moves what moves by itself on the device, before anything looks at it.
+    /// Records the animation that runs on the device, before any pass reads it.
     pub fn record_motion(&self, passes: &mut Passes<'_>) {
         if let Some(sea) = &self.sea {
             sea.record_motion(passes);
         }
     }
 
-    /// The pixels that can see them.
+    /// The pixels that can show the surfaces.
     pub fn area(&self, camera: &Camera, size: (u32, u32)) -> PixelArea {
         match self.sea {
             Some(_) => PixelArea::whole(size),
@@ -70,63 +70,64 @@ impl PreparedSurfaces {
         }
     }
 
-    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    /// Upper bound on the triangles of one sample over all views, and number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         let (triangles, patches) = self.meshes.counts();
         let (of_sea, in_sea) = self.sea.as_ref().map_or((0, 0), PreparedSea::counts);
         (triangles + of_sea, patches + in_sea)
     }
 
-    /// Into how many segments a patch was last divided along u and v.
+    /// Last tessellation of a patch, in segments along u and v.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let sea = || self.sea.as_ref().and_then(|sea| sea.segments(object, patch));
         self.meshes.segments(object, patch).or_else(sea)
     }
 }
 
-/// Surfaces that geometry and filter passes of their own draw.
+/// A surface with its own geometry and filter passes.
 pub(super) trait DrawnSurface {
-    /// Names of these passes.
+    /// The pass names.
     fn names(&self) -> PassNames;
 
-    /// Draws its geometry into the begun targets.
+    /// Draws the geometry into the active render targets.
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
 
-    /// Filters its maps under the pixels that see it into the begun targets. `light`: the set of the scene, where the filter pass shades.
+    /// Filters the maps at the pixels of this surface into the active targets. `light`: the set of the scene, if the filter pass
+    /// shades.
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>);
 }
 
-/// What of a surface will be drawn.
+/// How a surface will be drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceDrawing {
-    /// Lights into whose shadow maps it is drawn.
+    /// Shadow maps that it is drawn into.
     pub shadow_maps: u32,
-    /// How many of them are suns.
+    /// How many of them belong to suns.
     pub sun_maps: u32,
-    /// What its geometry pass writes for the pixels.
+    /// The output of the geometry pass for the pixels.
     pub geometry: GeometryKind,
-    /// Whether there are edge samples too.
+    /// Whether there are edge samples.
     pub edges: bool,
-    /// What its filter pass makes.
+    /// The output of the filter pass.
     pub filter: FilterInto,
 }
 
 impl SurfaceDrawing {
-    /// What `make` makes for each kind of geometry in the frame.
+    /// Calls `make` for each kind of geometry in the frame.
     pub(super) fn geometry<P>(&self, mut make: impl FnMut(GeometryKind) -> Result<P>) -> Result<ForViews<P>> {
         let edges = self.edges.then(|| make(GeometryKind::Edges)).transpose()?;
         Ok(ForViews { pixels: make(self.geometry)?, edges })
     }
 }
 
-/// What draws the geometry of a frame's views.
+/// The geometry pipelines for the views of a frame.
 pub(super) struct ForViews<P> {
     pixels: P,
     edges: Option<P>,
 }
 
 impl<P> ForViews<P> {
-    /// What draws it as such samples see it.
+    /// The pipelines for these samples.
     pub(super) fn of(&self, samples: Samples) -> &P {
         match samples {
             Samples::Edges { .. } => self.edges.as_ref().unwrap_or(&self.pixels),
@@ -135,17 +136,17 @@ impl<P> ForViews<P> {
     }
 }
 
-/// What the tessellator divides the inside of a patch into along u and v, where its edges, v = 0, u = 1, v = 1 and u = 0, have these
-/// factors: `geometry.tesc`.
+/// Inner tessellation levels of a patch along u and v, from the levels of the edges v = 0, u = 1, v = 1 and u = 0: see
+/// `geometry.tesc`.
 pub(super) fn inner_segments([v0, u1, v1, u0]: [f32; 4]) -> [f32; 2] {
     [v0.max(v1), u1.max(u0)]
 }
 
-/// Names of a surface's passes.
+/// The names of a surface's passes.
 #[derive(Clone, Copy)]
 pub(super) struct PassNames {
     pub geometry: &'static str,
     pub filter: &'static str,
-    /// Of a filter pass that shades too.
+    /// A filter pass that also shades.
     pub filter_and_shade: &'static str,
 }

@@ -18,13 +18,13 @@ use crate::settings::{Needs, RenderSettings};
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object_view::Viewpoint;
 use crate::surfaces::ocean::Ocean;
-use crate::surfaces::ocean::mesh::{Laid, Rings, SeaView};
+use crate::surfaces::ocean::mesh::{RingLayout, Rings, SeaView};
 use crate::surfaces::ocean::shore::ShoreGpu;
 use crate::surfaces::tessellation::TessellationSettings;
 use crate::view::View;
 use leadr_gpu::{Buffer, Commands, Gpu, Memory, ResourceSet, Result};
 
-/// A sea on the device, and what draws it.
+/// A sea on the device, with its pipelines.
 pub struct Sea {
     gpu: Arc<Gpu>,
     water: Water,
@@ -32,17 +32,17 @@ pub struct Sea {
     buffers: Pool<SeaBuffers>,
     surface: Cache<GeometryKind, OceanSurfacePass>,
     filters: Cache<(Needs, FilterInto), OceanFilterPass>,
-    /// What the reference marches through.
+    /// The waves that the reference marches through.
     march: Cache<(), OceanMarch>,
 }
 
-/// What does not depend on how the sea is drawn. Clones share it.
+/// Data independent of how the sea is drawn. Clones share it.
 #[derive(Clone)]
 struct Water {
     numbering: Numbering,
     ocean: Arc<Ocean>,
     rings: Arc<Rings>,
-    /// Standard deviation of the height of each cascade, metres.
+    /// Standard deviation of each cascade's height, metres.
     deviations: Arc<[f64]>,
 }
 
@@ -73,7 +73,7 @@ impl Sea {
     /// Uploads a sea.
     ///
     /// # Errors
-    /// Unusable waves, memory that is short, a failed pipeline.
+    /// Invalid waves, insufficient memory, or a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, ocean: Ocean, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             gpu: gpu.clone(),
@@ -91,7 +91,7 @@ impl Sea {
         })
     }
 
-    /// Makes the pipelines of such frames.
+    /// Makes the pipelines for such frames.
     pub fn make_pipelines(&mut self, settings: &RenderSettings, drawing: SurfaceDrawing) -> Result<()> {
         self.drawing(settings, drawing).map(|_| ())
     }
@@ -100,7 +100,7 @@ impl Sea {
         let (gpu, needs, filter, numbering) =
             (&self.gpu, settings.shading.needs(), drawing.filter, self.water.numbering);
         let Ocean { shore, cascades, .. } = &*self.water.ocean;
-        // Marched rays know of no beach, and have no triangles.
+        // Ray marching does not support a shore and has no triangles.
         if needs.is_finest() && shore.is_none() && drawing.geometry != GeometryKind::Wires {
             return Ok(Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades, numbering))?));
         }
@@ -112,7 +112,7 @@ impl Sea {
         Ok(Drawing::Rings { fields: self.fields.clone(), surface, filter })
     }
 
-    /// Poses it for a frame, and makes the pipelines that draw it.
+    /// Poses the sea for a frame and makes its pipelines.
     pub(super) fn prepare(
         &mut self,
         state: &FrameState,
@@ -125,7 +125,7 @@ impl Sea {
             water: self.water.clone(),
             drawing,
             time: state.time,
-            laid: Laid::default(),
+            laid: RingLayout::default(),
             tessellation: settings.tessellation,
         })
     }
@@ -136,30 +136,30 @@ pub(in crate::frame) struct PreparedSea {
     water: Water,
     buffers: Arc<SeaBuffers>,
     drawing: Drawing,
-    /// Seconds.
+    /// Time in seconds.
     time: f64,
-    /// The rings around the last viewer.
-    laid: Laid,
+    /// The rings around the last viewpoint.
+    laid: RingLayout,
     tessellation: TessellationSettings,
 }
 
 /// How the sea is drawn.
 enum Drawing {
-    /// As rings of patches, and filtered by its slope moments.
+    /// Rings of patches, filtered by slope moments.
     Rings { fields: OceanFields, surface: ForViews<OceanSurfacePass>, filter: OceanFilterPass },
-    /// By marching rays through waves that nothing filters: the reference.
+    /// The reference: rays marched through unfiltered waves.
     March(OceanMarch),
 }
 
 impl PreparedSea {
-    /// Lays the rings around a viewer, and writes its buffers. The device must not be drawing this frame.
-    pub fn look(&mut self, view: &View) -> Result<()> {
+    /// Places the rings around a viewpoint and writes the buffers. The device must not be drawing this frame.
+    pub fn set_view(&mut self, view: &View) -> Result<()> {
         let Water { ocean, rings, deviations, .. } = &self.water;
         let buffers = &self.buffers;
         let from = Viewpoint::from(view);
         let Viewpoint { clip_from_world, lens, .. } = from;
         let sea_view = SeaView { clip_from_world, lens, level: ocean.level, deviation: ocean.height };
-        self.laid = rings.lay(&sea_view, &self.tessellation);
+        self.laid = rings.layout(&sea_view, &self.tessellation);
         match &self.drawing {
             Drawing::Rings { .. } => buffers.rings.update(&self.laid, &from, ocean.level)?,
             Drawing::March(march) => buffers.rays.write(0, &[march.rays(&from, ocean.level)])?,
@@ -169,7 +169,7 @@ impl PreparedSea {
         buffers.shore.write(0, &[shore_block.unwrap_or_default()])
     }
 
-    /// Moves the waves on the device, before anything looks at them.
+    /// Records the animation of the waves, before any pass reads them.
     pub fn record_motion(&self, passes: &mut Passes<'_>) {
         let (time, choppiness) = (self.time, self.water.ocean.choppiness);
         let fields = match &self.drawing {
@@ -181,12 +181,12 @@ impl PreparedSea {
         passes.run("wave mips", |cmd| fields.record_mips(cmd));
     }
 
-    /// Upper bound on the triangles of one sample, and patches drawn for the camera.
+    /// Upper bound on the triangles of one sample, and number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         (self.laid.list.triangles, self.laid.list.visible.len() as u32)
     }
 
-    /// Into how many segments a patch of the sea was last divided along u and v; 0 where it is marched.
+    /// Last tessellation of a sea patch, in segments along u and v; 0 if the sea is ray-marched.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let edges = self
             .water

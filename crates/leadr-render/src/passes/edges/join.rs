@@ -1,4 +1,4 @@
-//! Joining the edge samples of each pixel.
+//! Joins the edge samples of each pixel.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use leadr_gpu::{
     SpecValue, Use,
 };
 
-/// The options that decide the pipeline of the joining pass.
+/// The pipeline key of the join pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JoinKind {
-    /// The slope statistics that the technique needs.
+    /// The slope statistics of the technique.
     pub needs: Needs,
-    /// Suns that throw shadows.
+    /// Number of shadow-casting suns.
     pub shadow_maps: u32,
 }
 
@@ -42,8 +42,7 @@ impl JoinPass {
         })
     }
 
-    /// Adds an image of shaded edge samples to the `joined` sums of earlier images and to the G-buffer of the pixels. All
-    /// of these stay readable.
+    /// Adds an image of shaded edge samples to the `joined` sums and to the pixels' G-buffer. All of them stay readable.
     pub fn record(
         &self,
         cmd: &mut Commands,

@@ -1,30 +1,29 @@
-//! Layout of edge samples: their grid, and how finely objects are divided for them.
+//! Layout of edge samples: their grid, and the tessellation of objects for them.
 
 use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 
-/// Largest number of edge samples along a side of a pixel in one image.
+/// Maximum number of edge samples along one side of a pixel in one image.
 pub const MAX_GRID: u32 = 16;
-/// Largest number of vertices along a side of a pixel when edge samples are drawn, up to one per texel. With more,
-/// silhouettes come closer to those of the relief but the shading moves away from it, since the visible part of a single
-/// bump has other statistics than the whole bump (docs/measurements/samples.md).
+/// Maximum number of vertices along one side of a pixel for edge samples, up to one per texel. More vertices improve silhouettes
+/// but worsen shading, since the visible part of a single bump has other statistics than the whole bump
+/// (docs/measurements/samples.md).
 const VERTICES_PER_PIXEL: f32 = 6.0;
-/// Largest number of vertices across an object that is divided more finely. Larger objects are not: their silhouette is a
-/// smaller part of them, and the geometry of whole pixels already shows its bumps.
+/// Maximum number of vertices across an object that is refined. On larger objects the silhouette matters less, and the geometry of
+/// whole pixels already shows the bumps.
 const VERTICES_ACROSS: f32 = 360.0;
-/// Largest number of edge samples in one image; each takes 84 bytes.
+/// Maximum number of edge samples in one image; each takes 84 bytes.
 const MAX_DRAWN: u64 = 1 << 22;
 
-/// The largest grid, up to `finest`, with which whole images make up `samples` edge samples in each pixel of a picture of
-/// `size`: 1, 2, 4, 8 or 16 samples along a side of a pixel.
+/// The largest grid up to `finest` that divides `samples` edge samples per pixel into whole images of a picture of `size`. Returns
+/// 1, 2, 4, 8 or 16 samples along one side of a pixel.
 pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     let pixels = u64::from(size.0) * u64::from(size.1);
     let fits = |&grid: &u32| samples.is_multiple_of(grid * grid) && u64::from(grid * grid) * pixels <= MAX_DRAWN;
     [16, 8, 4, 2].into_iter().filter(|&grid| grid <= finest).find(fits).unwrap_or(1)
 }
 
-/// How finely an object with this bounding sphere is divided when edge samples are drawn: large objects as `usual`, small
-/// ones more finely.
+/// Tessellation of an object with this bounding sphere for edge samples: `usual` for large objects, finer for small ones.
 pub fn edge_tessellation(usual: TessellationSettings, bounds: Sphere, lens: &Lens) -> TessellationSettings {
     let Sphere { centre, radius } = bounds;
     let pixels = lens.pixels(centre, 2.0 * radius).max(1e-3);
@@ -45,10 +44,10 @@ mod tests {
             let sphere = Sphere { centre: Vec3::X * (distance + 1.0), radius: 1.0 };
             edge_tessellation(usual, sphere, &lens).vertices_per_pixel
         };
-        // 2 metres are 20 pixels at 100 m, 200 at 10 m.
+        // 2 m are 20 pixels at 100 m and 200 at 10 m.
         assert_eq!(per_pixel(100.0), VERTICES_PER_PIXEL);
         assert!((per_pixel(10.0) - VERTICES_ACROSS / 200.0).abs() < 0.02, "{}", per_pixel(10.0));
-        // By default triangles have a vertex every 2.8 pixels, and settings that ask for less are not refined.
+        // The default is a vertex every 2.8 pixels. Coarser settings are not refined.
         assert!(per_pixel(1.0) < (2.0 * usual.pixels_per_triangle).sqrt().recip());
         assert!(per_pixel(-0.5) < 0.1, "around the camera");
         let far = edge_tessellation(usual, Sphere { centre: Vec3::X * 50.0, radius: 1.0 }, &lens);

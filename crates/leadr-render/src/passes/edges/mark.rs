@@ -1,4 +1,4 @@
-//! Marks the edge samples that see the same surface as their pixel.
+//! Marks edge samples on the same surface as their pixel.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::passes::targets::{SampleTargets, VisibleSurface};
 use crate::surfaces::numbering::Numbering;
 use leadr_gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, SharedStruct, Use};
 
-/// The pass that marks edge samples which need no shading of their own.
+/// The pass that marks edge samples that need no shading.
 #[derive(Clone)]
 pub struct EdgePass {
     pipeline: ComputePipeline,
@@ -23,7 +23,7 @@ impl EdgePass {
         })
     }
 
-    /// Marks the samples of `edges` that see the same surface as their pixels, and leaves them readable.
+    /// Marks the samples of `edges` on the same surface as their pixels, and leaves them readable.
     pub fn record(&self, cmd: &mut Commands, pixels: &SampleTargets, edges: &VisibleSurface, rays: &EdgeRays) {
         let SampleTargets { visible: pixel, gbuffer: filtered, .. } = pixels;
         cmd.transition(&edges.surface, Use::ComputeReadWrite);

@@ -1,17 +1,15 @@
 //! Edge samples: silhouettes as smooth as with many samples per pixel, while most pixels are shaded once.
 //!
-//! The geometry is drawn again, with a grid of samples in every pixel, and with finer triangles where an object is small.
-//! Several such images, each moved by a part of a grid cell, make up the requested number of samples. An edge sample that
-//! sees the same surface as the pixel's own sample (the same object, in one plane with it) takes the pixel's shading, which
-//! covers the pixel's whole footprint anyway. An edge sample that sees another surface, across a silhouette, is filtered
-//! and shaded by itself, with the footprint of a whole pixel. The inside of a surface is thus shaded once, as without
-//! edge samples but for the rounding of the G-buffer.
+//! The geometry is drawn again with a grid of samples in every pixel, and with finer triangles on small objects. Several images,
+//! each shifted by part of a grid cell, provide the requested number of samples. An edge sample on the pixel's own surface (the
+//! same object, in one plane with its sample) takes the pixel's shading, which covers the whole footprint anyway. An edge
+//! sample across a silhouette is filtered and shaded separately, with the footprint of a whole pixel. The inside of a surface is
+//! shaded once; only the rounding of the G-buffer differs from a frame without edge samples.
 //!
-//! The maps describe the surface around a point, but not which part of it is visible, nor how patches bend. Where a pixel's
-//! footprint covers a quarter of an atlas patch or more, the edge samples that see the pixel's surface are therefore
-//! filtered too, each with its part of the footprint, and their slope statistics are joined in the pixel's frame
-//! ([`slope_turn`](leadr_reflectance::slopes::turn)) before the pixel is shaded. The transition begins at footprints of an
-//! eighth of a patch.
+//! The maps describe the surface around a point, but neither its visible part nor the curvature of patches. If a pixel's footprint
+//! covers a quarter of an atlas patch or more, the edge samples on the pixel's surface are filtered too, each over its part of the
+//! footprint. Their slope statistics are joined in the pixel's frame ([`slopes::rotation`](leadr_reflectance::slopes::rotation))
+//! before shading. The transition begins at footprints of an eighth of a patch.
 
 mod join;
 mod layout;

@@ -1,4 +1,4 @@
-//! Where the edge samples of an image lie, in the form that the passes read.
+//! Positions of the edge samples in an image, as the passes read them.
 
 use crate::pixel_area::PixelArea;
 use crate::view::View;
@@ -7,24 +7,24 @@ use leadr_gpu::shared_struct;
 shared_struct! {
     /// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges/edges.glsl`).
     pub struct EdgeRays for "EdgeRays" {
-        /// See [`Camera::rays`](crate::camera::Camera::rays); w: number of edge samples of each pixel.
+        /// See [`Camera::rays`](crate::camera::Camera::rays); w: edge samples per pixel.
         pub x: [f32; 4],
         /// As `x`; w unused.
         pub y: [f32; 4],
         /// The last ray of the pixel's own sample; w: near plane.
         pub pixel: [f32; 4],
-        /// The last ray of the edge sample; w: number of edge samples of each pixel in earlier images.
+        /// The last ray of the edge sample; w: edge samples per pixel in earlier images.
         pub edge: [f32; 4],
-        /// The [`PixelArea`] in which they are drawn: left, top, right, bottom.
+        /// The [`PixelArea`] to draw: left, top, right, bottom.
         pub area: [i32; 4],
     }
 }
 
 impl EdgeRays {
-    /// The rays of an image of edge samples, `edge`, together with those of the pixels' own samples, `pixel`. Each pixel
-    /// has `samples` edge samples in all, `before` of them in earlier images.
+    /// The rays of an image of edge samples, `edge`, and of the pixels' own samples, `pixel`. Each pixel has `samples` edge samples
+    /// in total, `before` of them in earlier images.
     pub fn new(pixel: &View, edge: &View, before: u32, samples: u32, area: PixelArea) -> Self {
-        // The two images differ only in their last rays.
+        // The two images differ only in the last ray.
         let ([x, y, through_pixel], [_, _, through_edge]) = (pixel.rays(), edge.rays());
         let PixelArea { left, top, right, bottom } = area;
         Self {

@@ -1,4 +1,4 @@
-//! Turns the waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
+//! Transforms the waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,14 +12,14 @@ use leadr_gpu::{
     SharedStruct, SpecValue, Use, shared_struct,
 };
 
-/// Smallest and largest resolution of a cascade; two lines of a transform must fit into shared memory.
+/// Smallest and largest resolution of a cascade. Two lines of a transform must fit into shared memory.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
 
 shared_struct! {
     /// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
     pub struct CascadeGpu for "Cascade" {
         /// Cosine and sine of the tile's rotation.
-        pub turn: [f32; 2],
+        pub rotation: [f32; 2],
         /// `2π / size`.
         pub wave_step: f32,
         /// Edge of the tile, metres.
@@ -36,7 +36,7 @@ shared_struct! {
 
 shared_struct! {
     struct Choppiness for "Push" {
-        /// Scale of the horizontal movement.
+        /// Scale of the horizontal displacement.
         choppiness: f32,
     }
 }
@@ -44,17 +44,17 @@ shared_struct! {
 /// Content of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Moments that filter linearly, with mips: see [`OceanFields`].
+    /// Linearly filterable moments with mips: see [`OceanFields`].
     Moments,
-    /// Fields that are linear in the waves, so that cascades add up exactly; without mips. `displacement`:
-    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    /// Fields linear in the waves, so that cascades add up exactly; without mips. `displacement`: `Dx, Dy, height, ∂Dx/∂y`;
+    /// `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
     Derivatives,
 }
 
-/// The maps of the sea at one moment; each has one array layer per cascade and full mips.
+/// The maps of the sea at one moment, with one array layer per cascade and full mips.
 ///
-/// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, and `w = det J` the moved area per
-/// area of sea at rest. Moments are per area of the moved sea: `E[s] = Σ w s / Σ w`.
+/// `J` is the Jacobian of the horizontal displacement, `s` the slope of the displaced surface, and `w = det J` the displaced area
+/// per area of sea at rest. Moments are per area of the displaced sea: `E[s] = Σ w s / Σ w`.
 #[derive(Clone)]
 pub struct OceanFields {
     rows: ComputePipeline,
@@ -69,9 +69,9 @@ pub struct OceanFields {
     pub displacement: Image,
     /// `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
-    /// `w sx sy, w, stretch, stretch²`. The foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted
-    /// by [`foam_weight`](crate::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it
-    /// has a normal distribution and adds up over cascades.
+    /// `w sx sy, w, stretch, stretch²`. Foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted by
+    /// [`foam_weight`](crate::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it is normally
+    /// distributed and adds up over cascades.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
     resolution: u32,
@@ -82,15 +82,15 @@ impl OceanFields {
     /// Pipelines and maps for these cascades, which must have the same resolution.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when there are no cascades, their resolutions differ, or a resolution is no power of two in
-    /// [`RESOLUTIONS`]; memory that is short; a failed pipeline.
+    /// [`GpuError::Usage`] without cascades, for unequal resolutions, or for a resolution that is not a power of two in
+    /// [`RESOLUTIONS`]; insufficient memory; a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
         let wrong = |fault: &str| Err(GpuError::usage("ocean", fault));
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
             return wrong("a sea needs at least one cascade");
         };
         if !resolution.is_power_of_two() || !RESOLUTIONS.contains(&resolution) {
-            return wrong(&format!("a resolution of {resolution} is no power of two from 16 to 1024"));
+            return wrong(&format!("a resolution of {resolution} is not a power of two from 16 to 1024"));
         }
         let samples = resolution as usize * resolution as usize;
         if cascades.iter().any(|c| c.resolution != resolution || c.waves.len() != samples) {
@@ -109,7 +109,7 @@ impl OceanFields {
         let blocks: Vec<CascadeGpu> = cascades
             .iter()
             .map(|c| CascadeGpu {
-                turn: DVec2::from_angle(c.rotation).as_vec2().to_array(),
+                rotation: DVec2::from_angle(c.rotation).as_vec2().to_array(),
                 wave_step: (TAU / c.size) as f32,
                 size: c.size as f32,
             })
@@ -144,7 +144,7 @@ impl OceanFields {
         })
     }
 
-    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]; records the three passes one after the other.
+    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]. Records all three passes in order.
     pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
         self.record_rows(cmd, time);
         self.record_columns(cmd, choppiness);
@@ -171,8 +171,8 @@ impl OceanFields {
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
 
-    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 as in
-    /// water, 0 for waves that move vertically only.
+    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal displacement: 1 for
+    /// water, 0 for purely vertical waves.
     pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
         for image in self.maps() {
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);

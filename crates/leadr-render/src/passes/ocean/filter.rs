@@ -1,4 +1,4 @@
-//! The filter for the sea's pixels: finds the slope moments of the waves under each pixel.
+//! The filter of the sea's pixels: computes the slope moments of the waves under each pixel.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use leadr_gpu::{
     Sampler, SharedStruct, SpecValue, shared_struct,
 };
 
-/// Beckmann roughness of the water surface itself, without any waves.
+/// Beckmann roughness of the water surface itself, without waves.
 const WATER_ROUGHNESS: f32 = 0.01;
 /// Reflectance of water at normal incidence.
 const WATER_F0: f32 = 0.02;
@@ -34,7 +34,7 @@ shared_struct! {
 }
 
 impl WaterGpu {
-    /// The water of a sea for a viewer above `centre`.
+    /// The water of a sea, centred below the viewer at `centre`.
     pub fn new(ocean: &Ocean, centre: Vec2) -> Self {
         let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
         Self {
@@ -46,8 +46,7 @@ impl WaterGpu {
     }
 }
 
-/// The filter's inputs from the sea. The last two are the blocks of [`WaterGpu`] and
-/// [`ShoreGpu`].
+/// The sea's inputs to the filter. The last two are the blocks of [`WaterGpu`] and [`ShoreGpu`].
 #[derive(Clone, Copy)]
 pub struct SeaInputs<'a> {
     /// The waves.
@@ -58,7 +57,7 @@ pub struct SeaInputs<'a> {
     pub shore: &'a Buffer,
 }
 
-/// The pipeline of the filter for the inputs that a technique needs.
+/// The filter pipeline for a technique's inputs.
 #[derive(Clone)]
 pub struct OceanFilterPass {
     pipeline: GraphicsPipeline,
@@ -90,7 +89,7 @@ impl OceanFilterPass {
         })
     }
 
-    /// Filters the waves under the sea's pixels into the begun targets. `light`: the set of the scene, where the pass shades.
+    /// Filters the waves at the sea's pixels into the active targets. `light`: the set of the scene, if the pass shades.
     pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, sea: SeaInputs<'_>, light: Option<&ResourceSet>) {
         let SeaInputs { fields, water, shore } = sea;
         let mut bindings = vec![

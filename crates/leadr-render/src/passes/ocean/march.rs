@@ -1,5 +1,5 @@
-//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. No tessellation
-//! could follow every wave to the horizon, and the reference must resolve which waves hide each other.
+//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. Tessellation could not
+//! follow every wave to the horizon, and the reference must resolve the occlusion between waves.
 
 use std::sync::Arc;
 
@@ -19,11 +19,10 @@ use leadr_gpu::{
 
 /// Bound on the height of the waves in standard deviations: one sample in 10⁸ lies beyond it.
 const HEIGHT_BOUND: f64 = 5.7;
-/// Samples along a side for each sample of the drawn sea, limited by the largest transform. With linear interpolation,
-/// waves only three samples long would lose half of their slope.
+/// Factor on the samples along one side of the drawn sea, limited by the largest transform. With linear interpolation, waves three
+/// samples long would lose half of their slope.
 const OVERSAMPLING: u32 = 2;
-/// Bound on the slope, in standard deviations, that rays assume when they choose a step. They still hit steeper waves as
-/// long as these are not narrower than a step.
+/// Slope bound for ray steps, in standard deviations. Rays still hit steeper waves unless these are narrower than a step.
 const SLOPE_BOUND: f64 = 3.5;
 
 shared_struct! {
@@ -35,7 +34,7 @@ shared_struct! {
     }
 }
 
-/// For each cascade: a bound on the heights of all later cascades, and on the slopes of this one and all earlier ones.
+/// Per cascade: a bound on the heights of all later cascades, and on the slopes of this and all earlier ones.
 fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
     let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
     (1..=deviations.len())
@@ -46,7 +45,7 @@ fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// The passes of the reference, and the waves that they read. Clones share them.
+/// The passes of the reference and the waves they read. Clones share them.
 #[derive(Clone)]
 pub struct OceanMarch {
     fields: OceanFields,
@@ -112,7 +111,7 @@ impl OceanMarch {
         &self.fields
     }
 
-    /// Draws into the begun targets of the geometry pass; `rays`: a [`RaysGpu`].
+    /// Draws into the active targets of the geometry pass; `rays`: a [`RaysGpu`].
     pub fn draw_geometry(&self, cmd: &mut Commands, rays: &Buffer) {
         cmd.bind(
             &self.march,
@@ -126,7 +125,7 @@ impl OceanMarch {
         cmd.draw(0..3, 0..1);
     }
 
-    /// Draws into the begun G-buffer; `water`: the block of `passes/ocean/water.glsl`.
+    /// Draws into the active G-buffer; `water`: the block of `passes/ocean/water.glsl`.
     pub fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, water: &Buffer) {
         cmd.bind(
             &self.exact,

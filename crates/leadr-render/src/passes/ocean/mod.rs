@@ -1,4 +1,4 @@
-//! The passes of the sea: waves transformed every frame into displacement and slope moments, then drawn and filtered.
+//! The passes of the sea: every frame transforms the waves into displacement and slope moments, then draws and filters them.
 
 pub mod fields;
 pub mod filter;

@@ -1,4 +1,4 @@
-//! The geometry of the drawn sea: rings of patches around the viewer, moved by the waves.
+//! The geometry of the drawn sea: rings of patches around the viewer, displaced by the waves.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::passes::geometry::{GeometryKind, guard_band};
 use crate::passes::targets::GeometryTargets;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object_view::Viewpoint;
-use crate::surfaces::ocean::mesh::{EARTH, Laid, Rings};
+use crate::surfaces::ocean::mesh::{EARTH, RingLayout, Rings};
 use crate::surfaces::ocean::shore::ShoreGpu;
 use leadr_gpu::{
     AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result,
@@ -39,7 +39,7 @@ pub struct OceanSurfacePass {
     pipeline: GraphicsPipeline,
 }
 
-/// The rings' buffers, and what the waves are read with. Clones share them.
+/// The buffers of the rings, and the sampler of the waves. Clones share them.
 #[derive(Clone)]
 pub struct RingBuffers {
     vertices: Buffer,
@@ -70,14 +70,13 @@ impl OceanSurfacePass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "ocean", &desc)? })
     }
 
-    /// Draws rings as they were last written, moved by the waves, into the begun targets. `shore`: the block of
-    /// [`ShoreGpu`].
+    /// Draws the rings as last written, displaced by the waves, into the active targets. `shore`: the block of [`ShoreGpu`].
     pub fn draw(
         &self,
         cmd: &mut Commands,
         target: &GeometryTargets,
         rings: &RingBuffers,
-        laid: &Laid,
+        laid: &RingLayout,
         fields: &OceanFields,
         shore: &Buffer,
     ) {
@@ -119,10 +118,9 @@ impl RingBuffers {
         })
     }
 
-    /// Writes the rings as laid around a viewer, over water whose height at rest is `level`, metres. The device must be
-    /// idle.
-    pub fn update(&self, laid: &Laid, from: &Viewpoint, level: f32) -> Result<()> {
-        let Laid { positions, spacing, factors, list } = laid;
+    /// Writes the rings around a viewer, over water with the rest height `level` in metres. The device must be idle.
+    pub fn update(&self, laid: &RingLayout, from: &Viewpoint, level: f32) -> Result<()> {
+        let RingLayout { positions, spacing, factors, list } = laid;
         let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };
         let vertices: Vec<VertexGpu> = positions.iter().zip(spacing).map(vertex).collect();
         self.vertices.write(0, &vertices)?;

@@ -1,12 +1,12 @@
-//! How a kind of surface begins to draw into targets that several kinds share.
+//! How a kind of surface begins to draw into shared targets.
 
 use leadr_gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
 
-/// Content of the targets when a kind of surface begins to draw into them.
+/// Initial content of targets that several kinds of surface share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
-    /// Zeros, for the first kind: some software drivers look up environments of four neighbouring pixels at the level of detail of
-    /// one of them, so that pixels which nothing covers must not hold the content of an earlier frame.
+    /// Zeros, for the first kind. Some software drivers choose one level of detail for environment lookups of a 2 × 2 quad, so
+    /// uncovered pixels must not hold data from an earlier frame.
     Clear,
     /// The pixels of earlier kinds.
     Continue,
@@ -23,7 +23,7 @@ impl Begin {
         ColorTarget { view: image.whole(), load }
     }
 
-    /// Makes an image a depth target; for the first kind everything is infinitely far away.
+    /// Makes an image a depth target. For the first kind it is cleared to infinity.
     pub(super) fn depth<'a>(self, cmd: &mut Commands, image: &'a Image) -> DepthTarget<'a> {
         self.transition(cmd, image, Use::DepthTarget);
         DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }

@@ -1,4 +1,4 @@
-//! The output of the filter passes for each pixel.
+//! The per-pixel output of the filter passes.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::begin::Begin;
 use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use leadr_reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: all data that shading a pixel needs, 88 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// The LEADR G-buffer: all inputs for shading a pixel, 88 bytes (`passes/gbuffer.glsl`), plus the depth of
 /// [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
@@ -18,11 +18,11 @@ pub struct GBuffer {
     pub slopes: Image,
     /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
     pub material: Image,
-    /// Accessibility and level of detail; how edge samples are joined; RG32UI.
+    /// Accessibility and level of detail; join data of edge samples; RG32UI.
     pub surface: Image,
     /// Horizon of the relief, packed; RG32UI.
     pub horizon: Image,
-    /// Reflectance at normal incidence, and two roughnesses that share the surface; RGBA32UI.
+    /// Reflectance at normal incidence, and the two roughnesses of the surface; RGBA32UI.
     pub reflection: Image,
     /// Emission; RG32UI.
     pub emission: Image,
@@ -30,12 +30,12 @@ pub struct GBuffer {
     pub relief_color: Image,
 }
 
-/// The fields of a [`GBuffer`] pixel that pictures of single layers show.
+/// The [`GBuffer`] fields that layers show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilteredPixel {
     /// World displacement direction, unit.
     pub normal: DVec3,
-    /// Mean slope in the frame about it.
+    /// Mean slope in the frame of `normal`.
     pub mean_slope: Vec2,
     /// Slope covariance `sxx, syy, sxy`.
     pub slope_covariance: Vec3,
@@ -48,7 +48,7 @@ pub struct FilteredPixel {
 }
 
 impl GBuffer {
-    /// Formats of its images, in the order of their attachments.
+    /// Image formats in attachment order.
     pub const FORMATS: [vk::Format; 7] = [
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32B32A32_UINT,
@@ -75,14 +75,14 @@ impl GBuffer {
         })
     }
 
-    /// Its images, in the order of their attachments.
+    /// The images in attachment order.
     pub fn colors(&self) -> [&Image; 7] {
         let Self { slopes, material, surface, horizon, reflection, emission, relief_color } = self;
         [slopes, material, surface, horizon, reflection, emission, relief_color]
     }
 
-    /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width,
-    /// height), and leaves the G-buffer readable.
+    /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width, height).
+    /// Leaves the G-buffer readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
         let colors = self.colors().map(|image| begin.color(cmd, image));
         cmd.begin_rendering(&colors, None);
@@ -96,7 +96,7 @@ impl GBuffer {
         }
     }
 
-    /// Reads it back, row by row.
+    /// Reads the pixels back, row by row.
     pub fn read(&self) -> Result<Vec<FilteredPixel>> {
         let slopes: Vec<[u32; 4]> = self.slopes.read(0, 0)?;
         let material: Vec<[u32; 4]> = self.material.read(0, 0)?;

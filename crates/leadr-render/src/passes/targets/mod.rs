@@ -1,4 +1,4 @@
-//! The images that passes hand to each other.
+//! The images passed between passes.
 
 mod begin;
 mod gbuffer;

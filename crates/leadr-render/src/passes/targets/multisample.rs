@@ -8,31 +8,30 @@ use super::visible_surface::GeometryTargets;
 use crate::constants::OTHERS_BLOCK;
 use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Memory, Result};
 
-/// What multisampled geometry is drawn into, and what becomes of it: for each pixel the slots of the surfaces that it shows beside
-/// its own (`passes/msaa.glsl`). Clones share the images.
+/// Targets of multisampled geometry, and the slots of each pixel's other surfaces (`passes/msaa.glsl`). Clones share the images.
 #[derive(Clone)]
 pub struct MultisampleTargets {
-    /// The samples.
+    /// The multisampled targets.
     pub geometry: GeometryTargets,
-    /// First slot of each pixel's other surfaces, and how many samples each of them covers; R32UI.
+    /// First slot of each pixel's other surfaces, and the number of samples that each covers; R32UI.
     pub others: Image,
-    /// Slots of each block of pixels that are taken; 32 bits each.
+    /// Slots in use per block of pixels, 32 bits each.
     pub filled: Buffer,
-    /// Samples in each pixel.
+    /// Samples per pixel.
     pub count: u32,
 }
 
 impl MultisampleTargets {
-    /// Targets for a picture of `size` pixels with `count` samples in each.
+    /// Targets for a picture of `size` pixels with `count` samples each.
     ///
     /// # Errors
-    /// Memory that is short, or a number of samples that the device does not have.
+    /// Insufficient memory, or a sample count that the device does not support.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), count: u32) -> Result<Self> {
         let possible = GeometryTargets::possible_samples(gpu);
         if possible & count == 0 {
             let known: Vec<String> =
                 (0..u32::BITS).map(|bit| 1 << bit).filter(|n| possible & n != 0).map(|n: u32| n.to_string()).collect();
-            let fault = format!("{} has {} samples in a pixel, not {count}", gpu.device_name(), known.join(" or "));
+            let fault = format!("{} supports {} samples per pixel, not {count}", gpu.device_name(), known.join(" or "));
             return Err(GpuError::usage("multisampled geometry", fault));
         }
         let along = |pixels: u32| u64::from(pixels.div_ceil(OTHERS_BLOCK as u32));

@@ -12,17 +12,17 @@ pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// The joined sums of each pixel's edge samples.
 #[derive(Clone)]
 pub struct JoinedEdges {
-    /// Sum of the radiance and coverage of the edge samples that see other surfaces than the pixel; RGBA32F.
+    /// Radiance and coverage, summed over edge samples of other surfaces than the pixel's; RGBA32F.
     pub others: Image,
-    /// Number of edge samples that see the pixel's surface; area and number of those that were joined, and how many of them the
-    /// first sun reaches; RGBA32F.
+    /// Number of edge samples on the pixel's surface; area and number of the joined samples; how many the first sun reaches;
+    /// RGBA32F.
     pub shares: Image,
-    /// How many of them each further sun reaches; RGBA32F, a single texel where there is one sun at most.
+    /// How many the further suns reach; RGBA32F. A single texel for at most one sun.
     pub more_suns: Image,
 }
 
 impl JoinedEdges {
-    /// Images for a picture of `size` pixels with so many shadow maps.
+    /// Images for a picture of `size` pixels with this number of shadow maps.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), shadow_maps: u32) -> Result<Self> {
         let image =
             |name, size: (u32, u32)| Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage());
@@ -33,8 +33,8 @@ impl JoinedEdges {
         })
     }
 
-    /// Whether they serve a picture of that size with so many shadow maps.
-    pub fn suit(&self, size: (u32, u32), shadow_maps: u32) -> bool {
+    /// Whether they fit a picture of `size` with this number of shadow maps.
+    pub fn fits(&self, size: (u32, u32), shadow_maps: u32) -> bool {
         shadow_maps < 2 || self.more_suns.mip_extent(0) == [size.0, size.1]
     }
 }

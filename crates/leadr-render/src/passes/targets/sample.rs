@@ -9,7 +9,7 @@ use super::visible_surface::VisibleSurface;
 use crate::constants::OTHERS_BLOCK;
 use leadr_gpu::{ColorTarget, Commands, DepthTarget, Gpu, Image, ImageDesc, Load, Result, Use};
 
-/// The surfaces that the samples of an image see, and their radiance. Clones share the images.
+/// The surfaces at the samples of an image, and their radiance. Clones share the images.
 #[derive(Clone)]
 pub struct SampleTargets {
     /// The output of the geometry stages.
@@ -21,12 +21,12 @@ pub struct SampleTargets {
 }
 
 impl SampleTargets {
-    /// Targets for an image of `size` samples; the G-buffer is a single texel unless `with_gbuffer`.
+    /// Targets for an image of `size` samples. Without `with_gbuffer` the G-buffer is a single texel.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), with_gbuffer: bool) -> Result<Self> {
         Self::with(gpu, size, VisibleSurface::new(gpu, size)?, with_gbuffer)
     }
 
-    /// Targets for the pixels of a picture of `size`, whose geometry is multisampled, and the slots of their other surfaces.
+    /// Targets for a picture of `size` with multisampled geometry, including slots for other surfaces.
     pub fn with_slots(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let whole = |pixels: u32| pixels.next_multiple_of(OTHERS_BLOCK as u32);
         let size = (whole(size.0), 2 * whole(size.1));
@@ -42,7 +42,7 @@ impl SampleTargets {
         })
     }
 
-    /// Runs `draw`, which gives every sample within the scissor (x, y, width, height) its radiance.
+    /// Runs `draw`, which writes the radiance of every sample within the scissor (x, y, width, height).
     pub fn draw_radiance(&self, cmd: &mut Commands, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
         cmd.image_barrier(&self.radiance, Use::Undefined, Use::ColorTarget);
         cmd.begin_rendering(&[ColorTarget { view: self.radiance.whole(), load: Load::Discard }], None);
@@ -53,7 +53,7 @@ impl SampleTargets {
         cmd.end_rendering();
     }
 
-    /// Runs `draw`, which gives the pixels of some objects their radiance: its pipelines test the image of objects.
+    /// Runs `draw`, which writes the radiance of some objects. Its pipelines test the object depth.
     pub fn draw_radiance_of_objects(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         begin.transition(cmd, &self.radiance, Use::ColorTarget);
         let load = if begin == Begin::Clear { Load::Discard } else { Load::Keep };

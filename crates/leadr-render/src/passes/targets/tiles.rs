@@ -1,5 +1,5 @@
-//! Tiles of the screen. Each has a record of its content, so that a pass over the pixels of one object, or over those that
-//! need shading, draws only the tiles that contain such pixels.
+//! Screen tiles. Each has a record of its content, so that a pass draws only tiles with pixels of its object, or with pixels to
+//! shade.
 
 use std::sync::Arc;
 
@@ -31,8 +31,7 @@ impl Tiles {
         [self.columns, self.rows]
     }
 
-    /// Draws the tiles within the scissor as points. The bound pipeline's vertex shader chooses among them by their
-    /// records.
+    /// Draws the tiles within the scissor as points. The bound pipeline's vertex shader selects tiles by their records.
     pub fn draw(&self, cmd: &mut Commands) {
         // Tiles at the right and the bottom extend beyond the image.
         cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);

@@ -1,4 +1,4 @@
-//! The output of the geometry stages for each pixel, and the targets that they draw into.
+//! The per-pixel output of the geometry stages, and their targets.
 
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use super::begin::Begin;
 use super::tiles::Tiles;
 use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
-/// Format of the image of objects.
+/// Format of the object depth.
 pub const OBJECT_FORMAT: vk::Format = vk::Format::D16_UNORM;
 
 const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
-/// What the geometry stages draw into. Clones share the images.
+/// The targets of the geometry stages. Clones share the images.
 #[derive(Clone)]
 pub struct GeometryTargets {
     /// See [`VisibleSurface::surface`].
@@ -28,10 +28,10 @@ impl GeometryTargets {
     /// Formats of the colour targets.
     pub const FORMATS: [vk::Format; 2] = [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
 
-    /// Targets of `size` pixels with so many samples in each.
+    /// Targets of `size` pixels with `samples` samples each.
     ///
     /// # Errors
-    /// Memory that is short, or a number of samples that the device does not have.
+    /// Insufficient memory, or a sample count that the device does not support.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), samples: u32) -> Result<Self> {
         let image = |format| ImageDesc::new(format, size.0, size.1).samples(samples);
         let [surface, footprint] = Self::FORMATS.map(|format| image(format).color_target());
@@ -45,14 +45,14 @@ impl GeometryTargets {
         })
     }
 
-    /// The numbers of samples, all powers of two, that the device has for targets, added up.
+    /// The supported sample counts of targets: a bit mask, since all are powers of two.
     pub fn possible_samples(gpu: &Gpu) -> u32 {
         let colors = Self::FORMATS.map(|format| ImageDesc::new(format, 1, 1).color_target());
         let all = colors.into_iter().chain([ImageDesc::new(DEPTH_FORMAT, 1, 1).depth_target()]);
         all.map(|desc| gpu.image_samples(desc.format, desc.usage)).fold(u32::MAX, |all, some| all & some)
     }
 
-    /// Runs `draw`, which draws one kind of surface into the targets, and leaves them readable.
+    /// Runs `draw`, which draws one kind of surface into the targets. Leaves them readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         let colors = [&self.surface, &self.footprint].map(|image| begin.color(cmd, image));
         let depth = begin.depth(cmd, &self.depth);
@@ -65,22 +65,22 @@ impl GeometryTargets {
     }
 }
 
-/// The output of the geometry stages for each pixel: 30 bytes. Small triangles write many pixels more than once, so they write
-/// little; the filter pass works out the rest.
+/// The per-pixel output of the geometry stages: 30 bytes. Small triangles overwrite many pixels, so the geometry writes little, and
+/// the filter pass computes the rest.
 #[derive(Clone)]
 pub struct VisibleSurface {
-    /// Object and patch (0 where there is no surface); place on them, two words; the pixel, or the displacement direction of an edge
-    /// sample, or the depth in the middle of the pixel where the geometry is multisampled. RGBA32UI.
+    /// Object and patch (0 in empty pixels); position on the patch, two words; the pixel, the displacement direction of an edge
+    /// sample, or the depth at the pixel's centre of multisampled geometry. RGBA32UI.
     pub surface: Image,
-    /// How far the place moves from pixel to pixel, for the sea and for edge samples; displacement direction of other surfaces where
-    /// the geometry is multisampled. RG32UI.
+    /// Change of the position from pixel to pixel, for the sea and edge samples; displacement direction of other multisampled
+    /// surfaces. RG32UI.
     pub footprint: Image,
-    /// Reversed depth, 0 where there is no surface.
+    /// Reversed depth, 0 in empty pixels.
     pub depth: Image,
-    /// Which object each pixel shows, as a depth (`passes/object_depth.glsl`), once
+    /// The object of each pixel, as a depth (`passes/object_depth.glsl`), after
     /// [`ObjectDepthPass`](crate::passes::object_depth::ObjectDepthPass) has run; D16.
     pub objects: Image,
-    /// The content of its tiles, once [`TilePass`](crate::passes::tiles::TilePass) has run.
+    /// The tile contents, after [`TilePass`](crate::passes::tiles::TilePass) has run.
     pub tiles: Tiles,
 }
 
@@ -108,7 +108,7 @@ impl VisibleSurface {
         Ok(Self { surface, footprint, depth, objects, tiles: Tiles::new(gpu, size)? })
     }
 
-    /// What the geometry stages draw into.
+    /// The targets of the geometry stages.
     pub fn geometry(&self) -> GeometryTargets {
         let Self { surface, footprint, depth, .. } = self;
         GeometryTargets { surface: surface.clone(), footprint: footprint.clone(), depth: depth.clone() }

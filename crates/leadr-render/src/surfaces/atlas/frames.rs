@@ -1,16 +1,15 @@
-//! Gradients of heights from patch to patch.
+//! Height gradients across patches.
 //!
-//! A tile holds derivatives by its own texture coordinates. They describe the gradient on the surface, a vector in its
-//! tangent plane. Where patches meet, each patch can express that vector in its own coordinates. All of this refers to the
-//! surface at rest: a deformation moves the tangents of all patches alike, so the conversion between two patches'
-//! derivatives stays valid.
+//! A tile stores derivatives with respect to its own texture coordinates. They describe the gradient on the surface, a vector in
+//! its tangent plane. Where patches meet, each can express the vector in its own coordinates. All of this refers to the rest
+//! surface: a deformation moves the tangents of all patches alike, so the conversion between two patches stays valid.
 
 use glam::{Vec2, Vec3};
 
 use crate::surfaces::patch::Patch;
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Tangents by texture coordinates, and their dual basis.
+/// Tangents with respect to texture coordinates, and their dual basis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureFrame {
     /// `∂X/∂s, ∂X/∂t`, metres per unit.
@@ -20,7 +19,7 @@ pub struct TextureFrame {
 }
 
 impl TextureFrame {
-    /// The frame of two tangents. Where these nearly coincide or vanish, the duals are bounded.
+    /// The frame of two tangents. The duals stay bounded for degenerate tangents.
     pub fn new(s: Vec3, t: Vec3) -> Self {
         let (ss, tt, st) = (s.length_squared(), t.length_squared(), s.dot(t));
         let determinant = (ss * tt - st * st).max(1e-4 * ss * tt);
@@ -29,8 +28,8 @@ impl TextureFrame {
     }
 }
 
-/// Columns of the matrix that converts derivatives by the coordinates of `from` to those by the coordinates of `to`.
-pub fn turn(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
+/// Columns of the matrix that converts derivatives from the coordinates of `from` to those of `to`.
+pub fn gradient_transform(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
     let [s, t] = from.duals;
     [to.tangents[0].dot(s), to.tangents[1].dot(s), to.tangents[0].dot(t), to.tangents[1].dot(t)]
 }
@@ -72,9 +71,9 @@ fn frame(patch: &Patch, per_texture: Vec2, uv: Vec2) -> TextureFrame {
     TextureFrame::new(point.du * per_texture.x, point.dv * per_texture.y)
 }
 
-/// Values that tiles hold and patches share. They are carried across borders in a form that belongs to no patch.
+/// Values stored in tiles and shared by patches. They cross borders in a form independent of the patch.
 pub trait Carried: Linear {
-    /// The form that belongs to no patch.
+    /// The form independent of the patch.
     type Common: Linear;
     /// Converts from a patch's coordinates.
     fn lift(&self, frame: &TextureFrame) -> Self::Common;
@@ -99,8 +98,8 @@ where
     }
 }
 
-/// Moments of the derivatives of heights: `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The form that belongs to no patch: the
-/// mean gradient, and `xx, yy, zz, yz, zx, xy` of its second moments.
+/// Moments of the height derivatives: `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The patch-independent form is the mean gradient,
+/// and `xx, yy, zz, yz, zx, xy` of its second moments.
 impl Carried for [f32; 5] {
     type Common = [f32; 9];
 
@@ -108,7 +107,7 @@ impl Carried for [f32; 5] {
         let [s, t] = frame.duals;
         let [hs, ht, ss, tt, st] = *self;
         let mean = s * hs + t * ht;
-        // Rows of the matrix of second moments.
+        // Rows of the second-moment matrix.
         let (of_s, of_t) = (s * ss + t * st, s * st + t * tt);
         let row = |k: usize| of_s * s[k] + of_t * t[k];
         let (x, y, z) = (row(0), row(1), row(2));
@@ -127,7 +126,7 @@ impl Carried for [f32; 5] {
     }
 }
 
-/// Colours are the same in every patch.
+/// Colours do not depend on the patch.
 impl Carried for [f32; 4] {
     type Common = [f32; 4];
 
@@ -163,17 +162,17 @@ mod tests {
     }
 
     #[test]
-    fn moments_come_back_and_turn_as_their_slopes_do() {
+    fn moments_come_back_and_rotate_as_their_slopes_do() {
         let slopes = [[0.3, -0.2], [1.4, 0.9], [-0.8, 0.1]];
         let own = moments(&slopes);
         let lifted = own.lift(&skewed());
         let back = <[f32; 5]>::land(&lifted, &skewed());
-        let [a, b, c, d] = turn(&skewed(), &other());
-        let turned = moments(&slopes.map(|[s, t]| [a * s + c * t, b * s + d * t]));
+        let [a, b, c, d] = gradient_transform(&skewed(), &other());
+        let transformed = moments(&slopes.map(|[s, t]| [a * s + c * t, b * s + d * t]));
         let landed = <[f32; 5]>::land(&lifted, &other());
         for i in 0..5 {
             assert!((back[i] - own[i]).abs() < 1e-5, "{back:?} {own:?}");
-            assert!((landed[i] - turned[i]).abs() < 1e-5, "{landed:?} {turned:?}");
+            assert!((landed[i] - transformed[i]).abs() < 1e-5, "{landed:?} {transformed:?}");
         }
     }
 

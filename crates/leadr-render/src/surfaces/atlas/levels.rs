@@ -1,10 +1,10 @@
 //! Levels of detail coarser than those of the tiles.
 //!
-//! Level [`SOURCE_LEVEL`] of a tile has texels centred on the border of its patch. From that level on, samples lie on a
-//! grid over the patch, its border included, with `2ᵏ` intervals a side for `k = finest … 0`. Each sample is the mean over
-//! a square of one interval about it, on all the patches that the square touches. Then come levels that consist of the four
-//! corners alone, with means over ever larger neighbourhoods: their weights have the variance of squares of 2, 4, 8 …
-//! patches a side. Bilinear interpolation on two patches therefore agrees where they meet, at every level.
+//! Level [`SOURCE_LEVEL`] of a tile has texels centred on the patch border. From that level on, samples lie on a grid over the
+//! patch and its border, with `2ᵏ` intervals per side for `k = finest … 0`. Each sample is the mean over a square of one interval
+//! around it, on all patches that the square touches. The remaining levels hold only the four corners, with means over ever larger
+//! neighbourhoods: their weights have the variance of squares of 2, 4, 8 … patches per side. Bilinear interpolation on two patches
+//! therefore agrees where they meet, at every level.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -13,16 +13,15 @@ use super::frames::{AtlasFrames, Carried, Linear};
 use crate::constants::{SOURCE_LEVEL, WIDE_LEVELS};
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Smallest accessibility that a patch is weighted with, however hidden it is.
+/// Lower bound on the accessibility used as a patch's weight.
 const LEAST_ACCESSIBILITY: f32 = 0.01;
 
-/// Where the coarse levels of a patch lie in their image: one block per patch, arranged like the tiles, with the levels one
-/// below the other.
+/// Layout of the coarse levels in their image: one block per patch, arranged like the tiles, with the levels stacked vertically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoarseShape {
-    /// The tiles.
+    /// The layout of the tiles.
     pub layout: TileLayout,
-    /// Binary logarithm of the number of intervals along a patch in the first coarse level.
+    /// Base-2 logarithm of the intervals along a patch in the first coarse level.
     pub finest: u32,
 }
 
@@ -37,7 +36,7 @@ impl CoarseShape {
         self.finest + 1 + WIDE_LEVELS
     }
 
-    /// Number of intervals along a patch at a coarse level.
+    /// Intervals along a patch at a coarse level.
     pub fn intervals(&self, level: u32) -> u32 {
         1 << self.finest.saturating_sub(level)
     }
@@ -47,7 +46,7 @@ impl CoarseShape {
         [self.intervals(0) + 1, self.row(self.levels())]
     }
 
-    /// The first row of a level in the block.
+    /// First row of a level in the block.
     pub fn row(&self, level: u32) -> u32 {
         (0..level).map(|level| self.intervals(level) + 1).sum()
     }
@@ -59,27 +58,26 @@ impl CoarseShape {
     }
 }
 
-/// How patches meet, about vertices and across edges, and the weight of each.
+/// Adjacency of patches at vertices and edges, with the weight of each patch.
 pub struct Star {
-    /// Patches and their corners at each vertex.
+    /// Patches at each vertex, with the corner of each.
     corners: Vec<Vec<(u32, u8)>>,
-    /// Weights of the patches in means over several patches.
+    /// Weights of the patches in means.
     weights: Vec<f32>,
-    /// Weights of the vertices: the sums of their patches' weights.
+    /// Weights of the vertices: sums of their patches' weights.
     vertex_weights: Vec<f32>,
     /// Vertices of the patches.
     patches: Vec<[u32; 4]>,
-    /// Patch and side beyond each side of a patch.
+    /// Patch and side across each side of a patch.
     pub neighbors: Vec<[Option<(u32, u8)>; 4]>,
 }
 
 impl Star {
-    /// The neighbourhood of a mesh whose neighbours are these
-    /// ([`Topology::neighbors`](crate::surfaces::topology::Topology::neighbors)). A patch's weight is its area at
-    /// rest times a measure of how visible it is: the inside of a mouth must not darken the lips. Accessibility, the share
-    /// of the directions above a patch that are open, would be the right measure on average over all viewers; but a viewer
-    /// who sees the lips sees less of the mouth than the average viewer. The fourth power of accessibility is used because
-    /// measurements show that it gives the distant T-rex the smallest error.
+    /// The adjacency of a mesh with these neighbours ([`Topology::neighbors`](crate::surfaces::topology::Topology::neighbors)). A
+    /// patch's weight is its rest area times a measure of its visibility: the inside of a mouth must not darken the lips.
+    /// Accessibility, the fraction of unblocked directions above a patch, would be correct on average over all viewers. But a
+    /// viewer facing the lips sees less of the mouth than the average viewer. The fourth power of accessibility is used: it gives
+    /// the distant T-rex the smallest measured error.
     pub fn new(mesh: &PatchMesh, neighbors: Vec<[Option<(u32, u8)>; 4]>) -> Self {
         let weight = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -99,7 +97,7 @@ impl Star {
         Self { corners, weights, vertex_weights, patches: mesh.patches.clone(), neighbors }
     }
 
-    /// Means about each vertex of the values that patches have at their corners.
+    /// Means around each vertex of the patches' corner values.
     fn about_vertices<T: Carried>(
         &self,
         frames: &AtlasFrames,
@@ -121,7 +119,7 @@ impl Star {
     }
 }
 
-/// All coarse levels as texels of their image, computed from mip [`SOURCE_LEVEL`] of the atlas.
+/// All coarse levels as texels of their image, from mip [`SOURCE_LEVEL`] of the atlas.
 pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: CoarseShape, source: &[T]) -> Vec<T> {
     let [width, height] = shape.size();
     let [block_width, block_height] = shape.block();
@@ -185,8 +183,8 @@ pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: Coars
     image
 }
 
-/// From means over squares of `2ʷⁱᵈᵉ` patches to means over squares twice as wide. Averaging the patches' own corner means
-/// adds half a squared patch to the variance of the weights; the variances of two such squares differ by `4ʷⁱᵈᵉ / 4`.
+/// Widens means over squares of `2ʷⁱᵈᵉ` patches to squares twice as wide. Averaging the patches' corner means adds half a squared
+/// patch to the variance of the weights. The variances of two such squares differ by `4ʷⁱᵈᵉ / 4`.
 fn widened<T: Carried>(
     star: &Star,
     frames: &AtlasFrames,
@@ -221,17 +219,17 @@ fn widened<T: Carried>(
     vertices
 }
 
-/// Means over the part of each sample's square that lies on the sample's own patch, patch after patch.
+/// Means over the part of each sample's square on the sample's own patch, patch by patch.
 fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patches: usize) -> Vec<T> {
     let TileLayout { tile, gutter, columns, .. } = shape.layout;
     let cells = tile >> SOURCE_LEVEL;
     let row_length = (columns * cells) as usize;
     let (inner, spacing) = (shape.layout.inner() as f32, shape.layout.inner() as f32 / intervals as f32);
-    // The part of each cell that lies in the square about each sample, along one axis.
+    // Overlap of each cell with the square around each sample, along one axis.
     let weights: Vec<Vec<(usize, f32)>> = (0..=intervals)
         .map(|node| {
-            let place = node as f32 * spacing;
-            let (low, high) = ((place - 0.5 * spacing).max(0.0), (place + 0.5 * spacing).min(inner));
+            let position = node as f32 * spacing;
+            let (low, high) = ((position - 0.5 * spacing).max(0.0), (position + 0.5 * spacing).min(inner));
             let overlap = |cell: u32| {
                 let start = (cell << SOURCE_LEVEL) as f32 - gutter as f32;
                 (high.min(start + (1 << SOURCE_LEVEL) as f32) - low.max(start)).max(0.0) / (high - low)
@@ -259,7 +257,7 @@ fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patche
         .collect()
 }
 
-/// The side on which a border sample lies, and its position along that side, from its first corner.
+/// The side of a border sample, and its position along that side from the first corner.
 fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     (0..4).find_map(|side| {
         let along = [a, b, intervals - a, intervals - b][side];
@@ -279,7 +277,7 @@ mod tests {
     use crate::surfaces::topology::Topology;
     use glam::Vec3;
 
-    /// A cube blown up to about a sphere: three patches about every vertex, each with its own directions.
+    /// A cube inflated to about a sphere: three patches at every vertex, each with its own coordinate directions.
     fn cube() -> PatchMesh {
         let positions: Vec<Vec3> =
             (0..8).map(|k| Vec3::from([k & 1, k >> 1 & 1, k >> 2].map(|b| (2 * b - 1) as f32)).normalize()).collect();
@@ -296,7 +294,7 @@ mod tests {
         Star::new(mesh, Topology::new(&mesh.patches).neighbors())
     }
 
-    /// The value at a place of a coarse level.
+    /// The value at a position of a coarse level.
     fn texel<T: Copy>(image: &[T], shape: CoarseShape, patch: usize, level: u32, [a, b]: [u32; 2]) -> T {
         let [width, _] = shape.size();
         let [block_width, block_height] = shape.block();
@@ -310,7 +308,7 @@ mod tests {
         (width as usize >> SOURCE_LEVEL) * (height as usize >> SOURCE_LEVEL)
     }
 
-    /// Numbers without a pattern.
+    /// Pseudorandom numbers.
     fn random(k: usize) -> f32 {
         ((k as u32).wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32
     }
@@ -340,7 +338,7 @@ mod tests {
                             let (a, b) = on_side(side, along, intervals);
                             let uv = Vec2::new(a as f32, b as f32) / intervals as f32;
                             let value = texel(&image, shape, patch, level, [a, b]);
-                            // Slopes along the edge, which both patches measure along the same curve.
+                            // Slopes along the edge: both patches measure them along the same curve.
                             let axis = side & 1;
                             let scale = frames.at(patch, uv).tangents[axis].length();
                             let sign = if side < 2 { 1.0 } else { -1.0 };
@@ -387,7 +385,7 @@ mod tests {
         let mesh = grid(n);
         let layout = TileLayout::new(n * n, 8);
         let (star, frames, shape) = (star_of(&mesh), AtlasFrames::new(&mesh, layout), CoarseShape::new(layout));
-        // Only the patch in the middle.
+        // Only the central patch.
         let middle = n * n / 2;
         let mut source = vec![[0.0f32; 4]; source_texels(layout)];
         let row = (layout.columns * layout.tile) >> SOURCE_LEVEL;
@@ -409,14 +407,14 @@ mod tests {
                 }
             }
             assert!((sum - 1.0).abs() < 1e-5, "{wide}: nothing is lost, {sum}");
-            // The four corners of the patch have a variance of a quarter; the patch itself has a twelfth.
+            // The four corners of the patch have a variance of 1/4, the patch itself of 1/12.
             let expected = 0.25 + (4.0f64.powi(wide as i32) - 1.0) / 12.0;
             assert!((square / sum - expected).abs() < 1e-3, "{wide}: {} {expected}", square / sum);
         }
     }
 
     #[test]
-    fn what_is_hidden_counts_for_little() {
+    fn occluded_texels_weigh_little() {
         let mut mesh = grid(2);
         for &vertex in &mesh.patches[3] {
             mesh.accessibility[vertex as usize] = 0.2;
@@ -428,7 +426,7 @@ mod tests {
         let source: Vec<[f32; 4]> =
             (0..source_texels(layout)).map(|k| if k % row / cells == 3 { [1.0; 4] } else { [0.0; 4] }).collect();
         let image = coarse_levels(&star_of(&mesh), &frames, shape, &source);
-        // The vertex in the middle of four patches: one is dark and has a fifth of the others' accessibility, two have 0.6.
+        // The vertex between four patches: one is dark with a fifth of the others' accessibility, two have 0.6.
         let value = texel(&image, shape, 0, 0, [shape.intervals(0), shape.intervals(0)])[0];
         let [dark, beside, open] = [0.2f32, 0.6, 0.8].map(|a| a.powi(4));
         assert!((value - dark / (dark + 2.0 * beside + open)).abs() < 1e-5, "{value}");

@@ -1,12 +1,12 @@
 //! Seamless filtering of an atlas with one tile per patch.
 //!
-//! The mips of a tile cover its own patch only, so a pixel that sees several patches, or the border of one, would show a
-//! jump from one patch's statistics to the next. Two things let it see the whole surface:
+//! The mips of a tile cover only its own patch, so statistics would jump at patch borders and in pixels over several patches. Two
+//! mechanisms extend the filter over the whole surface:
 //!
-//! * [links](frames) tell the filter pass which patch continues beyond each side of a patch, and how gradients turn there,
-//!   so that texture taps can cross from tile to tile;
-//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on the patches'
-//!   borders and corners that all patches around them share.
+//! * [links](frames) give the patch across each side of a patch and the rotation of gradients into it, so that texture taps can
+//!   cross tiles;
+//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on borders and corners
+//!   shared by all adjacent patches.
 //!
 //! `shaders-glsl/passes/filter/atlas.glsl` reads both.
 
@@ -19,7 +19,7 @@ use std::sync::Arc;
 use half::f16;
 use rayon::prelude::*;
 
-use self::frames::{AtlasFrames, turn};
+use self::frames::{AtlasFrames, gradient_transform};
 use self::levels::{CoarseShape, Star, coarse_levels};
 use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, halves};
 use super::moments::LeadrMapGpu;
@@ -31,7 +31,7 @@ use leadr_gpu::vk::Format;
 use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
 
 shared_struct! {
-    /// The head of the links' buffer.
+    /// The header of the link buffer.
     pub struct AtlasHeadGpu for "Atlas" {
         /// [`TileLayout::tile`].
         tile_size: u32,
@@ -43,13 +43,13 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// The neighbours beyond the sides of a patch, in the order of [`Topology::patch_edges`].
+    /// The neighbours across the sides of a patch, in the order of [`Topology::patch_edges`].
     pub struct PatchLinkGpu for "PatchLink" {
         /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
         neighbors: [u32; 4],
-        /// Per side, at its first and its second corner: columns of the matrix that converts the neighbour's gradients to
-        /// the patch's.
-        turns: [[[f32; 4]; 2]; 4],
+        /// Per side, at its first and second corner: columns of the matrix that converts the neighbour's gradients to the patch's
+        /// coordinates.
+        gradient_transforms: [[[f32; 4]; 2]; 4],
     }
 }
 
@@ -62,15 +62,15 @@ pub struct AtlasGpu {
     pub slopes: Image,
     /// Coarse levels of the moments in [`LeadrMapGpu::joint`].
     pub joint: Image,
-    /// Coarse levels of the colours, linear, with the root of the roughness.
+    /// Coarse levels of the linear colours, with the root of the roughness.
     pub color: Image,
-    /// Of the reflectance at normal incidence, linear.
+    /// Coarse levels of the linear reflectance at normal incidence.
     pub f0: Image,
-    /// Of two roughnesses.
+    /// Coarse levels of the two roughnesses.
     pub mixed: Image,
-    /// Of emission, with the accessibility as a.
+    /// Coarse levels of the emission, with accessibility in alpha.
     pub light: Image,
-    /// And of [`ReliefColorImages::weighted`].
+    /// Coarse levels of [`ReliefColorImages::weighted`].
     pub weighted: Image,
 }
 
@@ -90,11 +90,11 @@ impl AtlasGpu {
         })
     }
 
-    /// Links and levels of `mesh`, whose patches have the tiles of `layout` in `maps` and in the material, if the object has
-    /// one (which has the size of the maps). `none`: what stands for levels that it lacks.
+    /// Links and levels of `mesh`. Its patches have the tiles of `layout` in `maps` and in the material, if there is one (of the
+    /// same size as the maps). `none`: placeholders for missing levels.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] where the sizes differ; a failed read, or memory that is short.
+    /// [`GpuError::Usage`] for different sizes; a failed read, or insufficient memory.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -108,7 +108,7 @@ impl AtlasGpu {
         let size = maps.slopes.mip_extent(0);
         if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
             let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
-            let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
+            let fault = format!("colours of {w}x{h} texels do not match heights of {width}x{height}");
             return Err(GpuError::usage(format!("atlas of {name}"), fault));
         }
         let frames = AtlasFrames::new(mesh, layout);
@@ -150,16 +150,16 @@ impl AtlasGpu {
                 let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
                 Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| codes.linear(texel)).collect())
             };
-            // The shader finds the root of the roughness in both kinds of levels.
+            // The shader expects the root of the roughness in both kinds of levels.
             let root = |[r, g, b, variance]: [f32; 4]| [r, g, b, variance.sqrt().sqrt()];
             atlas.color = coarse("colour", decoded(&images.color)?, root)?;
-            if images.has.f0 {
+            if images.features.f0 {
                 atlas.f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
-            if images.has.bases.mixed {
+            if images.features.bases.mixed {
                 atlas.mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
             }
-            if images.has.emission || images.has.occlusion {
+            if images.features.emission || images.features.occlusion {
                 atlas.light = coarse("light", light_texels(images)?, |texel| texel)?;
             }
         }
@@ -167,15 +167,16 @@ impl AtlasGpu {
         let links: Vec<PatchLinkGpu> = (0..mesh.patches.len())
             .into_par_iter()
             .map(|patch| {
-                let mut link = PatchLinkGpu { neighbors: [NO_NEIGHBOR; 4], turns: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
+                let mut link =
+                    PatchLinkGpu { neighbors: [NO_NEIGHBOR; 4], gradient_transforms: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
                 for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
                     let &Some((other, beside)) = neighbor else { continue };
                     link.neighbors[side] = other << 2 | u32::from(beside);
-                    // The neighbour runs along the edge in the opposite direction.
+                    // The neighbour traverses the edge in the opposite direction.
                     for end in 0..2 {
                         let here = frames.corner(patch, (side + end) & 3);
                         let there = frames.corner(other as usize, (usize::from(beside) + 1 - end) & 3);
-                        link.turns[side][end] = turn(&there, &here);
+                        link.gradient_transforms[side][end] = gradient_transform(&there, &here);
                     }
                 }
                 link
@@ -194,16 +195,16 @@ impl AtlasGpu {
     }
 }
 
-/// Emission and accessibility of the level from which coarse levels are made.
+/// Emission and accessibility at the source level of the coarse levels.
 fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
     let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];
-    if images.has.emission {
+    if images.features.emission {
         for (texel, [r, g, b, _]) in texels.iter_mut().zip(floats(&images.emission, SOURCE_LEVEL, 0)?) {
             *texel = [r, g, b, 1.0];
         }
     }
-    if images.has.occlusion {
+    if images.features.occlusion {
         let shares: Vec<u8> = images.occlusion.read(SOURCE_LEVEL, 0)?;
         texels.iter_mut().zip(shares).for_each(|(texel, share)| texel[3] = f32::from(share) / 255.0);
     }

@@ -1,4 +1,4 @@
-//! Places on an atlas with one tile per patch, as `shaders-glsl/passes/filter/atlas.glsl` finds them.
+//! Positions in an atlas with one tile per patch, as in `shaders-glsl/passes/filter/atlas.glsl`.
 
 use glam::Vec2;
 
@@ -8,14 +8,14 @@ use crate::surfaces::topology::Topology;
 /// The tiles of a mesh at rest.
 pub struct Tiles {
     layout: TileLayout,
-    /// Patch and side beyond each side of a patch.
+    /// Patch and side across each side of a patch.
     neighbors: Vec<[Option<(u32, u8)>; 4]>,
-    /// Lengths of the patches across and down, metres.
+    /// Width and height of the patches, metres.
     extents: Vec<Vec2>,
 }
 
 impl Tiles {
-    /// The tiles of a mesh whose edges are these.
+    /// The tiles of a mesh with these edges.
     pub fn new(mesh: &PatchMesh, topology: &Topology, layout: TileLayout) -> Self {
         let extent = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -35,9 +35,9 @@ impl Tiles {
         self.layout
     }
 
-    /// The patch and place in it, `[0, 1]²`, that a place outside a patch lies on: across up to two borders, and as far
-    /// beyond each in metres, whatever the size of the next patch.
-    fn place_beyond(&self, mut patch: usize, mut at: Vec2) -> (usize, Vec2) {
+    /// The patch and position in it, `[0, 1]²`, for a position outside a patch. It crosses up to two borders and keeps the distance
+    /// in metres on patches of any size.
+    fn point_across_borders(&self, mut patch: usize, mut at: Vec2) -> (usize, Vec2) {
         for _ in 0..2 {
             let beyond = (-at).max(at - Vec2::ONE);
             let over = beyond.max_element();
@@ -67,8 +67,8 @@ impl Tiles {
         (patch, at.clamp(Vec2::ZERO, Vec2::ONE))
     }
 
-    /// The texels of a tile at a level of the maps, `texels` with rows of `width`, and as many as `margin` around it;
-    /// those beyond the patch's borders are taken from the patches there.
+    /// The texels of a tile at a level of the maps with a margin of `margin` texels; rows of `texels` have `width` entries. Texels
+    /// beyond the patch's borders come from the adjacent patches.
     pub fn around(&self, texels: &[f32], width: usize, level: u32, patch: usize, margin: usize) -> Vec<f32> {
         let layout = self.layout;
         let side = (layout.tile >> level) as usize;
@@ -77,11 +77,11 @@ impl Tiles {
         let own = layout.first_texel(patch, level);
         let texel = |x: i64, y: i64| {
             let at = (Vec2::new(x as f32, y as f32) + 0.5) * cell - gutter;
-            // The gutter of a tile only continues it.
+            // The gutter of a tile only extrapolates it.
             if at.min_element() >= 0.0 && at.max_element() <= inner {
                 return texels[own + y as usize * width + x as usize];
             }
-            let (other, at) = self.place_beyond(patch, at / inner);
+            let (other, at) = self.point_across_borders(patch, at / inner);
             let at = ((at * inner + gutter) / cell - 0.5).clamp(Vec2::ZERO, Vec2::splat(side as f32 - 1.0));
             let whole = at.floor().min(Vec2::splat(side as f32 - 2.0)).max(Vec2::ZERO);
             let f = at - whole;
@@ -89,8 +89,8 @@ impl Tiles {
             let row = |k: usize| texels[k] * (1.0 - f.x) + texels[k + 1] * f.x;
             row(first) * (1.0 - f.y) + row(first + width) * f.y
         };
-        let place = |k: usize| k as i64 - margin as i64;
-        (0..around * around).map(|k| texel(place(k % around), place(k / around))).collect()
+        let coordinate = |k: usize| k as i64 - margin as i64;
+        (0..around * around).map(|k| texel(coordinate(k % around), coordinate(k / around))).collect()
     }
 }
 
@@ -98,8 +98,7 @@ impl Tiles {
 mod tests {
     use super::*;
 
-    /// Two patches side by side, the second three times as wide; heights are linear over both, the gutters of the first
-    /// are wrong.
+    /// Two adjacent patches, the second three times as wide. Heights are linear over both, and the gutters of the first are wrong.
     #[test]
     fn heights_go_on_beyond_a_border() {
         let layout = TileLayout::new(2, 16);

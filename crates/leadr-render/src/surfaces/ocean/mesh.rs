@@ -1,5 +1,5 @@
-//! The mesh of the sea: rings of patches around the viewer, from the feet to beyond the horizon, and how finely each patch
-//! is divided.
+//! The mesh of the sea: rings of patches around the viewer, from the feet to beyond the horizon, and the tessellation of each
+//! patch.
 
 use std::f32::consts::TAU;
 
@@ -9,23 +9,23 @@ use crate::surfaces::patch_mesh::PatchMesh;
 use crate::surfaces::tessellation::{DrawList, Lens, MAX_FACTOR, PosedMesh, TessellationSettings, Viewer};
 use crate::surfaces::topology::Topology;
 
-/// Radius of the earth, enlarged by the usual refraction of the air, metres.
+/// Radius of the Earth, enlarged by standard atmospheric refraction, metres.
 pub const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
 /// Number of patches in a ring.
 pub const SPOKES: u32 = 48;
 /// Number of rings.
 pub const RINGS: u32 = 96;
-/// Height of the highest crests above the water at rest, in standard deviations; it decides where the rings end.
+/// Height of the highest crests above the rest level, in standard deviations. Determines where the rings end.
 const CREST: f32 = 4.0;
-/// How far waves may move a point, in standard deviations of the height; culling allows for this.
+/// Largest displacement by waves, in standard deviations of the height, used for culling.
 const REACH: f32 = 6.0;
-/// Slope of waves that counts when a patch is seen from the side.
+/// Wave slope assumed for patches seen from the side.
 const WAVE_SLOPE: f32 = 0.1;
-/// Waves smaller than this many pixels (two standard deviations) are left to the slope moments; from [`FULL_RELIEF`] on
-/// they are drawn in full.
+/// Waves smaller than this many pixels (two standard deviations) are left to the slope moments. From [`FULL_RELIEF`] on they are
+/// drawn in full.
 const LEAST_RELIEF: f32 = 0.25;
 const FULL_RELIEF: f32 = 1.0;
-/// Pixels by which the straight sides of triangles may deviate from the curve of the water.
+/// Largest deviation in pixels of straight triangle edges from the curve of the water.
 const CURVE_ERROR: f32 = 0.05;
 
 /// The view from which the sea is drawn.
@@ -33,7 +33,7 @@ const CURVE_ERROR: f32 = 0.05;
 pub struct SeaView {
     /// World to clip space.
     pub clip_from_world: Mat4,
-    /// How the camera measures lengths.
+    /// The scale from lengths to pixels.
     pub lens: Lens,
     /// Height of the water at rest, metres.
     pub level: f32,
@@ -41,21 +41,21 @@ pub struct SeaView {
     pub deviation: f32,
 }
 
-/// The patches and their connections, whatever the view.
+/// The patches and their connectivity, independent of the view.
 #[derive(Clone, Debug)]
 pub struct Rings {
-    /// Directions in xy, number of the ring in z (0 is the centre).
+    /// Directions in xy, ring number in z (0 is the centre).
     pub mesh: PatchMesh,
-    /// Their edges.
+    /// The edges.
     pub topology: Topology,
 }
 
-/// The rings laid around a viewer.
+/// The rings around a viewpoint.
 #[derive(Clone, Debug, Default)]
-pub struct Laid {
-    /// The mesh's vertices on the water at rest, world metres.
+pub struct RingLayout {
+    /// The mesh vertices at the water's rest level, world metres.
     pub positions: Vec<Vec3>,
-    /// Largest distance between drawn vertices along the edges at each mesh vertex, metres.
+    /// Largest distance between tessellated vertices along the edges at each mesh vertex, metres.
     pub spacing: Vec<f32>,
     /// Tessellation factor of each edge.
     pub factors: Vec<f32>,
@@ -86,9 +86,9 @@ impl Default for Rings {
 }
 
 impl Rings {
-    /// Lays the rings around a viewer, evenly spaced in the logarithm of the distance, and chooses what is drawn.
-    /// Everything depends smoothly on the viewer's position, so nothing pops; turning in place changes only what is culled.
-    pub fn lay(&self, view: &SeaView, settings: &TessellationSettings) -> Laid {
+    /// Places the rings around a viewer, uniform in the logarithm of the distance, and selects the patches to draw. Everything
+    /// depends smoothly on the viewer's position, so nothing pops. Rotation of the camera changes only culling.
+    pub fn layout(&self, view: &SeaView, settings: &TessellationSettings) -> RingLayout {
         let SeaView { lens, level, deviation, .. } = *view;
         let height = (lens.eye.z - level).abs().max(0.5);
         let (first, last) = (0.2 * height, farthest(height, deviation));
@@ -128,24 +128,24 @@ impl Rings {
             height_scale: 1.0,
         };
         let list = DrawList::new(posed, &factors, view.clip_from_world, Viewer::At(lens.eye), settings);
-        Laid { positions, spacing, factors, list }
+        RingLayout { positions, spacing, factors, list }
     }
 }
 
-/// Distance at which the rings end, metres: that of the highest crest behind the horizon that is visible from `height`.
+/// Outer radius of the rings, metres: the distance of the farthest crest beyond the horizon visible from `height`.
 fn farthest(height: f32, deviation: f32) -> f32 {
     (2.0 * EARTH * height).sqrt() + (2.0 * EARTH * CREST * deviation).sqrt()
 }
 
-/// How finely an edge is divided: according to its length on the screen where waves stand out by pixels, and finely enough
-/// for its straight pieces to follow the curve of the water.
+/// Tessellation factor of an edge: by its screen length where waves are visible in pixels, and fine enough to follow the curve of
+/// the water.
 fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &TessellationSettings) -> f32 {
     let (centre, along) = ((a + b) * 0.5, b - a);
     let length = along.length();
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let sine = along.cross(Viewer::At(lens.eye).toward(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
-    // The reference draws all waves as finely as anything else.
+    // The reference tessellates all waves at full density.
     let (shown, slope) = match settings.to_texels {
         true => (1.0, 1.0),
         false => (((relief - LEAST_RELIEF) / (FULL_RELIEF - LEAST_RELIEF)).clamp(0.0, 1.0), WAVE_SLOPE),
@@ -173,29 +173,29 @@ mod tests {
             });
             assert!((p[2] - p[0]).perp_dot(p[3] - p[1]) > 0.0);
         }
-        // Open edges: those of the outermost ring, and those of the innermost, which is a single point.
+        // Open edges: those of the outermost ring, and of the innermost, which is a single point.
         assert_eq!(topology.irregular_edges(), 2 * SPOKES as usize);
     }
 
     const SIZE: (u32, u32) = (1280, 720);
     const DEVIATION: f32 = 0.45;
 
-    /// The rings under a camera at `height` metres that looks toward the horizon, `down` (a tangent) below it.
-    fn laid(height: f32, down: f32, settings: &TessellationSettings) -> (Laid, Camera) {
+    /// The rings under a camera at `height` metres that looks `down` (a tangent) below the horizon.
+    fn laid(height: f32, down: f32, settings: &TessellationSettings) -> (RingLayout, Camera) {
         let eye = Vec3::new(300.0, -70.0, height);
         let camera = Camera::looking_at(eye, eye + Vec3::new(1.0, 0.2, -down).normalize() * height, 45.0);
         let (clip_from_world, lens) = (camera.clip_from_world(SIZE, Vec2::ZERO), camera.lens(SIZE.1));
         let view = SeaView { clip_from_world, lens, level: 0.0, deviation: DEVIATION };
-        (Rings::default().lay(&view, settings), camera)
+        (Rings::default().layout(&view, settings), camera)
     }
 
-    /// Pixels of the picture that water covers.
+    /// Number of pixels covered by water.
     fn covered(camera: &Camera) -> f64 {
         let [x, y, z] = camera.rays(SIZE, Vec2::ZERO);
         let dip = -(2.0 * camera.position.z / EARTH).sqrt();
-        let place = |i: u32, n: u32| (i as f32 + 0.5) / n as f32 * 2.0 - 1.0;
+        let ndc = |i: u32, n: u32| (i as f32 + 0.5) / n as f32 * 2.0 - 1.0;
         let below = |i: u32, j: u32| {
-            let ray = z + x * place(i, SIZE.0) + y * place(j, SIZE.1);
+            let ray = z + x * ndc(i, SIZE.0) + y * ndc(j, SIZE.1);
             ray.z < dip * ray.truncate().length()
         };
         (0..SIZE.1).flat_map(|j| (0..SIZE.0).map(move |i| (i, j))).filter(|&(i, j)| below(i, j)).count() as f64
@@ -229,19 +229,19 @@ mod tests {
     }
 
     #[test]
-    fn the_mesh_follows_the_viewer_smoothly_and_does_not_turn() {
+    fn the_mesh_follows_the_viewer_smoothly_and_does_not_rotate() {
         let at = |eye: Vec3, forward: Vec3| {
             let camera = Camera::looking_at(eye, eye + forward, 45.0);
             let (clip_from_world, lens) = (camera.clip_from_world(SIZE, Vec2::ZERO), camera.lens(SIZE.1));
-            Rings::default().lay(
+            Rings::default().layout(
                 &SeaView { clip_from_world, lens, level: 0.0, deviation: DEVIATION },
                 &TessellationSettings::default(),
             )
         };
         for height in [2.5f32, 30.0, 400.0] {
             let eye = Vec3::new(3.0, 4.0, height);
-            let (a, turned) = (at(eye, Vec3::X), at(eye, Vec3::new(-0.3, 0.8, -0.4)));
-            assert_eq!((&a.positions, &a.factors), (&turned.positions, &turned.factors));
+            let (a, rotated) = (at(eye, Vec3::X), at(eye, Vec3::new(-0.3, 0.8, -0.4)));
+            assert_eq!((&a.positions, &a.factors), (&rotated.positions, &rotated.factors));
             for step in [Vec3::X, Vec3::Z] {
                 let b = at(eye + step * (1e-3 * height), Vec3::X);
                 let change = |(a, b): (&f32, &f32)| (a / b - 1.0).abs();

@@ -1,5 +1,5 @@
-//! A beach for the sea to run up: a coast along y with the land toward +x. The shaders' part is `passes/ocean/shore.glsl`;
-//! parity tests compare the functions that both implement, [`Shore::offshore`] and [`Shore::ground`].
+//! A beach of the sea: a coast along y with land toward +x. The shader code is `passes/ocean/shore.glsl`. Parity tests compare the
+//! functions in both, [`Shore::offshore`] and [`Shore::ground`].
 
 use glam::{DVec2, Vec3};
 use leadr_gpu::shared_struct;
@@ -9,29 +9,29 @@ use super::waves::PERIOD;
 /// One bend of the waterline: `amplitude · sin(step · along + phase)` metres toward the sea.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bend {
-    /// Metres.
+    /// Amplitude, metres.
     pub amplitude: f64,
     /// Wave number along the coast, rad/m.
     pub step: f64,
-    /// Radians.
+    /// Phase, radians.
     pub phase: f64,
 }
 
 /// A beach and the swell on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shore {
-    /// Slope of the sand at the waterline at rest, above 0.
+    /// Slope of the sand at the rest waterline, above 0.
     pub slope: f64,
-    /// Height above the water of the flat sand behind the beach, metres, above 0.
+    /// Height of the flat sand behind the beach above the water, metres, above 0.
     pub berm: f64,
-    /// Metres over which the sea floor levels off: the depth is proportional to
-    /// `(s + reach)^⅔ − reach^⅔` (Dean's equilibrium profile, moved so that its slope at the waterline is finite).
+    /// Distance in metres over which the sea floor levels off: the depth is proportional to `(s + reach)^⅔ − reach^⅔` (Dean's
+    /// equilibrium profile, shifted to a finite slope at the waterline).
     pub reach: f64,
     /// Bends of the waterline about x = 0.
     pub bends: [Bend; 4],
     /// Number of swell waves in [`PERIOD`]; more than 0.
     pub swells: u32,
-    /// Height above the water at rest that the highest waves run up to, metres.
+    /// Height above the rest level that the highest waves run up to, metres.
     pub run_up: f64,
     /// Linear albedo of wet sand.
     pub bed: Vec3,
@@ -45,12 +45,12 @@ impl Shore {
         -point.x - self.waterline(-point.y)
     }
 
-    /// −x of the waterline at rest at y = −`along`.
+    /// −x of the rest waterline at y = −`along`.
     pub fn waterline(&self, along: f64) -> f64 {
         self.bends.iter().map(|b| b.amplitude * (b.step * along + b.phase).sin()).sum()
     }
 
-    /// Height of the sand above the water at rest, `offshore` metres from the waterline.
+    /// Height of the sand above the rest level, `offshore` metres from the waterline.
     pub fn ground(&self, offshore: f64) -> f64 {
         if offshore > 0.0 {
             let power = |x: f64| x.powf(2.0 / 3.0);
@@ -60,41 +60,41 @@ impl Shore {
         }
     }
 
-    /// The factor of the depth that makes the slope continuous at the waterline.
+    /// Depth factor that makes the slope continuous at the waterline.
     fn deepening(&self) -> f64 {
         1.5 * self.slope * self.reach.cbrt()
     }
 }
 
 shared_struct! {
-    /// The block of the shaders (`Shore` in `passes/ocean/shore.glsl`); zero where there is no shore.
+    /// The uniform block of the shaders (`Shore` in `passes/ocean/shore.glsl`); zero without a shore.
     #[derive(Default)]
     pub struct ShoreGpu for "Shore" {
         /// Slope, berm, reach, deepening.
         pub profile: [f32; 4],
         /// Amplitudes of the bends.
         pub line_amplitude: [f32; 4],
-        /// Their wave numbers.
+        /// Wave numbers of the bends.
         pub line_step: [f32; 4],
-        /// Their phases.
+        /// Phases of the bends.
         pub line_phase: [f32; 4],
-        /// Phase of the swell in turns, its whole turns so far, its period, the run-up.
+        /// Swell phase in cycles, number of whole cycles so far, period, run-up.
         pub swell: [f32; 4],
-        /// Wet sand; unused.
+        /// Albedo of wet sand; w unused.
         pub bed: [f32; 4],
         /// Extinction.
         pub extinction: [f32; 4],
-        /// Depth at which the waves of each cascade keep 63 % of their height.
+        /// Depth at which each cascade's waves keep 63 % of their height.
         pub calm: [[f32; 4]; 2],
     }
 }
 
-/// Depth, divided by the standard deviation of a cascade's height, at which its waves keep 63 % of their height. With this
-/// value even the highest waves stay lower than the water is deep.
+/// Depth at which a cascade's waves keep 63 % of their height, in standard deviations of the height. With this value even the
+/// highest waves stay lower than the water depth.
 const CALM: f64 = 6.0;
 
 impl ShoreGpu {
-    /// The block of a shore at `time` (seconds), for cascades whose heights have these standard deviations.
+    /// The block of a shore at `time` (seconds), for cascades with these standard deviations of height.
     pub fn new(shore: &Shore, time: f64, deviations: &[f64]) -> Self {
         let four = |f: &dyn Fn(&Bend) -> f64| shore.bends.each_ref().map(|b| f(b) as f32);
         let turns = time.rem_euclid(PERIOD) / PERIOD * f64::from(shore.swells);

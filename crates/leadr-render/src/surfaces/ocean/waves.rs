@@ -1,12 +1,11 @@
-//! The waves of one band in the form that the device animates: a tile of complex amplitudes.
+//! The waves of one band in the form animated on the device: a tile of complex amplitudes.
 
 use glam::DVec2;
 use leadr_reflectance::random::{STEP, mix, unit_of_bits};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// All frequencies are whole multiples of one cycle in this many seconds, so the sea repeats after this time and phases
-/// never lose precision.
+/// Period in seconds. All frequencies are integer multiples of its reciprocal, so the sea repeats and phases never lose precision.
 pub const PERIOD: f64 = 1024.0;
 
 /// One band of waves on a periodic tile.
@@ -14,22 +13,22 @@ pub const PERIOD: f64 = 1024.0;
 pub struct Cascade {
     /// Edge of the tile, metres.
     pub size: f64,
-    /// Angle by which the tile is rotated in the world, radians.
+    /// Rotation of the tile in the world, radians.
     pub rotation: f64,
     /// Samples along the tile's edge, a power of two.
     pub resolution: u32,
     /// Waves with `low ≤ |k| < high`, rad/m.
     pub band: [f64; 2],
-    /// For each wave vector `(i, j)`, at `j · resolution + i` (negative ones in the upper half, as in a Fourier transform):
-    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}` with
-    /// `ĥ(k) = a(k) e^{−iωt} + conj(a(−k)) e^{iωt}`, so each wave runs along its own vector.
+    /// For each wave vector `(i, j)`, at `j · resolution + i` (negative ones in the upper half, as in a Fourier transform): the
+    /// amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}` with `ĥ(k) = a(k) e^{−iωt} + conj(a(−k))
+    /// e^{iωt}`, so each wave travels along its own vector.
     pub waves: Vec<[f32; 4]>,
 }
 
 impl Cascade {
-    /// The waves of `band` on a tile, with random phases and the mean amplitude for every wave vector, so the variances are
-    /// those of the spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴);
-    /// `frequency`: rad/s of a wave number; `share`: part of the variance that this cascade carries.
+    /// The waves of `band` on a tile, with random phases and the mean amplitude for every wave vector. The variances match the
+    /// spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴); `frequency`: rad/s of a wave
+    /// number; `share`: fraction of the variance in this cascade.
     pub fn new(
         size: f64,
         rotation: f64,
@@ -58,7 +57,7 @@ impl Cascade {
         Self { size, rotation, resolution, band, waves }
     }
 
-    /// Standard deviations of the height (metres) and of the slope.
+    /// Standard deviations of the height (metres) and the slope.
     pub fn deviations(&self) -> [f64; 2] {
         let n = self.resolution;
         let (mut height, mut slope) = (0.0, 0.0);
@@ -70,15 +69,15 @@ impl Cascade {
         [height.sqrt(), slope.sqrt()]
     }
 
-    /// The same waves on `factor²` times as many samples (`factor` a power of two); interpolation between these is closer
-    /// to the exact sum of the waves.
+    /// The same waves with `factor²` times as many samples (`factor` a power of two), so interpolation is closer to the exact sum
+    /// of the waves.
     pub fn oversampled(&self, factor: u32) -> Self {
         let (n, resolution) = (self.resolution, self.resolution * factor);
         // Negative wave numbers stay in the upper half.
-        let place = |i: u32| if i < n / 2 { i } else { i + resolution - n };
+        let index_in = |i: u32| if i < n / 2 { i } else { i + resolution - n };
         let mut waves = vec![[0.0; 4]; resolution as usize * resolution as usize];
         for (index, wave) in (0..n * n).zip(&self.waves) {
-            waves[(place(index / n) * resolution + place(index % n)) as usize] = *wave;
+            waves[(index_in(index / n) * resolution + index_in(index % n)) as usize] = *wave;
         }
         Self { resolution, waves, ..*self }
     }
@@ -89,8 +88,8 @@ impl Cascade {
     }
 }
 
-/// Weight of the horizontal divergence of a tile `size` metres wide in the foam: ripples do not trap air, but they break up
-/// the foam of longer waves. The same as `foam_weight` of `passes/ocean/cascade.glsl`.
+/// Weight of a tile's horizontal divergence in the foam, for a tile `size` metres wide. Ripples do not trap air, but they break up
+/// the foam of longer waves. Equals `foam_weight` of `passes/ocean/cascade.glsl`.
 pub fn foam_weight(size: f64) -> f64 {
     if size >= 10.0 { 1.0 } else { 0.35 }
 }
@@ -101,7 +100,7 @@ fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVe
     DVec2::from_angle(rotation).rotate(local)
 }
 
-/// A number in `[0, 1)` from a seed and an index.
+/// A pseudorandom number in `[0, 1)` from a seed and an index.
 fn unit(seed: u64, index: u32) -> f64 {
     unit_of_bits(mix(seed.wrapping_add(1).wrapping_mul(STEP) ^ (u64::from(index) << 20)))
 }
@@ -112,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_variance_is_the_spectrums() {
-        // A spectrum that is constant on an annulus: the variance is density times area.
+        // For a spectrum constant on an annulus, the variance is density times area.
         let cascade = Cascade::new(100.0, 0.4, 64, [0.3, 1.5], 0.5, 3, |_, _| 2.0, f64::sqrt);
         let variance: f64 = cascade.waves.iter().map(|w| 2.0 * f64::from(w[0].mul_add(w[0], w[1] * w[1]))).sum();
         let area = TAU / 2.0 * (1.5f64.powi(2) - 0.3f64.powi(2));
@@ -135,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn wave_vectors_turn_with_the_tile() {
+    fn wave_vectors_rotate_with_the_tile() {
         let cascade = Cascade::new(10.0, 0.5, 8, [0.0, 9.0], 1.0, 0, |_, _| 1.0, f64::sqrt);
         let k = cascade.wave_vector(7, 0);
         assert!((k - DVec2::from_angle(0.5) * (-TAU / 10.0)).length() < 1e-12);

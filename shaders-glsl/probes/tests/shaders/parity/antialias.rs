@@ -1,5 +1,5 @@
-//! The device's slope moments, packings, geometric antialiasing and GGX filtering against the f64 reference. How arguments
-//! are compared: see `parity/comparator.rs`.
+//! The device's slope moments, packings, geometric antialiasing and GGX filtering against the f64 reference.
+//! `parity/comparator.rs` describes the comparison.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::{DMat2, DVec2, DVec3, DVec4};
@@ -40,7 +40,7 @@ fn slope_moments_parity() {
         "slopes/moments",
         Tolerance { relative: 2e-6, floor: |_| 1.0, unit: |_| 0.0 },
         |r| {
-            // Up to 1.6: with steeper means, the covariance is lost in the rounding of the squares.
+            // Up to 1.6: with steeper means, rounding of the squares destroys the covariance.
             let (m, s, n) = (r.mean_slope() * 0.2, r.covariance(), r.direction() * r.log(0.01, 100.0));
             let rest: [f64; 9] = std::array::from_fn(|i| if i == 7 { r.unit() } else { number(r) });
             join(&[&m.to_array(), &s.to_array(), &n.to_array(), &rest])
@@ -111,7 +111,7 @@ fn slope_packing_parity() {
 fn geometric_antialiasing_parity() {
     parity::<17>(
         "slopes/geometric_antialiasing",
-        // 6 to 8: determinants of thin kernels, of which 32 bits leave less.
+        // 6 to 8: determinants of thin kernels, which are less accurate in 32 bits.
         Tolerance { relative: 2e-5, floor: |k| [1e-2, 1e-2, 2.0, 1e-3][(k / 3).min(3)], unit: |_| 0.0 },
         |r| {
             let wh = r.direction();

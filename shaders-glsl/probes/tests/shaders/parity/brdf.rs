@@ -1,5 +1,5 @@
 //! The device's BRDF functions against the f64 reference: masking variants, conductors, half/difference, and the whole
-//! microfacet BRDF. How arguments are compared: see `parity/comparator.rs`.
+//! microfacet BRDF. `parity/comparator.rs` describes the comparison.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
@@ -14,7 +14,7 @@ use leadr_reflectance::materials::microfacet::{half_vector, microfacet_eval_beck
 use leadr_reflectance::random::Random;
 use leadr_testing::gpu::test_gpu;
 
-/// Two directions, sometimes equal or opposite; half of the lights near the mirror direction of a facet in the lobe.
+/// Two directions, sometimes equal or opposite. Half of the lights are near the reflected direction of a facet in the lobe.
 fn pair(r: &mut Random, m: DVec2, s: DVec3) -> (DVec3, DVec3) {
     let wo = r.direction();
     let wi = match (r.unit() * 20.0) as u32 {
@@ -105,7 +105,7 @@ fn microfacet_parity() {
     );
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };

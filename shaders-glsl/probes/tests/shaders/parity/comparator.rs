@@ -1,4 +1,4 @@
-//! Random arguments, and the comparison of a probe's results for them with the f64 reference.
+//! Random arguments, and the comparison of a probe's results with the f64 reference.
 
 use glam::{DVec2, DVec3};
 use leadr_gpu::{Buffer, Descriptor};
@@ -8,18 +8,18 @@ use leadr_testing::gpu::{run_probe_with, test_gpu};
 /// Arguments per probe.
 pub const TUPLES: usize = 100_000;
 
-/// On so many of them the comparison is tried with a reference that is one percent off.
+/// Number of arguments to test the comparison with a reference that is one percent off.
 const PERTURBED: usize = 10_000;
 
-/// One argument in so many is examined for the share of well-conditioned values.
+/// One in this many arguments is examined for the share of well-conditioned values.
 const SAMPLED: usize = 16;
 
-/// Two arguments from `at` on as a vector.
+/// Two arguments from index `at` as a vector.
 pub fn v2(x: &[f64], at: usize) -> DVec2 {
     DVec2::new(x[at], x[at + 1])
 }
 
-/// Three arguments from `at` on as a vector.
+/// Three arguments from index `at` as a vector.
 pub fn v3(x: &[f64], at: usize) -> DVec3 {
     DVec3::new(x[at], x[at + 1], x[at + 2])
 }
@@ -29,7 +29,7 @@ pub fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
     parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
 }
 
-/// Random arguments, unusual ones among them.
+/// Random arguments, including unusual ones.
 pub trait Arguments {
     fn pick<const N: usize>(&mut self, values: [f64; N]) -> f64;
 
@@ -38,7 +38,7 @@ pub trait Arguments {
 
     fn mean_slope(&mut self) -> DVec2;
 
-    /// A covariance of usual roughness; a quarter are degenerate: zero, rank one, extremely anisotropic, out of bounds.
+    /// A covariance of common roughness; a quarter are degenerate: zero, rank one, extremely anisotropic, out of bounds.
     fn covariance(&mut self) -> DVec3;
 }
 
@@ -83,14 +83,14 @@ impl Arguments for Random {
     }
 }
 
-/// What one probe must satisfy.
+/// Accuracy required of one probe.
 pub struct Tolerance {
     /// Error allowed relative to `max(|reference|, floor)`.
     pub relative: f64,
-    /// Magnitude below which errors count as absolute, by the index of the output: the size of the terms it sums.
+    /// Magnitude below which errors are absolute, by the index of the output: the size of the terms in its sum.
     pub floor: fn(usize) -> f64,
-    /// Arguments below this magnitude are shifted as if they had it, by the index of the argument: 4 for an angle whose sine a
-    /// device finds to a few ten-millionths.
+    /// Smaller arguments are shifted as if they had this magnitude, by the index of the argument: 4 for an angle whose sine a
+    /// device computes to a few ten-millionths.
     pub unit: fn(usize) -> f64,
 }
 
@@ -103,7 +103,7 @@ struct Outcome {
     values: usize,
     /// Values beyond the tolerance.
     failures: usize,
-    /// Those of them that are no outliers either.
+    /// Failures beyond the outliers' tolerance.
     gross: usize,
     first: String,
 }
@@ -116,11 +116,12 @@ impl Outcome {
 
 /// Relative shift of an argument; the resulting change of the reference, times [`SPREADS`], is tolerated.
 const NUDGE: f64 = 1.2e-7;
-/// Divisions and roots err by 2.5 units in the last place where Vulkan's bound is used up, and by half of one on lavapipe.
+/// Divisions and roots err by 2.5 units in the last place at Vulkan's bound, and by half a unit on lavapipe.
 const SPREADS: f64 = 8.0;
 
-/// One value in so many may err by up to [`OUTLIER`] of itself: a device that fuses multiplications with additions leaves rounding
-/// errors where a difference should vanish, and functions of nothing else but that difference tell (measured: 6 of 1,200,000).
+/// One in this many values may err by up to [`OUTLIER`] of itself. A device that fuses multiplications with additions leaves
+/// rounding errors where a difference should vanish, which show in functions of that difference alone (measured: 6 of
+/// 1,200,000).
 const OUTLIERS: usize = 100_000;
 const OUTLIER: f64 = 1e-3;
 
@@ -151,7 +152,7 @@ fn compare<const N: usize>(
             let got = f64::from(got[i * outputs + k]);
             let scale = want.abs().max((tolerance.floor)(k));
             let error = (got - want).abs();
-            // Numbers too small for a normal representation may count as 0.
+            // Subnormal numbers may be flushed to 0.
             let allowed = tolerance.relative * scale + f64::from(f32::MIN_POSITIVE);
             outcome.values += 1;
             if !got.is_finite() || error.is_nan() || (error > allowed && error > allowed + SPREADS * spread(k)) {
@@ -176,7 +177,7 @@ fn compare<const N: usize>(
     outcome
 }
 
-/// Total change of every output when each argument in turn is shifted by a rounding error.
+/// Total change of every output when each argument is shifted by a rounding error, one at a time.
 fn spreads_of<const N: usize>(
     exact: &[f64; N],
     want: &[f64],
@@ -207,7 +208,7 @@ pub fn parity<const N: usize>(
     parity_with(name, tolerance, None, tuple, reference);
 }
 
-/// The same of a probe that also reads a buffer of this name.
+/// The same for a probe that also reads a buffer of this name.
 pub fn parity_with<const N: usize>(
     name: &str,
     tolerance: Tolerance,

@@ -1,4 +1,5 @@
-//! Energy of mirrors, diffuse facets that light each other, and cones of visibility, on the device against the reference.
+//! Energy of specular facets, diffuse facets with light between them, and cones of visibility, on the device against the
+//! reference.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, parity_with, v3};
 use glam::DVec3;
@@ -7,16 +8,16 @@ use leadr_reflectance::masking::occlusion::{
     cone_cosine, cone_light, cone_light_smooth, cone_visibility, interreflected_visibility,
 };
 use leadr_reflectance::materials::energy::{
-    EnergyTable, average_fresnel, compensation_color, compensation_lobe, compensation_scale, entered, mirrored,
+    EnergyTable, average_fresnel, compensation_color, compensation_lobe, compensation_scale, entered, specular_albedo,
 };
 use leadr_reflectance::materials::multiscattering::{
     BOUNCES, BOUNCES_LOSSY, FacetBounces, chan_diffuse, facet_diffuse, grazing_albedo, multiscattering_albedo,
     multiscattering_diffuse,
 };
 use leadr_reflectance::random::Random;
-use leadr_reflectance::visible::cone_specular::{cone_specular, cone_table_place, lobe_in_cone};
+use leadr_reflectance::visible::cone_specular::{cone_specular, cone_table_texcoord, lobe_in_cone};
 
-/// 0 to 1, now and then an end.
+/// 0 to 1, occasionally one of the ends.
 fn share(r: &mut Random) -> f64 {
     match (r.unit() * 12.0) as u32 {
         0 => 0.0,
@@ -34,7 +35,7 @@ fn shares(r: &mut Random) -> [f64; 3] {
 fn occlusion_parity() {
     parity::<12>(
         "masking/occlusion",
-        // The visibility of a cone that the horizon cuts is a small difference.
+        // The visibility of a cone clipped by the horizon is a small difference.
         Tolerance { relative: 1e-5, floor: |k| if k == 17 { 0.2 } else { 1e-2 }, unit: |_| 1.0 },
         |r| {
             let (axis, wi) = (r.direction(), r.direction());
@@ -75,7 +76,7 @@ fn energy_parity() {
             "materials/energy",
             Tolerance { relative: 1e-5, floor: |k| if k == 13 { 0.1 } else { 1e-2 }, unit: |_| 0.0 },
             Some(("Energy", &words)),
-            // The loss of mirrors is beyond a float where it is subtracted from 1.
+            // The energy loss is below a float's precision where it is subtracted from 1.
             |r| join(&[&[r.range(0.02, 1.0)], &[share(r), share(r)], &shares(r)]),
             |x| {
                 let (alpha, f0) = (x[0], v3(x, 3));
@@ -87,7 +88,7 @@ fn energy_parity() {
                     compensation_color(f0, average.ideal),
                     [compensation_lobe(o.ideal, i.ideal, average.ideal)],
                     compensation_scale(f0, o.ideal),
-                    mirrored(f0, o, average.ideal),
+                    specular_albedo(f0, o, average.ideal),
                     entered(f0, o, average.ideal)
                 ]
             },
@@ -103,7 +104,7 @@ fn multiscattering_parity() {
         Tolerance { relative: 2e-5, floor: |_| 1e-2, unit: |_| 0.0 },
         |r| {
             let (wo, wi, alpha) = (r.direction(), r.direction(), share(r));
-            // What the coat of dielectrics lets through.
+            // The light that passes the coat of dielectrics.
             let (f0, average) = (0.2 * DVec3::from_array(shares(r)), table.average(alpha));
             let [o, i] = [wo, wi].map(|w| entered(f0, table.albedo(alpha, w.z), average.ideal).to_array());
             let mean = entered(f0, average, average.ideal).to_array();
@@ -138,7 +139,7 @@ fn cone_specular_parity() {
         |x| {
             let (alpha, wo, cone) = (x[0], v3(x, 1), Cone { axis: v3(x, 4), cosine: x[7] });
             let lobe = lobe_in_cone(alpha, 3.0 * wo.z, 1.5 * cone.cosine);
-            list![[cone_specular(alpha, wo, &cone), lobe], cone_table_place(wo.z, alpha, cone.cosine)]
+            list![[cone_specular(alpha, wo, &cone), lobe], cone_table_texcoord(wo.z, alpha, cone.cosine)]
         },
     );
 }

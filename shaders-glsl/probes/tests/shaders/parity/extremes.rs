@@ -1,4 +1,4 @@
-//! Arguments that no scene should produce, for which results must be finite nevertheless.
+//! Unreasonable arguments, for which results must still be finite.
 
 use glam::DVec3;
 use leadr_testing::gpu::{TestGpu, run_probe};

@@ -1,4 +1,4 @@
-//! The device's measured facets against the f64 reference: round and brushed tables, one of them of a scanned material.
+//! The device's measured facets against the f64 reference: isotropic and anisotropic tables, one of them of a scanned material.
 
 use std::f64::consts::TAU;
 
@@ -52,14 +52,14 @@ fn check((brdf, lobes): &(FittedBrdf, Vec<Lobe>)) {
     let words = FittedTable::new(brdf, lobes, 0.3);
     parity_with::<8>(
         "materials/fitted",
-        // Of `D` next to its mean over the hemisphere.
+        // Relative to the mean of `D` over the hemisphere.
         Tolerance { relative: 1e-3, floor: |k| [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3][k], unit: |_| 0.0 },
         Some(("Fits", words.words())),
         |r| {
-            // Nothing is seen from below.
+            // Nothing is visible from below.
             let wo = r.direction();
             let wo = DVec3::new(wo.x, wo.y, wo.z.abs());
-            // Half of the lights lie near the mirror direction.
+            // Half of the lights are near the reflected direction.
             let wn = normal((r.unit() * 60.0) as usize, r.range(0.0, TAU));
             let wi = if r.unit() < 0.5 { r.direction() } else { (2.0 * wo.dot(wn) * wn - wo).normalize() };
             let stretch = if r.unit() < 0.5 { 1.0 } else { r.log(0.3, 3.0) };

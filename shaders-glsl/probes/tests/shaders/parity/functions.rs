@@ -1,15 +1,15 @@
 //! The GLSL library on the device against the f64 reference, at 100,000 arguments per function, including grazing and
 //! degenerate ones. Prints the worst errors, and the driver's name on failure.
 //!
-//! A 32-bit evaluation cannot be better than its rounded arguments allow, so the tolerance has two parts: a measured relative
-//! error, and a multiple of how much the reference changes when each argument changes by about one ulp.
+//! Rounded arguments limit the accuracy of a 32-bit evaluation, so the tolerance has two parts: a measured relative error, and
+//! a multiple of how much the reference changes when each argument changes by about one ulp.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DMat3, DVec2, DVec3};
 use leadr_reflectance::facets::base_roughness::add_facet_roughness;
 use leadr_reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
-use leadr_reflectance::facets::fresnel::{fresnel_dielectric, fresnel_dipped, fresnel_schlick};
+use leadr_reflectance::facets::fresnel::{fresnel_dielectric, fresnel_edge_tint, fresnel_schlick};
 use leadr_reflectance::facets::mixed_roughness::mixed_roughness;
 use leadr_reflectance::facets::normal_distribution::{
     clamped_lean, normal_cdf, normal_pdf, normal_ramp, normal_tail_mean,
@@ -35,10 +35,10 @@ use leadr_reflectance::slopes::grid::{
     facet_area, grid_lambda, grid_node, grid_spacing, normal_of_slope, slope_cholesky, slope_sample,
 };
 use leadr_reflectance::slopes::map::{map_covariance, map_mean_slope, slope_map};
+use leadr_reflectance::slopes::rotation::{SlopePart, join_slopes, rotate_slopes};
 use leadr_reflectance::slopes::statistics::{
     add_macro_curvature, add_roughness, covariance_from_moments, scale_height,
 };
-use leadr_reflectance::slopes::turn::{SlopePart, join_slopes, turn_slopes};
 use leadr_testing::gpu::test_gpu;
 
 #[test]
@@ -94,7 +94,7 @@ fn mixed_roughness_parity() {
         "facets/mixed_roughness",
         Tolerance { relative: 5e-6, floor: |_| 1e-4, unit: |_| 0.0 },
         |r| {
-            // Parts of two values, now and then of one.
+            // Fractions between two values, occasionally outside.
             let share = (1.5 * r.unit() - 0.25).clamp(0.0, 1.0);
             [share, share * r.unit(), (1.0 - share) * r.unit()]
         },
@@ -175,9 +175,9 @@ fn slope_map_parity() {
 }
 
 #[test]
-fn slope_turn_parity() {
+fn slope_rotation_parity() {
     parity::<17>(
-        "slopes/turn",
+        "slopes/rotation",
         Tolerance { relative: 1e-5, floor: |_| 1e-2, unit: |_| 1.0 },
         |r| {
             let to = r.direction();
@@ -190,8 +190,8 @@ fn slope_turn_parity() {
         },
         |x| {
             let (from, to) = (frame_about(v3(x, 0)), frame_about(v3(x, 3)));
-            let turn = DMat3::from_cols(to_frame(&to, from.x), to_frame(&to, from.y), to_frame(&to, from.z));
-            let part = turn_slopes(turn, v2(x, 6), v3(x, 8));
+            let rotation = DMat3::from_cols(to_frame(&to, from.x), to_frame(&to, from.y), to_frame(&to, from.z));
+            let part = rotate_slopes(rotation, v2(x, 6), v3(x, 8));
             let whole = join_slopes(SlopePart { mean: v2(x, 11), covariance: v3(x, 13), area: x[16] }, part);
             list![part.mean, part.covariance, [part.area], whole.mean, whole.covariance, [whole.area]]
         },
@@ -238,15 +238,15 @@ fn beckmann_parity() {
 fn fresnel_parity() {
     parity::<5>(
         "facets/fresnel",
-        // The dip cancels what Schlick's form has.
+        // The F82 tint cancels Schlick's form.
         Tolerance { relative: 3e-6, floor: |k| if k < 4 { 1e-3 } else { 0.1 }, unit: |_| 0.0 },
         |r| [r.unit(), r.unit(), r.unit(), r.range(-0.1, 1.1), r.range(0.4, 3.0)],
         |x| {
-            let dip = DVec3::new(4.0, 1.0, 0.0);
+            let edge_tint = DVec3::new(4.0, 1.0, 0.0);
             list![
                 fresnel_schlick(v3(x, 0), x[3]),
                 [fresnel_dielectric(x[3], x[4])],
-                fresnel_dipped(v3(x, 0), dip, x[3])
+                fresnel_edge_tint(v3(x, 0), edge_tint, x[3])
             ]
         },
     );
@@ -282,7 +282,7 @@ fn specular_parity() {
         Tolerance { relative: 3e-5, floor: |k| if k < 9 { 1e-5 } else { 0.1 }, unit: |_| 0.0 },
         |r| {
             let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
-            // Half of the lights near the mirror direction of a facet in the lobe.
+            // Half of the lights are near the reflected direction of a facet in the lobe.
             let p = [r.range(-2.0, 2.0), r.range(-2.0, 2.0)];
             let wi = if r.unit() < 0.5 { r.direction() } else { environment_sample(wo, DVec2::from_array(p), m, s).wi };
             join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &p])
@@ -360,7 +360,7 @@ fn diffuse_parity() {
     );
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };

@@ -6,13 +6,13 @@ use leadr_reflectance::facets::gloss::{
     perceptual_gloss_alpha,
 };
 use leadr_reflectance::facets::normal_spread::{toksvig_factor, toksvig_normal_variance, vmf_kappa_estimate};
-use leadr_reflectance::facets::shortened_normals::{Shortening, ggx_alpha_of_lack_fit};
+use leadr_reflectance::facets::shortened_normals::{Shortening, ggx_alpha_of_shortening_fit};
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::normal_blending::{
     blend_linear, blend_partial_derivatives, blend_reoriented, blend_udn, blend_whiteout, blend_xy,
 };
 
-/// Roughness of all sizes; one in eight beyond the usable range or exactly 1.
+/// Roughness of all sizes; one in eight outside the usable range or exactly 1.
 fn roughness(r: &mut Random) -> f64 {
     match (r.unit() * 8.0) as u32 {
         0 => r.pick([0.0, -1.0, 1e-6, 1.0, 1e6]),
@@ -42,19 +42,19 @@ fn shortened_normals_parity() {
         "facets/shortened_normals",
         Tolerance { relative: 2e-5, floor: |_| 1e-12, unit: |_| 0.0 },
         |r| {
-            let lack = match (r.unit() * 6.0) as u32 {
+            let one_minus_length = match (r.unit() * 6.0) as u32 {
                 0 => r.pick([0.0, -1.0, 1.0, 2.0, 1.0 / 3.0, 0.5]),
                 1 => 1.0 - r.log(1e-4, 0.5),
                 _ => r.log(1e-8, 1.0),
             };
-            [roughness(r), roughness(r), lack]
+            [roughness(r), roughness(r), one_minus_length]
         },
         |x| {
             let of = |k: usize| {
                 let s = Shortening::ALL[k];
-                [s.lack(x[0]), s.length(x[0]), s.alpha_of_lack(x[2]), s.combine(x[0], x[1])]
+                [s.one_minus_length(x[0]), s.length(x[0]), s.alpha_of_shortening(x[2]), s.combine(x[0], x[1])]
             };
-            list![of(0), of(1), of(2), of(3), [ggx_alpha_of_lack_fit(x[2])]]
+            list![of(0), of(1), of(2), of(3), [ggx_alpha_of_shortening_fit(x[2])]]
         },
     );
 }
@@ -65,8 +65,8 @@ fn normal_spread_parity() {
         "facets/normal_spread",
         Tolerance { relative: 5e-6, floor: |_| 1e-12, unit: |_| 0.0 },
         |r| {
-            let lacks = [r.log(1e-7, 1.0), r.unit(), -0.5, 0.0, 1.0, 1.5];
-            [r.pick(lacks), r.log(1e-2, 1e6)]
+            let shortenings = [r.log(1e-7, 1.0), r.unit(), -0.5, 0.0, 1.0, 1.5];
+            [r.pick(shortenings), r.log(1e-2, 1e6)]
         },
         |x| list![[vmf_kappa_estimate(x[0]), toksvig_factor(x[0], x[1]), toksvig_normal_variance(x[0])]],
     );

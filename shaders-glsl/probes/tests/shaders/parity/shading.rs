@@ -29,7 +29,7 @@ fn light_parity() {
     );
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,5 +1,5 @@
-//! The device's direction-correlated masking and shadowed environments against the f64 reference. How arguments are
-//! compared: see `parity/comparator.rs`.
+//! The device's direction-correlated masking and shadowed environments against the f64 reference. `parity/comparator.rs`
+//! describes the comparison.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
@@ -31,9 +31,9 @@ fn pair(r: &mut Random, s: DVec3) -> (DVec3, DVec3) {
             let off = if k < 4 { 0.0 } else { r.log(1e-6, 0.3) };
             let c = slope_cholesky(s);
             let p = side * DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
-            let turned = DVec2::from_angle(off).rotate(p) * r.log(0.1, 10.0);
-            let y = turned.y / c.z.max(1e-9);
-            let x = (turned.x - c.y * y) / c.x.max(1e-9);
+            let rotated = DVec2::from_angle(off).rotate(p) * r.log(0.1, 10.0);
+            let y = rotated.y / c.z.max(1e-9);
+            let x = (rotated.x - c.y * y) / c.x.max(1e-9);
             DVec3::new(x, y, r.range(-0.1, 1.0)).clamp_length(1e-6, 1e6).normalize()
         }
         _ => r.direction(),
@@ -89,10 +89,10 @@ fn shadowed_environment_parity() {
 fn shadowed_specular_parity() {
     parity::<12>(
         "visible/shadowed_specular",
-        // Seen from straight above, the azimuth is that of rounding errors.
+        // Seen from straight above, the azimuth consists of rounding errors.
         Tolerance { relative: 1e-3, floor: |_| 0.1, unit: |_| 0.3 },
         |r| {
-            // Seen from behind its own horizon, a mesosurface is lit or not by the sign of a height that rounding decides.
+            // From behind its own horizon, a mesosurface is lit or not by the sign of a height, which rounding decides.
             let (wo, wi, m, s) = loop {
                 let (m, s) = (r.mean_slope(), r.covariance());
                 let (wo, wi) = pair(r, s);
@@ -120,7 +120,7 @@ fn shadowed_specular_parity() {
     );
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };

@@ -17,7 +17,7 @@ use leadr_reflectance::facets::normal_distribution::{normal_cdf, normal_pdf, nor
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::{normal_of_slope, slope_sample};
 use leadr_reflectance::slopes::moments::SlopeMoments;
-use leadr_reflectance::slopes::tiling::{add_look, look_offset, merged_looks, tiling_fade, tiling_looks};
+use leadr_reflectance::slopes::tiling::{add_variant, merged_variants, tiling_fade, tiling_variants, variant_offset};
 use leadr_testing::gpu::{run_probe, test_gpu};
 
 /// Half of the normals lie in the lobe, half anywhere.
@@ -119,7 +119,7 @@ fn beckmann_sampling_parity() {
     );
 }
 
-/// A quantile is judged by its probability: that of the device's quantile, in f64, against `u`.
+/// Compares quantiles by probability: that of the device's quantile, in f64, with `u`.
 #[test]
 fn device_quantiles_have_their_probabilities() {
     let Some(gpu) = test_gpu() else { return };
@@ -181,7 +181,7 @@ fn ellipse_parity() {
     );
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };
@@ -193,7 +193,7 @@ fn finite_at_the_extremes() {
     finite::<6, 0>(&gpu, &mut r(), "facets/ellipse", 16, 0, |_| []);
 }
 
-/// A map of one wave, and its slope: what is blended does not change where the looks of a place do.
+/// A map of one wave, and its slope. The blend is continuous where the variants of a point change.
 fn wave(at: DVec2) -> (f64, DVec2) {
     let phase = std::f64::consts::TAU * (at.x + 2.0 * at.y);
     (phase.sin(), std::f64::consts::TAU * phase.cos() * DVec2::new(1.0, 2.0))
@@ -203,26 +203,27 @@ fn wave(at: DVec2) -> (f64, DVec2) {
 fn tiling_parity() {
     parity::<6>(
         "slopes/tiling",
-        // The lattice has some hundred numbers, and weights change by ten times their place near the middle of three looks.
+        // Lattice coordinates reach a few hundred, and weights change ten times as fast as the position near the centre of three
+        // variants.
         Tolerance { relative: 1e-4, floor: |k| if k < 2 { 1.0 } else { 30.0 }, unit: |_| 4.0 },
         |r| {
             let corner = [r.range(-900.0, 900.0).floor() + 0.5, r.range(-900.0, 900.0).floor() + 0.5];
-            let place = [r.range(-30.0, 30.0), r.range(-30.0, 30.0)];
-            join(&[&place, &[r.range(1.0, 4.0), r.range(0.0, 3.0)], &corner])
+            let texcoord = [r.range(-30.0, 30.0), r.range(-30.0, 30.0)];
+            join(&[&texcoord, &[r.range(1.0, 4.0), r.range(0.0, 3.0)], &corner])
         },
         |x| {
-            let (place, cells, corner) = (v2(x, 0), x[2], IVec2::new(x[4].floor() as i32, x[5].floor() as i32));
+            let (texcoord, cells, corner) = (v2(x, 0), x[2], IVec2::new(x[4].floor() as i32, x[5].floor() as i32));
             let part = tiling_fade(x[3], 16.0, cells);
             let (mut height, mut squares, mut blend) = (0.0, 0.0, SlopeMoments::default());
-            for look in merged_looks(tiling_looks(place, cells), x[3]) {
-                let (seen, slope) = wave(place - place.floor() + look_offset(look.corner));
-                height += look.weight * seen;
-                squares += look.weight * look.weight;
+            for variant in merged_variants(tiling_variants(texcoord, cells), x[3]) {
+                let (seen, slope) = wave(texcoord - texcoord.floor() + variant_offset(variant.corner));
+                height += variant.weight * seen;
+                squares += variant.weight * variant.weight;
                 let moments = SlopeMoments { first: slope, second: DVec3::new(90.0, 300.0, 120.0) };
-                blend = add_look(blend, moments, look.weight, part);
-                blend.first += look.slope * seen;
+                blend = add_variant(blend, moments, variant.weight, part);
+                blend.first += variant.slope * seen;
             }
-            let offset = look_offset(corner);
+            let offset = variant_offset(corner);
             list![[height, squares], blend.first.to_array(), blend.second.to_array(), [part], offset.to_array()]
         },
     );

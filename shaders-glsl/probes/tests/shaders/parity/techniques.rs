@@ -2,8 +2,8 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::DVec3;
-use leadr_reflectance::integrals::facet_mirrors::{
-    facet_mirror_density, facet_mirrors, facet_mirrors_light, facet_visibility,
+use leadr_reflectance::integrals::facet_specular::{
+    facet_specular, facet_specular_density, facet_specular_light, facet_visibility,
 };
 use leadr_reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr_reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
@@ -55,7 +55,7 @@ fn classic_parity() {
 fn light_size_parity() {
     parity::<7>(
         "integrals/light_size",
-        // Near the horizon the squares of steep slopes cancel: covariances are compared with their trace.
+        // Near the horizon the squares of steep slopes cancel: covariances are compared relative to their trace.
         Tolerance { relative: 1e-4, floor: |k| if k < 3 { 1.0 } else { 1e-9 }, unit: |_| 0.0 },
         |r| {
             let directions = [above(r), above(r)].concat();
@@ -71,9 +71,9 @@ fn light_size_parity() {
 }
 
 #[test]
-fn facet_mirrors_parity() {
+fn facet_specular_parity() {
     parity::<13>(
-        "integrals/facet_mirrors",
+        "integrals/facet_specular",
         Tolerance { relative: 2.5e-3, floor: |_| 1e-3, unit: |_| 0.0 },
         |r| {
             let directions = [above(r), above(r)].concat();
@@ -84,11 +84,11 @@ fn facet_mirrors_parity() {
         |x| {
             let (wo, wi, m) = (v3(x, 0), v3(x, 3), v2(x, 6));
             let cholesky = slope_cholesky(v3(x, 8));
-            let f = facet_mirrors(wo, wi, x[11], x[12]);
+            let f = facet_specular(wo, wi, x[11], x[12]);
             let [o, i] = [wo, wi].map(|w| direction_area(w, m, cholesky));
             let visible = facet_visibility(Shadowing::Correlated, wo.z, wi.z, wo.dot(wi), f.base);
-            let density = |shadowing| facet_mirror_density(&f, m, cholesky, shadowing);
-            let light = facet_mirrors_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, DVec3::splat(0.04)).x;
+            let density = |shadowing| facet_specular_density(&f, m, cholesky, shadowing);
+            let light = facet_specular_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, DVec3::splat(0.04)).x;
             let densities = [Shadowing::None, Shadowing::Smith, Shadowing::Correlated].map(density);
             list![f.deviation, [visible], densities, [light]]
         },

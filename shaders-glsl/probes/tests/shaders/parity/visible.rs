@@ -1,4 +1,4 @@
-//! The visible-slope rules on the device against their f64 counterparts.
+//! The visible-slope rules on the device against their f64 twins.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
@@ -7,7 +7,7 @@ use leadr_reflectance::facets::fresnel::fresnel_schlick;
 use leadr_reflectance::facets::normal_distribution::normal_ramp;
 use leadr_reflectance::facets::projected_area::{meso_area, slope_spread};
 use leadr_reflectance::frame::frame_about;
-use leadr_reflectance::integrals::facet_mirrors::{facet_mirror_density, facet_mirrors, facet_visibility};
+use leadr_reflectance::integrals::facet_specular::{facet_specular, facet_specular_density, facet_visibility};
 use leadr_reflectance::integrals::sh::sh_add_light;
 use leadr_reflectance::masking::correlated::direction_area;
 use leadr_reflectance::masking::shadowing::Shadowing;
@@ -137,7 +137,7 @@ fn visible_specular_parity() {
     specular_parity(true, 7e-3);
 }
 
-/// Normal maps and their bases. Probes, mirrors and light as `visible/mapped.comp` puts them.
+/// Normal maps and their bases. Probes, specular term and light in the order of `visible/mapped.comp`.
 #[test]
 fn mapped_parity() {
     parity::<12>(
@@ -156,7 +156,7 @@ fn mapped_parity() {
             let probes = mapped_probes(wo, &v, rule.kernel);
             let found: Vec<_> = rule.nodes(probes.wide).map(|node| visible_probe(&probes, wo, &node)).collect();
             let mean = |f: &dyn Fn(&VisibleProbe) -> DVec3| found.iter().map(|p| p.weight * f(p)).sum::<DVec3>();
-            let f = facet_mirrors(wo, wi, alpha, 0.0);
+            let f = facet_specular(wo, wi, alpha, 0.0);
             let mapped = Shadowing::NormalMap;
             list![
                 [v.facing, v.relief],
@@ -170,7 +170,7 @@ fn mapped_parity() {
                 [mapped_specular_light(wo, wi, m, all, DVec3::splat(0.04)).x],
                 mean(&|p| p.wi),
                 [mean(&|p| DVec3::splat(kernel_lod(p.variance, 256.0))).x, mean(&|p| DVec3::splat(p.cosine)).x],
-                [facet_mirror_density(&f, m, slope_cholesky(relief), mapped)],
+                [facet_specular_density(&f, m, slope_cholesky(relief), mapped)],
                 [facet_visibility(mapped, wo.z, wi.z, wo.dot(wi), f.base)]
             ]
         },
@@ -179,7 +179,7 @@ fn mapped_parity() {
     finite::<12, 1>(&gpu, &mut Random(13), "visible/mapped", 29, 2, |r| [r.log(1e-3, 1.0) as f32]);
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };

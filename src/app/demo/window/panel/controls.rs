@@ -1,11 +1,11 @@
-//! What can be chosen.
+//! The controls of the panel.
 
 use std::collections::BTreeMap;
 
 use egui::{ComboBox, Slider, SliderClamping, Ui};
 
 use super::facts::{Facts, Request};
-use crate::app::demo::window::choices::{Compare, Look};
+use crate::app::demo::window::choices::{Compare, DisplayMode};
 use crate::app::demo::window::show::OfSurfaces;
 use crate::app::demo::window::viewer::{Action, Viewer};
 use leadr_render::settings::{self, Panel, Probes, Quadrature, Technique, Terms, Value, headings};
@@ -13,15 +13,15 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::options::{SceneOption, Sets};
 
-/// Seconds on the timeline; it grows as time goes on.
+/// Length of the timeline, seconds; it grows in multiples of this.
 const TIMELINE: f64 = 30.0;
-/// Points down a list that is shown whole.
+/// Largest height of a list without scrolling, points.
 const LIST: f32 = 400.0;
 
-/// Which sections are open, by their titles, where the user has ever told.
+/// Whether sections are open, by title; only sections that the user has opened or closed.
 pub type Sections = BTreeMap<String, bool>;
 
-/// All choices, in the order in which they matter.
+/// Shows all controls, most important first.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut Sections, requests: &mut Vec<Request>) {
     ui.add_space(6.0);
     scene(ui, facts, requests);
@@ -32,7 +32,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut 
     section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts, requests));
 }
 
-/// The controls of the options under a heading that the scene and the technique have.
+/// Shows the controls of the options under a heading, as far as the scene and the technique support them.
 fn options(ui: &mut Ui, heading: &str, picture: &mut Picture, facts: &Facts<'_>) {
     let under = |option: &&SceneOption| option.spec.heading == heading && option.spec.panel == Panel::Control;
     for option in SceneOption::all().iter().filter(under) {
@@ -49,7 +49,7 @@ fn options(ui: &mut Ui, heading: &str, picture: &mut Picture, facts: &Facts<'_>)
     }
 }
 
-/// The control of an option.
+/// Shows the control of an option.
 fn control<C: Copy>(ui: &mut Ui, option: &SceneOption, value: &Value<C>, config: &mut C) {
     let label = option.spec.label();
     let response = match value {
@@ -60,47 +60,47 @@ fn control<C: Copy>(ui: &mut Ui, option: &SceneOption, value: &Value<C>, config:
             *at(config) = on == *given;
             response
         }
-        Value::Number(at, _, look) => {
-            let [least, most] = look.ends;
-            ui.add(shown_as(Slider::new(at(config), least..=most), look).text(label))
+        Value::Number(at, _, slider) => {
+            let [least, most] = slider.ends;
+            ui.add(shown_as(Slider::new(at(config), least..=most), slider).text(label))
         }
-        Value::Count(at, _, look) => {
-            let [least, most] = look.ends.map(|end| end as u32);
-            ui.add(shown_as(Slider::new(at(config), least..=most), look).text(label))
+        Value::Count(at, _, slider) => {
+            let [least, most] = slider.ends.map(|end| end as u32);
+            ui.add(shown_as(Slider::new(at(config), least..=most), slider).text(label))
         }
         Value::Name(at) => {
             let chosen = at(config);
             named(ui, &label, chosen.name(), |ui| {
                 for (name, help) in chosen.names() {
                     if ui.selectable_label(name == chosen.name(), name).on_hover_text(help).clicked() {
-                        // Every name of the list is understood.
+                        // Names from the list are always valid.
                         _ = chosen.choose(name);
                     }
                 }
             })
         }
-        // Written in a form of its own, it has a control of its own.
+        // Options with a special format have special controls.
         Value::Text(_) => return,
     };
     response.on_hover_text(option.help());
 }
 
-/// A slider that leaves a value beyond its ends alone until it is dragged.
-fn shown_as<'a>(slider: Slider<'a>, look: &settings::Slider) -> Slider<'a> {
-    let slider = slider.clamping(SliderClamping::Edits).logarithmic(look.ends[0] > 0.0);
-    slider.suffix(look.unit).custom_formatter(shown(look.decimals))
+/// A slider that keeps a value outside its range until it is dragged.
+fn shown_as<'a>(slider: Slider<'a>, spec: &settings::Slider) -> Slider<'a> {
+    let slider = slider.clamping(SliderClamping::Edits).logarithmic(spec.ends[0] > 0.0);
+    slider.suffix(spec.unit).custom_formatter(shown(spec.decimals))
 }
 
-/// Shows so many decimals. A slider with `fixed_decimals` would round the value itself, which changes it.
+/// Formats with this many decimals. `fixed_decimals` of a slider would also round the value.
 fn shown(decimals: usize) -> impl Fn(f64, std::ops::RangeInclusive<usize>) -> String {
     move |value, _| format!("{value:.decimals$}")
 }
 
-/// A part with a title that opens and closes, as the user last left it.
+/// A collapsible section, in the state in which the user left it.
 pub fn section(ui: &mut Ui, title: &str, open: bool, sections: &mut Sections, contents: impl FnOnce(&mut Ui)) {
     let was = sections.get(title).copied().unwrap_or(open);
     let header = egui::CollapsingHeader::new(title).default_open(was).show(ui, contents);
-    // Opening takes a few frames.
+    // The click is used because the animation of opening takes several frames.
     if header.header_response.clicked() {
         sections.insert(title.to_owned(), !was);
     }
@@ -115,20 +115,20 @@ fn scene(ui: &mut Ui, facts: &Facts<'_>, requests: &mut Vec<Request>) {
                 }
             }
         })
-        .on_hover_text("Or drop a .glb or .gltf model on the window");
+        .on_hover_text("You can also drop a .glb or .gltf model on the window");
     }
     let shown = facts.environments.get(facts.environment).map_or("", String::as_str);
-    named(ui, "light from", shown, |ui| {
+    named(ui, "environment", shown, |ui| {
         for (number, name) in facts.environments.iter().enumerate() {
             if ui.selectable_label(number == facts.environment, name).clicked() {
                 requests.push(Request::Environment(number));
             }
         }
     })
-    .on_hover_text("Or drop a .hdr or .exr panorama on the window (e)");
+    .on_hover_text("You can also drop a .hdr or .exr panorama on the window (e: next)");
 }
 
-/// A list to choose from with its name on the left.
+/// A drop-down list with a label on the left.
 fn named(ui: &mut Ui, name: &str, shown: &str, list: impl FnOnce(&mut Ui)) -> egui::Response {
     ui.horizontal(|ui| {
         ui.label(name);
@@ -171,7 +171,7 @@ fn technique(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
             }
         })
         .on_hover_text(
-            "Slopes at which the environment is looked up: the paper's grids, or rules for visible slopes (g)",
+            "Slope samples of the environment integrals: the paper's grids, or rules for visible slopes (g)",
         );
     }
     options(ui, headings::SHADING, picture, facts);
@@ -190,13 +190,13 @@ fn technique(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
 
 fn compare(ui: &mut Ui, viewer: &mut Viewer) {
     let mut on = viewer.choices.compare.is_some();
-    if ui.checkbox(&mut on, "a technique on the right (c)").changed() {
+    if ui.checkbox(&mut on, "compare with the right side (c)").changed() {
         viewer.act(Action::Compare);
     }
     if let Some(Compare { technique, difference, .. }) = &mut viewer.choices.compare {
         techniques(ui, "right", technique);
         ui.checkbox(difference, "difference (FLIP) when still").on_hover_text(
-            "Of both sides; beside the reference, which gathers 256 samples, that is the error of the left one",
+            "Difference of both sides. With the reference (256 samples) on the right, it is the error of the left side",
         );
         ui.weak("Drag the line in the picture.");
     }
@@ -211,7 +211,7 @@ fn view(ui: &mut Ui, viewer: &mut Viewer, requests: &mut Vec<Request>) {
         }
         let label = if viewer.sweep_progress().is_some() { "stop" } else { "zoom out" };
         let button = ui.add_enabled(viewer.sweep.is_some(), egui::Button::new(label));
-        if button.on_hover_text("From near to far and back (o)").clicked() {
+        if button.on_hover_text("Move from near to far and back (o)").clicked() {
             viewer.act(Action::Sweep);
         }
     });
@@ -239,16 +239,16 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
         let mut degrees = |value: &mut f32, ends, name| {
             ui.add(Slider::new(value, ends).suffix("°").custom_formatter(shown(0)).text(name)).changed()
         };
-        let turned = degrees(&mut sun.azimuth, -180.0..=180.0, "azimuth");
+        let azimuth_changed = degrees(&mut sun.azimuth, -180.0..=180.0, "azimuth");
         let raised = degrees(&mut sun.elevation, -12.0..=90.0, "elevation");
-        if turned || raised {
+        if azimuth_changed || raised {
             viewer.put_sun(sun);
         }
         ui.horizontal(|ui| {
-            if ui.button("the sun's own way").on_hover_text("Back to where the scene has it").clicked() {
+            if ui.button("scene's sun").on_hover_text("Return to the scene's own sun").clicked() {
                 viewer.choices.sun = None;
             }
-            if ui.button("let it run").on_hover_text("t").clicked() {
+            if ui.button("animate sun").on_hover_text("Next speed of the sun (t)").clicked() {
                 viewer.act(Action::SunPace);
             }
         });
@@ -256,7 +256,7 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
     options(ui, headings::LIGHT, &mut viewer.choices.picture, facts);
 }
 
-/// The roughness of displaced surfaces. Their maps are made again for it, so only when the slider is let go.
+/// The roughness of displaced surfaces. It rebuilds their maps, so it applies only when the slider is released.
 fn roughness(ui: &mut Ui, roughness: &OfSurfaces<f32>, requests: &mut Vec<Request>) {
     let chosen = match *roughness {
         OfSurfaces::Fixed => return,
@@ -267,29 +267,30 @@ fn roughness(ui: &mut Ui, roughness: &OfSurfaces<f32>, requests: &mut Vec<Reques
     let mut alpha = ui.data(|data| data.get_temp(held)).or(chosen).unwrap_or(0.3);
     ui.horizontal(|ui| {
         let slider = ui.add(Slider::new(&mut alpha, 0.02..=1.0).custom_formatter(shown(2)).text("roughness"));
-        let slider = slider.on_hover_text("Beckmann alpha of displaced surfaces, which are made again when you let go");
+        let slider = slider.on_hover_text("Beckmann alpha of displaced surfaces; applied when you release the slider");
         if slider.is_pointer_button_down_on() && !slider.drag_stopped() {
             ui.data_mut(|data| data.insert_temp(held, alpha));
         } else if slider.drag_stopped() || slider.changed() {
             ui.data_mut(|data| data.remove::<f32>(held));
             requests.push(Request::Roughness(Some((alpha * 1000.0).round() / 1000.0)));
         }
-        if chosen.is_some() && ui.small_button("own").on_hover_text("The scene's own roughness").clicked() {
+        if chosen.is_some() && ui.small_button("own").on_hover_text("Use the scene's own roughness").clicked() {
             requests.push(Request::Roughness(None));
         }
     });
 }
 
-/// What displaced surfaces are made of.
-fn material(ui: &mut Ui, worn: &OfSurfaces<String>, requests: &mut Vec<Request>) {
-    const HINT: &str = "Drop a measured material (FIT.json of leadr fit) on the window, or for the plane and the sphere a folder of maps";
-    match worn {
+/// The material of displaced surfaces.
+fn material(ui: &mut Ui, applied_material: &OfSurfaces<String>, requests: &mut Vec<Request>) {
+    const HINT: &str =
+        "Drop a measured material (FIT.json from leadr fit) on the window; the plane and the sphere take a folder, too";
+    match applied_material {
         OfSurfaces::Fixed => (),
         OfSurfaces::Own => _ = ui.weak("material: drop one here").on_hover_text(HINT),
         OfSurfaces::Chosen(name) => {
             _ = ui.horizontal(|ui| {
                 ui.label(format!("material: {name}")).on_hover_text(HINT);
-                if ui.small_button("own").on_hover_text("The scene's own material").clicked() {
+                if ui.small_button("own").on_hover_text("Use the scene's own material").clicked() {
                     requests.push(Request::OwnMaterial);
                 }
             })
@@ -298,20 +299,20 @@ fn material(ui: &mut Ui, worn: &OfSurfaces<String>, requests: &mut Vec<Request>)
 }
 
 fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut Vec<Request>) {
-    material(ui, &facts.worn, requests);
+    material(ui, &facts.applied_material, requests);
     roughness(ui, &facts.roughness, requests);
     let choices = &mut viewer.choices;
     options(ui, headings::GEOMETRY, &mut choices.picture, facts);
     options(ui, headings::QUALITY, &mut choices.picture, facts);
-    let name = Look::all().find(|(look, _)| *look == choices.look).map_or("", |(_, name)| name);
+    let name = DisplayMode::all().find(|(mode, _)| *mode == choices.display_mode).map_or("", |(_, name)| name);
     named(ui, "show", name, |ui| {
-        for (look, name) in Look::all() {
-            ui.selectable_value(&mut choices.look, look, name);
+        for (mode, name) in DisplayMode::all() {
+            ui.selectable_value(&mut choices.display_mode, mode, name);
         }
     });
 }
 
-/// What else can be done.
+/// The buttons at the end of the panel.
 pub fn buttons(ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.separator();
     ui.horizontal_wrapped(|ui| {
@@ -337,10 +338,10 @@ mod tests {
     use egui::{Pos2, RawInput, Rect, Shape, Vec2};
     use leadr_scenes::view::CameraPose;
 
-    /// Options with controls of their own, and a text of each.
+    /// Options with special controls, and a text of each control.
     const OWN: [(&str, &str); 15] = [
         ("scene", "scene"),
-        ("environment", "light from"),
+        ("environment", "environment"),
         ("technique", "technique"),
         ("rule", "integrals"),
         ("grid", "integrals"),
@@ -349,14 +350,14 @@ mod tests {
         ("camera", "orbit"),
         ("distance", "zoom out"),
         ("sun", "azimuth"),
-        ("time-of-day", "let it run"),
-        ("day-length", "let it run"),
+        ("time-of-day", "animate sun"),
+        ("day-length", "animate sun"),
         ("material", "material: drop one here"),
         ("measured", "material: drop one here"),
         ("roughness", "roughness"),
     ];
 
-    /// Texts that the panel shows for a technique.
+    /// The texts of the panel for a technique.
     fn texts(technique: Technique) -> Vec<String> {
         let pose = CameraPose { position: [1.0; 3], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
         let choices = Choices::new(Picture { technique, ..Picture::default() });
@@ -368,7 +369,7 @@ mod tests {
             environment: 0,
             sun: Some([0.0, 45.0]),
             roughness: OfSurfaces::Own,
-            worn: OfSurfaces::Own,
+            applied_material: OfSurfaces::Own,
             offers: &|_| true,
             device: "",
             fps: None,

@@ -1,4 +1,4 @@
-//! What the picture costs.
+//! The cost of the picture: frame rate, samples, triangles and times of passes.
 
 use std::collections::VecDeque;
 
@@ -9,13 +9,13 @@ use super::facts::{Facts, HISTORY};
 
 /// Height of the graph, points.
 const GRAPH: f32 = 36.0;
-/// Passes that take less are left out.
+/// Passes that take fewer milliseconds are not listed.
 const LEAST: f64 = 0.05;
 
-/// Frames in a second, a graph of the last frames, and the milliseconds of each pass.
+/// Shows frames per second, a graph of the last frames, and the milliseconds of each pass.
 pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sections: &mut Sections) {
     section(ui, "Cost", true, sections, |ui| {
-        let rate = facts.fps.map(|fps| format!("{fps:.1} frames a second, ")).unwrap_or_default();
+        let rate = facts.fps.map(|fps| format!("{fps:.1} frames per second, ")).unwrap_or_default();
         ui.label(format!("{rate}{} x {}", facts.pixels.0, facts.pixels.1));
         ui.label(format!("sample {} of {}", facts.samples.0, facts.samples.1));
         ui.label(format!("{} patches", grouped(facts.triangles.1.into())));
@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sectio
     });
 }
 
-/// The last frames as bars, the longest as high as the graph.
+/// Draws the times of the last frames as bars, scaled to the longest.
 fn graph(ui: &mut Ui, milliseconds: &VecDeque<f32>) {
     let size = Vec2::new(ui.available_width(), GRAPH);
     let (area, _) = ui.allocate_exact_size(size, Sense::hover());
@@ -55,7 +55,7 @@ fn graph(ui: &mut Ui, milliseconds: &VecDeque<f32>) {
     painter.text(area.left_top() + Vec2::new(3.0, 1.0), egui::Align2::LEFT_TOP, text, font, Color32::LIGHT_GRAY);
 }
 
-/// 1234567 as 1,234,567.
+/// Formats 1234567 as 1,234,567.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();

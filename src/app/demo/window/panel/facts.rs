@@ -1,57 +1,57 @@
-//! What the panel is told, and what it asks for.
+//! Input and output of the panel: [`Facts`] and [`Request`]s.
 
 use crate::app::demo::window::show::OfSurfaces;
 use crate::app::demo::window::viewer::Action;
 use leadr_scenes::registry::Choice;
 
-/// Frames in the graph of their times.
+/// Number of frames in the graph of frame times.
 pub const HISTORY: usize = 120;
 
-/// What the panel tells and cannot change.
+/// Values that the panel displays but cannot change.
 pub struct Facts<'a> {
-    /// Names of the scenes that can be opened; empty where there is one only.
+    /// Names of the scenes that can be opened; empty if there is only one.
     pub scenes: &'a [String],
-    /// The one that is shown.
+    /// Name of the current scene.
     pub scene: &'a str,
     /// Names of the environments.
     pub environments: &'a [String],
-    /// Which of them surrounds the scene.
+    /// Index of the current environment.
     pub environment: usize,
-    /// Direction to the sun as it is, if there is one: degrees.
+    /// Azimuth and elevation of the sun in degrees, if there is one.
     pub sun: Option<[f32; 2]>,
-    /// The roughness of its displaced surfaces.
+    /// The roughness of the displaced surfaces.
     pub roughness: OfSurfaces<f32>,
-    /// What they are made of.
-    pub worn: OfSurfaces<String>,
-    /// Whether it offers a choice.
+    /// The material of the displaced surfaces.
+    pub applied_material: OfSurfaces<String>,
+    /// Whether the scene offers a choice.
     pub offers: &'a dyn Fn(Choice) -> bool,
-    /// The device.
+    /// Name of the device.
     pub device: &'a str,
-    /// Frames in a second.
+    /// Frames per second.
     pub fps: Option<f64>,
     /// Passes of the last frame and their milliseconds.
     pub passes: &'a [(String, f64)],
-    /// Samples in the picture, and those that it will have.
+    /// Current and final sample counts of the picture.
     pub samples: (u32, u32),
-    /// Pixels that are drawn; fewer than the window has while something moves on a slow device.
+    /// Drawn pixels (width, height); fewer than in the window while something moves on a slow device.
     pub pixels: (u32, u32),
     /// Upper bound on the triangles of a frame, and its patches.
     pub triangles: (u64, u32),
 }
 
-/// What the user asks the window for.
+/// A request of the user to the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// What a key does.
+    /// Perform an action.
     Act(Action),
-    /// Another scene, by name.
+    /// Open a scene by name.
     Scene(String),
-    /// One of the environments.
+    /// Select an environment by index.
     Environment(usize),
-    /// Another roughness, Beckmann alpha, or the scene's own.
+    /// Set the roughness (Beckmann alpha), or use the scene's own.
     Roughness(Option<f32>),
-    /// The scene's own material.
+    /// Use the scene's own material.
     OwnMaterial,
-    /// One of the scene's views: 0 near, 1 middle, 2 far.
+    /// Go to a view of the scene: 0 near, 1 middle, 2 far.
     View(usize),
 }

@@ -1,6 +1,6 @@
-//! The panel over the picture: what can be chosen, what it costs, and the line between two techniques.
+//! The panel over the picture: controls, costs, and the line between two techniques.
 //!
-//! It changes the [`Viewer`] itself, and asks the window for the rest by [`Request`]s.
+//! It changes the [`Viewer`] directly, and returns [`Request`]s to the window for everything else.
 
 mod controls;
 mod costs;
@@ -26,11 +26,11 @@ use super::probes::Ball;
 use super::viewer::Viewer;
 use leadr_maps::Rgb8Image;
 
-/// Points that the panel takes on the left.
+/// Width of the panel, points.
 const WIDTH: f32 = 252.0;
-/// Windows that are narrower begin without it.
+/// Narrower windows start without the panel, points.
 const ROOM: f32 = 560.0;
-/// How long a message stays.
+/// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(6);
 
 /// The panel of a window.
@@ -38,29 +38,29 @@ pub struct Panel {
     context: Context,
     input: egui_winit::State,
     began: Instant,
-    /// Whether it is shown.
+    /// Whether the panel is shown.
     pub open: bool,
-    /// Whether the help is.
+    /// Whether the help is shown.
     pub help: bool,
     sections: Sections,
-    /// What is wrong with a shader that has changed.
+    /// The compiler error of a changed shader.
     pub shader_fault: Option<String>,
     message: Option<(String, Instant)>,
     milliseconds: VecDeque<f32>,
-    /// A picture of numbers over the picture, and what it says about it.
+    /// An overlay on the picture, and its legend.
     over: Option<(TextureHandle, String)>,
     /// Slope covariances under pixels, for the ellipses.
     pub ellipses: Option<LayerPicture>,
-    /// What the places of the sky's volume see.
+    /// Probes of the sky occlusion volume.
     pub balls: Option<Vec<Ball>>,
-    /// When it wants to be drawn again though nothing happens.
+    /// Time of the next redraw that needs no event.
     pub wakes: Option<Instant>,
-    /// Where the pointer is, points.
+    /// Position of the pointer, points.
     pointer: Option<Pos2>,
 }
 
 impl Panel {
-    /// A panel for `window`, as it was left.
+    /// A panel for `window` with a stored layout.
     pub fn new(window: &Window, layout: &Layout) -> Self {
         let context = Context::default();
         context.set_visuals(visuals());
@@ -87,19 +87,19 @@ impl Panel {
         }
     }
 
-    /// How it is left, but for the size of the window.
+    /// The current layout, without the size of the window.
     pub fn layout(&self) -> Layout {
         Layout { size: None, panel: Some(self.open), sections: self.sections.clone() }
     }
 
-    /// Pixels of a point.
+    /// Pixels per point.
     pub fn scale(&self) -> f64 {
         f64::from(self.context.pixels_per_point())
     }
 
-    /// Gives it an event first. Whether it keeps it for itself, and whether it must be drawn again.
+    /// Handles an event. Returns whether the panel consumed it, and whether the panel must be redrawn.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> (bool, bool) {
-        // The frame that a redraw asks for is no reason for another one.
+        // A redraw must not request another redraw.
         if matches!(event, WindowEvent::RedrawRequested) {
             return (false, false);
         }
@@ -116,8 +116,8 @@ impl Panel {
         (consumed, response.repaint)
     }
 
-    /// Whether the pointer is over it or holds something of it. egui itself answers for where the pointer was when the last frame was
-    /// laid out, which may be long ago.
+    /// Whether the pointer is over the panel or drags one of its widgets. egui's own answer uses the pointer position at the last layout,
+    /// which may be outdated.
     fn is_under_pointer(&self) -> bool {
         let over = |at: Pos2| {
             let layer = self.context.layer_id_at(at);
@@ -126,19 +126,19 @@ impl Panel {
         self.pointer.is_some_and(over) || self.context.egui_is_using_pointer()
     }
 
-    /// Shows a sentence for a while, if the panel is open.
+    /// Shows a message for a while, if the panel is open.
     pub fn say(&mut self, message: impl Into<String>) {
         if self.open {
             self.warn(message);
         }
     }
 
-    /// Shows a sentence for a while in any case.
+    /// Shows a message for a while, even if the panel is closed.
     pub fn warn(&mut self, message: impl Into<String>) {
         self.message = Some((message.into(), Instant::now()));
     }
 
-    /// Notes how long a frame took.
+    /// Records the time of a frame for the graph.
     pub fn frame_took(&mut self, milliseconds: f32) {
         self.milliseconds.push_back(milliseconds);
         if self.milliseconds.len() > HISTORY {
@@ -146,12 +146,12 @@ impl Panel {
         }
     }
 
-    /// Puts text on the clipboard with the next frame.
+    /// Copies text to the clipboard with the next frame.
     pub fn copy(&self, text: String) {
         self.context.copy_text(text);
     }
 
-    /// Shows a picture of numbers over the picture, with what it says; `None` takes it away.
+    /// Shows an overlay on the picture with its legend; `None` removes it.
     pub fn lay_over(&mut self, picture: Option<(Rgb8Image, String)>) {
         self.over = picture.map(|(picture, says)| {
             let pixels = picture.texels.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
@@ -160,8 +160,8 @@ impl Panel {
         });
     }
 
-    /// What has happened since the last frame: `State::take_egui_input`, which asks the window for its size and panics where another
-    /// program has closed it.
+    /// Takes the input since the last frame. It replaces `State::take_egui_input`, which queries the size of the window and panics if
+    /// another program has closed it.
     fn take_input(&mut self, window: &Window, size: PhysicalSize<u32>) -> RawInput {
         let scale = self.context.zoom_factor() * window.scale_factor() as f32;
         let points = Vec2::new(size.width as f32, size.height as f32) / scale;
@@ -174,8 +174,8 @@ impl Panel {
         input.take()
     }
 
-    /// Lays everything out, lets the user change the `viewer`, and says what else is asked for.
-    /// `size`: pixels of the window, as the last event told.
+    /// Lays out the panel, applies the user's changes to `viewer`, and returns the remaining requests.
+    /// `size` is the size of the window in pixels from the last event.
     pub fn run(
         &mut self,
         window: &Window,
@@ -237,7 +237,7 @@ impl Panel {
     }
 }
 
-/// Dark, and a little of the picture shows through.
+/// A dark, slightly transparent style.
 fn visuals() -> egui::Visuals {
     let mut visuals = egui::Visuals::dark();
     visuals.panel_fill = Color32::from_rgba_unmultiplied(20, 22, 26, 225);

@@ -1,4 +1,4 @@
-//! What lies over the picture itself: the line between two techniques, pictures of numbers, messages, help.
+//! Overlays on the picture: the line between two techniques, layers, messages and help.
 
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Mesh, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
@@ -7,15 +7,15 @@ use crate::app::demo::window::over::LayerPicture;
 use crate::app::demo::window::probes::{Ball, NONE, SAYS, SIDES};
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
-/// Points between two ellipses.
+/// Spacing of the ellipses, points.
 const ELLIPSES: f32 = 24.0;
-/// Points for a root of a slope variance of one.
+/// Half-axis of an ellipse for a slope deviation of 1, points.
 const ELLIPSE: f32 = 22.0;
 
-/// Points that the help wants across.
+/// Width of the help, points.
 const HELP: f32 = 560.0;
 
-/// Text that can be read on anything, in a box.
+/// Draws text in a dark box.
 fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
     let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
     let area = anchor.anchor_size(at, galley.size()).expand2(Vec2::new(6.0, 3.0));
@@ -23,7 +23,7 @@ fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
     ui.painter().galley(area.min + Vec2::new(6.0, 3.0), galley, Color32::WHITE);
 }
 
-/// The line between two techniques, and their names. The window itself drags it, however few frames there are.
+/// Draws the line between two techniques and their names. The window handles dragging, so it works at any frame rate.
 pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     let screen = ui.ctx().content_rect();
     let Some(compare) = viewer.choices.compare else { return };
@@ -42,7 +42,7 @@ pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     label(ui, Pos2::new(x + 14.0, top), Align2::LEFT_TOP, compare.technique.name());
 }
 
-/// A picture of numbers, and what it says about them.
+/// Draws an overlay and its legend.
 pub fn picture(ui: &Ui, texture: &TextureHandle, says: &str, left: f32) {
     let screen = ui.ctx().content_rect();
     let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
@@ -50,7 +50,7 @@ pub fn picture(ui: &Ui, texture: &TextureHandle, says: &str, left: f32) {
     label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
 }
 
-/// Ellipses as wide as slopes vary under the pixel in their middle.
+/// Draws ellipses of the slope covariance under their centre pixels.
 pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
     let (width, height) = covariances.size;
     let screen = ui.ctx().content_rect();
@@ -63,14 +63,14 @@ pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
         let middle = screen.min + Vec2::new(x, y);
         let points = (0..20).map(|k| {
             let (sine, cosine) = (k as f32 / 20.0 * std::f32::consts::TAU).sin_cos();
-            // Slopes point up where pictures point down.
+            // The y of slopes points up, and the y of the screen points down.
             middle + Vec2::new(a * cosine + c * sine, -(b * cosine + d * sine)) * ELLIPSE
         });
         ui.painter().add(Shape::closed_line(points.collect(), Stroke::new(1.2, Color32::from_rgb(255, 210, 90))));
     }
 }
 
-/// Balls, and what they show.
+/// Draws the probes as shaded balls, and their legend.
 pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
     let screen = ui.ctx().content_rect();
     let mut mesh = Mesh::default();
@@ -91,7 +91,7 @@ pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
     label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
 }
 
-/// Half the axes of the ellipse of a covariance; `None` where nothing varies.
+/// Half-axes of the ellipse of a covariance; `None` if the variance is 0 or not finite.
 fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
     let middle = 0.5 * (xx + yy);
     let off = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
@@ -103,16 +103,16 @@ fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
     Some([[long * cosine, long * sine], [-short * sine, short * cosine]])
 }
 
-/// A sentence at the bottom.
+/// Draws a message at the bottom.
 pub fn message(ui: &Ui, text: &str, left: f32) {
     let screen = ui.ctx().content_rect();
     let middle = Pos2::new(0.5 * (screen.left() + left + screen.right()), screen.bottom() - 24.0);
     label(ui, middle, Align2::CENTER_BOTTOM, text);
 }
 
-/// What the compiler says, until the shader compiles.
+/// Shows the compiler error of a shader.
 pub fn shader_fault(ui: &Ui, fault: &str) {
-    egui::Window::new("The shader does not work; the last one that did is drawn with")
+    egui::Window::new("The shader does not compile; the last working one is in use")
         .id(Id::new("shader fault"))
         .collapsible(false)
         .anchor(Align2::CENTER_BOTTOM, Vec2::new(0.0, -40.0))
@@ -122,12 +122,12 @@ pub fn shader_fault(ui: &Ui, fault: &str) {
         });
 }
 
-/// Mouse and keys, beside the panel where there is room. Whether it stays open.
+/// Shows the help for mouse and keys, beside the panel if there is room. Returns whether it stays open.
 pub fn help(ui: &Ui, left: f32) -> bool {
     let mut open = true;
     let screen = ui.ctx().content_rect();
     let left = if screen.width() - left < HELP { 0.0 } else { left };
-    // Around the text are a title, a frame, and some of the picture.
+    // Leaves space for the title, the frame and a margin.
     let room = screen.size() - Vec2::new(left + 40.0, 90.0);
     egui::Window::new("Mouse and keys (F1)")
         .open(&mut open)
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ellipses_lie_along_what_varies_most() {
+    fn ellipses_follow_the_largest_variance() {
         assert_eq!(axes(0.0, 0.0, 0.0), None);
         assert_eq!(axes(f32::NAN, 0.0, 0.0), None);
         let [long, short] = axes(0.04, 0.01, 0.0).expect("an ellipse");

@@ -1,4 +1,4 @@
-//! Draws the panel's triangles over a picture.
+//! Draws the triangles of the panel over a picture.
 
 #![allow(unsafe_code)]
 
@@ -12,26 +12,26 @@ use leadr_gpu::vk;
 use leadr_gpu::{ColorTarget, Commands, FRAMES_IN_FLIGHT, Gpu, Image, Load};
 use leadr_tools::command::error::AppError;
 
-/// What is to be drawn over a picture.
+/// The triangles and texture changes of one frame of the panel.
 pub struct Painted {
-    /// Triangles with their textures.
+    /// Triangles and their textures.
     pub primitives: Vec<ClippedPrimitive>,
-    /// Textures that are new, changed, or no longer needed.
+    /// New, changed and freed textures.
     pub textures: TexturesDelta,
-    /// Pixels for a point of the layout.
+    /// Pixels per point of the layout.
     pub pixels_per_point: f32,
 }
 
 impl Drop for Painted {
-    /// egui insists that no change of a texture is lost unseen; one that is not drawn any more may be.
+    /// Clears the texture changes, because egui asserts that none are dropped unapplied. A frame that is not drawn does not need them.
     fn drop(&mut self) {
         self.textures.clear();
     }
 }
 
-/// The pipeline, the textures, and the vertices of the frames on their way.
+/// The pipeline, the textures, and the vertices of the frames in flight.
 pub struct PanelPainter {
-    // Before the device.
+    // Must be dropped before the device.
     renderer: Renderer<GpuAllocator>,
     pool: vk::CommandPool,
     gpu: Arc<Gpu>,
@@ -42,10 +42,10 @@ fn fault(error: RendererError) -> AppError {
 }
 
 impl PanelPainter {
-    /// Draws into images of `format`.
+    /// A painter for images of `format`.
     ///
     /// # Errors
-    /// Memory that is short, or a failed pipeline.
+    /// If memory runs out or the pipeline cannot be created.
     pub fn new(gpu: &Arc<Gpu>, format: vk::Format) -> Result<Self, AppError> {
         let mode = RenderMode::DynamicRendering(DynamicRendering {
             color_attachment_format: format,
@@ -68,10 +68,10 @@ impl PanelPainter {
         Ok(Self { renderer, pool, gpu: gpu.clone() })
     }
 
-    /// Brings the textures up to date. No frame may be on its way that has them, if any is changed or freed.
+    /// Applies the texture changes. No frame in flight may use a texture that is changed or freed.
     ///
     /// # Errors
-    /// Memory that is short, or a lost device.
+    /// If memory runs out or the device is lost.
     pub fn update(&mut self, textures: &mut TexturesDelta) -> Result<(), AppError> {
         let queue = self.gpu.queue();
         for (id, deltas) in textures.set.drain() {
@@ -85,10 +85,10 @@ impl PanelPainter {
         Ok(())
     }
 
-    /// Draws over `target`, which is a colour target and stays one.
+    /// Records the panel over `target`, which must be in the colour target state and stays in it.
     ///
     /// # Errors
-    /// Memory that is short.
+    /// If memory runs out.
     pub fn record(&mut self, cmd: &mut Commands, target: &Image, painted: &Painted) -> Result<(), AppError> {
         let [width, height] = target.mip_extent(0);
         cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Keep }], None);
@@ -102,7 +102,7 @@ impl PanelPainter {
 impl Drop for PanelPainter {
     fn drop(&mut self) {
         let _ = self.gpu.wait_idle();
-        // SAFETY: the device is idle, and nothing else knows the pool.
+        // SAFETY: the device is idle, and nothing else uses the pool.
         unsafe { self.gpu.raw().destroy_command_pool(self.pool, None) };
     }
 }

@@ -1,4 +1,4 @@
-//! Thesis Figure 3.6: slopes of heights by several differences.
+//! Thesis Figure 3.6: height slopes by several difference schemes.
 
 use std::f64::consts::TAU;
 
@@ -21,12 +21,12 @@ use leadr_tools::metrics::compare::rrmse;
 
 /// Texels along a side of the map.
 const SIDE: u32 = 96;
-/// Most periods of a wave along a side: the shortest is 8 texels long.
+/// Largest number of wave periods along a side: the shortest wave has 8 texels.
 const PERIODS: i32 = 12;
 const WAVES: u32 = 40;
 /// Standard deviation of the slopes.
 const SLOPE: f64 = 0.3;
-/// Length of a texel on the page.
+/// Size of a texel on the page.
 const SCALE: u32 = 3;
 
 /// A wave of the map.
@@ -35,7 +35,7 @@ struct Wave {
     phase: f64,
 }
 
-/// A smooth map whose slopes are known.
+/// A smooth map with known slopes.
 struct Smooth {
     waves: Vec<Wave>,
     amplitude: f64,
@@ -52,31 +52,31 @@ impl Smooth {
             }
         };
         let waves: Vec<Wave> = (0..WAVES).map(|_| wave()).collect();
-        // Every wave has slopes of the same size.
+        // Every wave has the same slope amplitude.
         let amplitude = SLOPE * 2.0 / (TAU * f64::from(WAVES).sqrt());
         Self { waves, amplitude }
     }
 
-    /// Height and slope at a place in the unit square.
-    fn at(&self, place: DVec2) -> (f64, DVec2) {
+    /// Height and slope at a point in the unit square.
+    fn at(&self, position: DVec2) -> (f64, DVec2) {
         let mut sums = (0.0, DVec2::ZERO);
         for wave in &self.waves {
             let amplitude = self.amplitude / wave.turns.length();
-            let (sin, cos) = (TAU * (wave.turns.dot(place) + wave.phase)).sin_cos();
+            let (sin, cos) = (TAU * (wave.turns.dot(position) + wave.phase)).sin_cos();
             sums.0 += amplitude * sin;
             sums.1 += amplitude * TAU * cos * wave.turns;
         }
         sums
     }
 
-    /// What `of` says at every texel's centre.
+    /// Evaluates `of` at every texel centre.
     fn texels<T>(&self, of: impl Fn(f64, DVec2) -> T) -> Vec<T> {
-        let place = |i: u32| (DVec2::new(f64::from(i % SIDE), f64::from(i / SIDE)) + 0.5) / f64::from(SIDE);
-        (0..SIDE * SIDE).map(|i| self.at(place(i))).map(|(height, slope)| of(height, slope)).collect()
+        let position = |i: u32| (DVec2::new(f64::from(i % SIDE), f64::from(i / SIDE)) + 0.5) / f64::from(SIDE);
+        (0..SIDE * SIDE).map(|i| self.at(position(i))).map(|(height, slope)| of(height, slope)).collect()
     }
 }
 
-/// To the next texel where the texel is even, from the one before where it is odd, as derivatives on the screen are found.
+/// Forward differences at even texels and backward ones at odd texels, like screen-space derivatives.
 fn pairs(map: &HeightMap) -> Vec<DVec2> {
     let at = |x: u32, y: u32| f64::from(map.at(x % SIDE, y % SIDE));
     let texel = |i: u32| {
@@ -87,7 +87,7 @@ fn pairs(map: &HeightMap) -> Vec<DVec2> {
     (0..SIDE * SIDE).map(texel).collect()
 }
 
-/// Slopes as a material shows them in a light from the side.
+/// Slopes shaded as a material lit from the side.
 fn shaded(slopes: &[DVec2]) -> RgbImage {
     let light = DVec3::new(-0.5, 0.4, 0.7).normalize();
     let facets = Microfacet {
@@ -100,8 +100,8 @@ fn shaded(slopes: &[DVec2]) -> RgbImage {
         let x = DVec3::Y.cross(n).normalize();
         let local = |w: DVec3| DVec3::new(w.dot(x), w.dot(n.cross(x)), w.dot(n));
         let wi = local(light);
-        let body = DVec3::new(0.30, 0.27, 0.24) * wi.z.max(0.0);
-        (body + facets.eval_cos(local(DVec3::Z), wi)).as_vec3().to_array()
+        let diffuse = DVec3::new(0.30, 0.27, 0.24) * wi.z.max(0.0);
+        (diffuse + facets.eval_cos(local(DVec3::Z), wi)).as_vec3().to_array()
     };
     RgbImage { width: SIDE, height: SIDE, texels: slopes.iter().map(texel).collect() }
 }
@@ -109,8 +109,9 @@ fn shaded(slopes: &[DVec2]) -> RgbImage {
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Thesis Figure 3.6",
-        "A smooth map of waves of 8 texels and more, shaded by its own slopes and by those that differences of its heights give. LEADR maps take the first: central differences of the triangles between texels, \
-        3/4 of the texel's own row and 1/8 of those beside it; what the mean slope leaves out goes into the second moments.",
+        "A smooth map of waves of 8 texels and more, shaded by its own slopes and by finite differences of its heights. LEADR maps use \
+        the first scheme: central differences of the triangles between texels, with weight 3/4 for the texel's own row and 1/8 for each \
+        neighbouring row; the second moments hold what the mean slope loses.",
     );
     let smooth = Smooth::new();
     let map = HeightMap::new(SIDE, SIDE, smooth.texels(|height, _| height as f32)).map_err(fault)?;

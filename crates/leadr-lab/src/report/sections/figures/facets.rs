@@ -1,4 +1,4 @@
-//! Thesis Figures 2.2 to 2.6: what the terms of a microfacet BRDF do.
+//! Thesis Figures 2.2 to 2.6: the terms of a microfacet BRDF.
 
 use std::f64::consts::{PI, TAU};
 
@@ -30,7 +30,7 @@ fn round(alpha: f64, masking: Masking, fresnel: Fresnel) -> Facets {
     Microfacet { distribution: Beckmann::isotropic(DVec2::ZERO, alpha), masking, fresnel }
 }
 
-fn brushed(radii: DVec2, degrees: f64) -> Facets {
+fn anisotropic_gold(radii: DVec2, degrees: f64) -> Facets {
     let distribution = Beckmann::from_ellipse(DVec2::ZERO, &Ellipse { radii, angle: degrees.to_radians() });
     Microfacet { distribution, masking: Masking::default(), fresnel: metal("gold") }
 }
@@ -40,7 +40,7 @@ fn viewer(degrees: f64) -> DVec3 {
     DVec3::new(sin, 0.0, cos)
 }
 
-/// The share of even light that is reflected to the viewer, over all directions: facets that nothing shadows are lit from below, too.
+/// Fraction of uniform light reflected to the viewer, over all directions. Without shadowing, facets are also lit from below.
 fn reflected(material: &Facets, wo: DVec3, n: u32) -> DVec3 {
     let row = |i: u32| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
@@ -54,12 +54,12 @@ fn reflected(material: &Facets, wo: DVec3, n: u32) -> DVec3 {
     (0..n).into_par_iter().map(row).sum::<DVec3>() * (4.0 * PI / f64::from(n * n))
 }
 
-/// A sphere, drawn with the directions that suit its facets.
+/// A sphere, rendered with sample directions for its facets.
 fn sphere(studio: &Studio, facets: &Facets) -> RgbImage {
     spheres(&[facets], facets, studio.pick(40, 128)).remove(0)
 }
 
-/// A row of spheres that share an exposure, that of the first; and the spheres.
+/// A row of spheres with the exposure of the first, and the spheres.
 fn row(studio: &mut Studio, file: &str, materials: &[(&str, Facets)]) -> Result<(Figure, Vec<RgbImage>), LabError> {
     let images: Vec<RgbImage> = materials.iter().map(|(_, facets)| sphere(studio, facets)).collect();
     let names: Vec<&str> = materials.iter().map(|(name, _)| *name).collect();
@@ -80,8 +80,9 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
 fn fresnel(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Thesis Figure 2.2",
-        "Fresnel terms on Beckmann facets of α = .2: metals beside an ideal mirror, then dielectrics beside Schlick's form of the same reflectance at normal incidence. \
-        Each row has one exposure. Seen and lit evenly from above, the facets reflect what an ideal mirror's reflect, times F at normal incidence.",
+        "Fresnel terms on Beckmann facets of α = .2: metals beside an ideal mirror, then dielectrics beside Schlick's form of the same \
+        reflectance at normal incidence. Each row has one exposure. Viewed from above in uniform light, the facets reflect as much as an \
+        ideal mirror's, times F at normal incidence.",
     );
     let with = |fresnel: Fresnel| round(0.2, Masking::default(), fresnel);
     let f0 = |eta: f64| DVec3::splat(((eta - 1.0) / (eta + 1.0)).powi(2));
@@ -109,7 +110,7 @@ fn fresnel(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     let n = studio.pick(200, 800);
     let ideal = reflected(&with(Fresnel::Ideal), DVec3::Z, n);
     let mut table = Table::new(
-        "Reflected of even light, seen from above, over what F = 1 reflects: red, green, blue",
+        "Reflected fraction of uniform light, seen from above, relative to F = 1: red, green, blue",
         ["", "F at normal incidence", "facets"],
     );
     let mut worst = 0.0f64;
@@ -126,7 +127,7 @@ fn fresnel(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.html.table(&table);
     page.check("largest difference from F at normal incidence", worst);
     page.find(&format!(
-        "from above, facets of α = .2 reflect F at normal incidence to {}, whatever the term.",
+        "from above, facets of α = .2 reflect F at normal incidence to {}, for every term.",
         number(worst)
     ));
     Ok(())
@@ -137,8 +138,9 @@ fn attenuation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     const ANGLE: f64 = 60.0;
     page.begin(
         "Thesis Figure 2.3",
-        "Masking and shadowing on ideal mirrors of α = .9. In even light, visible facets that nothing shadows reflect everything: 1 for Smith's and the V-grooves' masking alone. \
-        Shadows take light away, which other bounces would return; a normal map loses what faces away.",
+        "Masking and shadowing on ideal mirrors of α = .9. In uniform light, visible facets without shadowing reflect everything: 1 for \
+        Smith's and the V-grooves' masking alone. Shadowing removes light that further bounces would return; a normal map loses facets \
+        that face away.",
     );
     let with = |masking: Masking| round(0.9, masking, Fresnel::Ideal);
     let materials = [
@@ -152,7 +154,8 @@ fn attenuation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     let (figure, _) = row(studio, "masking", &materials)?;
     page.html.figures(&[figure]);
     let n = studio.pick(200, 800);
-    let mut table = Table::new(format!("Reflected of even light at {ANGLE}°"), ["", "masking alone", "with shadows"]);
+    let mut table =
+        Table::new(format!("Reflected fraction of uniform light at {ANGLE}°"), ["", "masking alone", "with shadows"]);
     let mut worst = 0.0f64;
     let mut listed = Vec::new();
     for (name, material) in &materials {
@@ -176,7 +179,7 @@ fn attenuation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// How far from 1 the facets of a row are in even light, at 45°, when all of them are ideal mirrors that nothing shadows.
+/// Deviation from 1 of a row's facets in uniform light at 45°, as ideal specular facets without shadowing.
 fn lost(materials: &[(&str, Facets)], n: u32) -> f64 {
     let lost = |(_, facets): &(&str, Facets)| {
         let open = Microfacet { masking: Masking::SmithUnshadowed, fresnel: Fresnel::Ideal, ..facets.clone() };
@@ -187,7 +190,7 @@ fn lost(materials: &[(&str, Facets)], n: u32) -> f64 {
 
 /// Figure 2.4.
 fn isotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
-    page.begin("Thesis Figure 2.4", "Gold of Beckmann roughness α from .05 to .8. In even light, ideal mirrors with masking alone reflect 1 whatever α.");
+    page.begin("Thesis Figure 2.4", "Gold of Beckmann roughness α from .05 to .8. In uniform light, ideal mirrors with masking alone reflect 1 for every α.");
     let names = ["α = .05", "α = .1", "α = .2", "α = .4", "α = .8"];
     let alphas = [0.05, 0.1, 0.2, 0.4, 0.8];
     let with = |alpha: f64| round(alpha, Masking::default(), metal("gold"));
@@ -196,7 +199,7 @@ fn isotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.html.figures(&[figure]);
     let worst = lost(&materials, studio.pick(400, 1200));
     page.check("largest difference from 1 in even light", worst);
-    page.find(&format!("facets of every α reflect even light to {}.", number(worst)));
+    page.find(&format!("facets of every α reflect uniform light to {}.", number(worst)));
     Ok(())
 }
 
@@ -204,14 +207,14 @@ fn isotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
 fn anisotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Thesis Figure 2.5",
-        "Brushed gold: αx along the circles of latitude, αy along the meridians. Highlights stretch where slopes vary most. In even light, ideal mirrors with masking alone reflect 1.",
+        "Anisotropic gold: αx along the circles of latitude, αy along the meridians. Highlights stretch where slopes vary most. In uniform light, ideal mirrors with masking alone reflect 1.",
     );
     let materials = [
-        ("αx = .4, αy = .1", brushed(DVec2::new(0.4, 0.1), 0.0)),
-        ("αx = .2, αy = .1", brushed(DVec2::new(0.2, 0.1), 0.0)),
-        ("αx = αy = .1", brushed(DVec2::new(0.1, 0.1), 0.0)),
-        ("αx = .1, αy = .2", brushed(DVec2::new(0.1, 0.2), 0.0)),
-        ("αx = .1, αy = .4", brushed(DVec2::new(0.1, 0.4), 0.0)),
+        ("αx = .4, αy = .1", anisotropic_gold(DVec2::new(0.4, 0.1), 0.0)),
+        ("αx = .2, αy = .1", anisotropic_gold(DVec2::new(0.2, 0.1), 0.0)),
+        ("αx = αy = .1", anisotropic_gold(DVec2::new(0.1, 0.1), 0.0)),
+        ("αx = .1, αy = .2", anisotropic_gold(DVec2::new(0.1, 0.2), 0.0)),
+        ("αx = .1, αy = .4", anisotropic_gold(DVec2::new(0.1, 0.4), 0.0)),
     ];
     let (figure, images) = row(studio, "anisotropic", &materials)?;
     page.html.figures(&[figure]);
@@ -221,7 +224,7 @@ fn anisotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.check("rRMSE of equal scales against isotropic facets", same);
     page.check("largest difference from 1 in even light", worst);
     page.find(&format!(
-        "equal scales are isotropic facets to an rRMSE of {}; all reflect even light to {}.",
+        "equal scales match isotropic facets to an rRMSE of {}; all reflect uniform light to {}.",
         number(same),
         number(worst)
     ));
@@ -233,13 +236,13 @@ fn orientation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     const RADII: DVec2 = DVec2::new(0.4, 0.1);
     page.begin(
         "Thesis Figure 2.6",
-        "Brushed gold of radii .4 and .1 whose first axis is turned. Half a turn changes nothing, and a quarter exchanges the radii.",
+        "Anisotropic gold of α .4 and .1 with a rotated first axis. Half a turn changes nothing, and a quarter exchanges the two α.",
     );
     let materials = [("0°", 0.0), ("45°", 45.0), ("90°", 90.0), ("135°", 135.0), ("180°", 180.0)]
-        .map(|(name, degrees)| (name, brushed(RADII, degrees)));
+        .map(|(name, degrees)| (name, anisotropic_gold(RADII, degrees)));
     let (figure, images) = row(studio, "orientation", &materials)?;
     page.html.figures(&[figure]);
-    let exchanged = sphere(studio, &brushed(DVec2::new(RADII.y, RADII.x), 0.0));
+    let exchanged = sphere(studio, &anisotropic_gold(DVec2::new(RADII.y, RADII.x), 0.0));
     let half = sphere_error(&images[0], &images[4]).rrmse;
     let quarter = sphere_error(&exchanged, &images[2]).rrmse;
     let eighth = sphere_error(&images[0], &images[1]).rrmse;
@@ -247,7 +250,7 @@ fn orientation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.check("rRMSE of a quarter against exchanged radii", quarter);
     page.check("rRMSE of an eighth against none", eighth);
     page.find(&format!(
-        "half a turn changes the sphere by an rRMSE of {}, a quarter differs from exchanged radii by {}; an eighth, for comparison, changes it by {}.",
+        "half a turn changes the sphere by an rRMSE of {}, a quarter differs from exchanged α by {}; for comparison, an eighth changes it by {}.",
         number(half),
         number(quarter),
         number(eighth)

@@ -1,4 +1,4 @@
-//! LEADR Figure 6: samples of the slopes, from one dimension to the distribution.
+//! LEADR Figure 6: slope samples, from one dimension to the distribution.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
@@ -8,13 +8,13 @@ use leadr_reflectance::slopes::grid::{grid_lambda, grid_node, slope_at, slope_ch
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Plot, Scale, Table, number};
 
-/// The distribution that is asked for: mean slope, and covariance `(xx, yy, xy)`.
+/// The target distribution: mean slope, and covariance `(xx, yy, xy)`.
 const MEAN: DVec2 = DVec2::new(0.3, -0.2);
 const COVARIANCE: DVec3 = DVec3::new(0.16, 0.49, 0.168);
-/// Samples along a side in the paper.
+/// Samples per side in the paper.
 const PAPER: u32 = 5;
 
-/// Samples of the grid with their weights.
+/// Grid samples with their weights.
 fn samples(n: u32) -> Vec<(DVec2, f64)> {
     let (lambda, cholesky) = (grid_lambda(n), slope_cholesky(COVARIANCE));
     let node = |i: u32| grid_node(i / n, i % n, n, lambda);
@@ -31,8 +31,8 @@ fn moments(samples: &[(DVec2, f64)]) -> (DVec2, DVec3) {
 pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "LEADR Figure 6",
-        "(a) Five even samples of a normal distribution and their weights; (b) their Cartesian product; (c) the product scaled, correlated and shifted to \
-        the slopes asked for: mean (.3, −.2), deviations .4 and .7, correlation .6.",
+        "(a) Five even samples of a normal distribution and their weights; (b) their Cartesian product; (c) the product scaled, \
+        correlated and shifted to the target slopes: mean (.3, −.2), deviations .4 and .7, correlation .6.",
     );
     let lambda = grid_lambda(PAPER);
     let mut line = Plot::new("(a) One dimension", ("p", Scale::Linear), ("weight", Scale::Linear));
@@ -67,14 +67,14 @@ pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             "share of the covariance",
         ],
     );
-    let asked = [MEAN.x, MEAN.y, COVARIANCE.x, COVARIANCE.y, COVARIANCE.z].map(Cell::from);
+    let requested = [MEAN.x, MEAN.y, COVARIANCE.x, COVARIANCE.y, COVARIANCE.z].map(Cell::from);
     table.row(
-        [Cell::from("asked for"), Cell::from("")].into_iter().chain(asked).chain([Cell::from(""), Cell::from("")]),
+        [Cell::from("asked for"), Cell::from("")].into_iter().chain(requested).chain([Cell::from(""), Cell::from("")]),
     );
     let mut found = Vec::new();
     for n in [3, PAPER, 9, 32, 128] {
         let (mean, covariance) = moments(&samples(n));
-        // A grid cut at λ deviations lacks the same share of every entry.
+        // Truncation of the grid at λ deviations reduces all entries by the same factor.
         let (off, share) = ((mean - MEAN).abs().max_element(), covariance.x / COVARIANCE.x);
         let numbers =
             [grid_lambda(n), mean.x, mean.y, covariance.x, covariance.y, covariance.z, off, share].map(Cell::from);
@@ -86,7 +86,7 @@ pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     }
     page.html.table(&table);
     page.find(&format!(
-        "the samples have the mean asked for to rounding, and this share of the covariance, the rest of which lies beyond λ: {}.",
+        "the samples have the target mean to rounding, and this fraction of the covariance (the rest lies beyond λ): {}.",
         found.join(", ")
     ));
     Ok(())

@@ -1,35 +1,35 @@
-//! Thesis Figure 3.5: spheres of Gaussian microgeometry, supersampled and filtered.
+//! Thesis Figure 3.5: spheres with Gaussian microgeometry, supersampled and filtered.
 
 use glam::{Vec2, Vec3};
 
 use super::page::Page;
 use crate::report::case::Case;
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
 use crate::report::verdict::{Shot, judge};
 use leadr_render::scene::Sun;
 use leadr_render::settings::{RenderSettings, ShadingOptions, Terms};
-use leadr_scenes::spheres::cell::{Facets, Lighting, TURN};
+use leadr_scenes::spheres::cell::{Facets, Lighting, ROTATION_PERIOD};
 use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 
-/// Beckmann roughness of the base material: without one, few of the truth's samples meet a mirror that shows the light.
+/// Beckmann roughness of the base material; without it, few samples of the truth hit a facet that reflects the light.
 const BASE: f32 = 0.35;
-/// Metres to the camera of the close pictures; the sphere's radius is 1.
+/// Camera distance of the close pictures, in sphere radii.
 const CLOSE: f32 = 5.0;
 /// Irradiance of the light.
 const IRRADIANCE: f32 = 3.0;
 
-/// A light so many degrees to the right of the viewer.
+/// A light `degrees` to the right of the viewer.
 fn sun(degrees: f32) -> Sun {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Sun { direction: Vec3::new(sin, -cos, 0.0), irradiance: Vec3::splat(IRRADIANCE) }
 }
 
-/// The mean over turns of the sphere about its poles, with its noise: a single surface has a few bumps in each pixel.
+/// The mean over rotations of the sphere about its poles, with its noise; a single surface has only a few bumps per pixel.
 fn mean(
     studio: &Studio,
     subject: &mut Subject,
@@ -40,7 +40,7 @@ fn mean(
     let camera = subject.stage.views.mid;
     let mut halves = [Vec::new(), Vec::new()];
     for turn in 0..turns {
-        subject.set_time(f64::from(turn) / f64::from(turns) * TURN);
+        subject.set_time(f64::from(turn) / f64::from(turns) * ROTATION_PERIOD);
         let mut state = subject.seen_by(&camera);
         state.height_scale = sigma;
         state.sun = Some(sun(degrees));
@@ -54,8 +54,9 @@ fn mean(
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Thesis Figure 3.5",
-        "Displaced spheres of Gaussian slopes and mirrors of α = .35, in one light so many degrees to the right of the viewer: the microsurface from close by, the supersampled \
-        truth with the shadows of the bumps, and LEADR at one sample per pixel. Both are means over turns of the sphere, which leave its statistics as they are.",
+        "Displaced spheres of Gaussian slopes with specular facets of α = .35, in one light at the listed angle to the right of the \
+        viewer: a close-up of the microsurface, the supersampled truth with the shadows of the bumps, and LEADR at one sample per pixel. \
+        Both are means over rotations of the sphere, which keep its statistics.",
     );
     let side = studio.pick(40, 64);
     let (turns, samples) = studio.pick((4, 4), (16, 4));
@@ -65,12 +66,12 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     let mut stage = surface.stage(1.0, Facets::Mirror);
     stage.set_roughness(BASE);
     let mut subject = Subject::in_panorama(studio, stage, &Lighting::Front.panorama(), Lighting::Front.lights())?;
-    let look = Look::default_of_the_program();
-    let of_mirrors = |settings: RenderSettings| RenderSettings {
+    let config = Configuration::program_default();
+    let of_specular = |settings: RenderSettings| RenderSettings {
         shading: settings.shading.adjusted(|options| ShadingOptions { terms: Terms::SPECULAR_LIGHTS, ..options }),
         ..settings
     };
-    let truth_of = |size: u32, samples: u32| of_mirrors(Truth::Shadowed.settings((size, size), samples, 1));
+    let truth_of = |size: u32, samples: u32| of_specular(Truth::Shadowed.settings((size, size), samples, 1));
     let mut table = Table::new(
         format!("Truth of {turns} × {samples} samples per pixel; errors inside the outline"),
         [
@@ -93,15 +94,15 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             let close = studio.shoot(&mut subject.renderer, &near, &truth_of(side, studio.pick(1, 4)))?;
             let truth = mean(studio, &mut subject, turns, (sigma, degrees), &truth_of(side, samples))?;
             let shot =
-                mean(studio, &mut subject, turns, (sigma, degrees), &of_mirrors(look.settings((side, side), 1)))?;
-            // Grey in the middle of the exposure whatever the roughness.
+                mean(studio, &mut subject, turns, (sigma, degrees), &of_specular(config.settings((side, side), 1)))?;
+            // Mid-grey exposure at every roughness.
             let exposure = (0.35 / truth.luminance(&truth.interior().map_err(fault)?).max(1e-3)) as f32;
             let verdict = judge(&truth, &shot, exposure).map_err(fault)?;
             let name = |what: &str| format!("figures-microsurface-{sigma}-{degrees}-{what}").replace('.', "_");
             let figures = [
                 studio.picture(&name("close"), &close.image, exposure, "the microsurface", Vec::new())?,
                 studio.picture(&name("truth"), &truth.image, exposure, "truth", Vec::new())?,
-                studio.picture(&name("leadr"), &shot.image, exposure, &look.name, Vec::new())?,
+                studio.picture(&name("leadr"), &shot.image, exposure, &config.name, Vec::new())?,
                 studio.error_picture(&name("errors"), &verdict, "FLIP errors", Vec::new())?,
             ];
             let what = format!("σ = {sigma}, {degrees}°");
@@ -112,7 +113,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             page.check(format!("rRMSE inside, {what}"), error.rrmse);
             page.check(format!("noise of the truth, {what}"), truth.noise);
             let subject = format!("Gaussian mirrors, {what}");
-            let mut case = Case::new("figures", subject, &look.name, Truth::Shadowed.name(), &verdict);
+            let mut case = Case::new("figures", subject, &config.name, Truth::Shadowed.name(), &verdict);
             case.figures = figures[1..].to_vec();
             studio.cases.push(case);
             errors.push((error.rrmse, truth.noise, what));
@@ -123,6 +124,6 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         .iter()
         .map(|(rrmse, noise, what)| format!("{} at {what} (noise {})", number(*rrmse), number(*noise)))
         .collect();
-    page.find(&format!("one filtered sample errs by {}.", listed.join(", ")));
+    page.find(&format!("the error of one filtered sample is {}.", listed.join(", ")));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Figures of the papers that no other section draws, each with a number that checks it.
+//! Figures of the papers not covered by other sections, each with a number that checks it.
 
 mod differences;
 mod facets;
@@ -16,8 +16,9 @@ use crate::report::studio::Studio;
 use leadr_tools::error::LabError;
 
 const INTRO: &str = "Figures 1, 2 and 6 of the LEADR paper, 1, 2 and 6 of its supplement, and 2.2 to 2.6, 3.5 and 3.6 of Dupuy's thesis. \
-    A line says what each of them shows; its numbers are checks, most of them against a closed form or a truth. The papers' other figures are diagrams, or \
-    stand in other sections: deformed surfaces (Figure 5), the pillow and the snake (9), the sea (10), normal maps and displacement (8), and measured materials.";
+    Each has a caption; its numbers are checks, most of them against a closed form or a truth. The papers' other figures are diagrams or \
+    appear in other sections: deformed surfaces (Figure 5), the pillow and the snake (9), the sea (10), normal maps and displacement (8), \
+    and measured materials.";
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut page = Page::default();

@@ -1,4 +1,4 @@
-//! Figures 1 and 2 of the supplement: from normals to slopes, and from the density of slopes to Beckmann's of normals.
+//! Figures 1 and 2 of the supplement: from normals to slopes, and from slope density to Beckmann's normal density.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,7 +20,7 @@ fn slope_of(n: DVec3) -> DVec2 {
     -n.xy() / n.z
 }
 
-/// Area of slopes per solid angle of normals at `theta`, by differences.
+/// Area of slopes per solid angle of normals at `theta`, by finite differences.
 fn jacobian(theta: f64) -> f64 {
     const STEP: f64 = 1e-5;
     let ((st, ct), (sp, cp)) = (theta.sin_cos(), AZIMUTH.sin_cos());
@@ -33,7 +33,7 @@ fn jacobian(theta: f64) -> f64 {
     polar.perp_dot(change(DVec3::new(-sp, cp, 0.0))).abs()
 }
 
-/// `exp(−tan²θ / α²) / (π α² cos⁴θ)`, as Beckmann's distribution is usually written.
+/// `exp(−tan²θ / α²) / (π α² cos⁴θ)`, the usual form of Beckmann's distribution.
 fn closed_form(theta: f64) -> f64 {
     let square = ALPHA * ALPHA;
     (-theta.tan().powi(2) / square).exp() / (PI * square * theta.cos().powi(4))
@@ -42,7 +42,7 @@ fn closed_form(theta: f64) -> f64 {
 pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Supplement Figure 1",
-        "How much area of slopes belongs to a solid angle of normals: by differences of the slope over the sphere, and the closed form 1 / cos³θ.",
+        "Area of slopes per solid angle of normals: by finite differences of the slope over the sphere, and the closed form 1 / cos³θ.",
     );
     let angles = || (0..=85).map(|degrees| (f64::from(degrees), f64::from(degrees).to_radians()));
     let mut plot =
@@ -56,7 +56,7 @@ pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
 
     page.begin(
         "Supplement Figure 2",
-        "Beckmann's density of normals for α = .5: the Gaussian density of slopes over cos⁴θ, and Beckmann's own form. The lower line is the density of slopes alone.",
+        "Beckmann's density of normals for α = .5: the Gaussian density of slopes divided by cos⁴θ, and Beckmann's own form. The lower line is the density of slopes alone.",
     );
     let facets = Beckmann::isotropic(DVec2::ZERO, ALPHA);
     let s = facets.covariance();

@@ -1,4 +1,4 @@
-//! What the figures have put on the page so far, and the numbers that check them.
+//! The figures of the page and the numbers that check them.
 
 use serde::Serialize;
 
@@ -15,29 +15,29 @@ pub struct Check {
 /// The figures so far.
 #[derive(Default)]
 pub struct Page {
-    /// For people.
+    /// Content of the page.
     pub html: Html,
-    /// Conclusions, each of one figure.
+    /// Conclusions, one figure each.
     pub findings: Vec<String>,
-    /// For programs.
+    /// Machine-readable numbers.
     pub checks: Vec<Check>,
     figure: &'static str,
 }
 
 impl Page {
-    /// Begins a figure: its heading and the line that says what it shows.
+    /// Starts a figure with its heading and caption.
     pub fn begin(&mut self, figure: &'static str, line: &str) {
         self.figure = figure;
         self.html.heading(figure);
         self.html.paragraph(line);
     }
 
-    /// Notes a number of the figure.
+    /// Records a number of the figure.
     pub fn check(&mut self, what: impl Into<String>, value: f64) {
         self.checks.push(Check { figure: self.figure, what: what.into(), value });
     }
 
-    /// States what the numbers of the figure say.
+    /// Adds a conclusion about the figure.
     pub fn find(&mut self, sentence: &str) {
         self.findings.push(format!("{}: {sentence}", self.figure));
     }

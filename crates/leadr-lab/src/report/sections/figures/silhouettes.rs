@@ -1,4 +1,4 @@
-//! Supplement Figure 6: silhouettes of a relief that is tessellated coarsely, where the filtered normal faces away.
+//! Supplement Figure 6: silhouettes of a coarsely tessellated relief, where the filtered normal faces away.
 
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles as _};
 
@@ -23,32 +23,37 @@ use leadr_scenes::stage::{SPHERE_REPEAT, Stage, sphere_views};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table};
 
-/// Slopes along a side of the paper's grid.
+/// Slopes per side of the paper's grid.
 const GRID: u32 = 5;
-/// Beckmann roughness of the base: so low that the grid does not reach far beyond the relief's own slopes.
+/// Beckmann roughness of the base; low, so that the grid barely extends past the relief's own slopes.
 const ROUGHNESS: f32 = 0.1;
-/// Patches along the edge of a cube's face: few, so that triangles can be large.
+/// Patches along a cube edge; few, to allow large triangles.
 const PATCHES: u32 = 4;
 /// Standard deviation of the slopes.
 const SLOPE: f32 = 0.4;
-/// Width of the bumps as a part of a repeat of the map.
+/// Width of the bumps, as a fraction of the map's repeat.
 const FEATURE: f32 = 0.025;
-/// Of the object's mean luminance: what is darker counts as black.
+/// Fraction of the object's mean luminance below which a pixel counts as black.
 const BLACK: f64 = 1e-3;
 
-/// What of a pixel the paper's equations do not cover.
+/// Pixel states that the paper's equations do not cover.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Turned {
-    /// The mesonormal faces the viewer, or nothing is there.
+enum Backfacing {
+    /// The mesonormal faces the viewer, or the pixel is empty.
     No,
-    /// It faces away: the projected area is negative.
+    /// The mesonormal faces away: the projected area is negative.
     Away,
-    /// And so do all the slopes of the grid: their weights sum to zero.
+    /// All slopes of the grid also face away: their weights sum to zero.
     Wholly,
 }
 
-/// Which pixels of the renderer's last picture face away.
-fn turned(subject: &mut Subject, camera: &Camera, size: (u32, u32), shot: &Shot) -> Result<Vec<Turned>, LabError> {
+/// The state of each pixel in the renderer's last picture.
+fn backfacing(
+    subject: &mut Subject,
+    camera: &Camera,
+    size: (u32, u32),
+    shot: &Shot,
+) -> Result<Vec<Backfacing>, LabError> {
     let mut layer = |which: Layer| subject.renderer.layer(which);
     let (normals, means) = (layer(Layer::Normal)?, layer(Layer::MeanSlope)?);
     let (covariances, roughness) = (layer(Layer::Covariance)?, layer(Layer::Roughness)?);
@@ -57,7 +62,7 @@ fn turned(subject: &mut Subject, camera: &Camera, size: (u32, u32), shot: &Shot)
     let of = |i: usize| {
         let normal = Vec3::from_slice(&normals[i]).as_dvec3();
         if shot.coverage[i] <= 0.0 || normal.length_squared() < 0.5 {
-            return Turned::No;
+            return Backfacing::No;
         }
         let at = |k: u32, of: u32| (2.0 * k as f32 + 1.0) / of as f32 - 1.0;
         let (x, y) = (at(i as u32 % size.0, size.0), at(i as u32 / size.0, size.1));
@@ -65,17 +70,17 @@ fn turned(subject: &mut Subject, camera: &Camera, size: (u32, u32), shot: &Shot)
         let wo = to_frame(&frame_about(normal.normalize()), -ray.as_dvec3().normalize());
         let m = DVec2::new(means[i][0].into(), means[i][1].into());
         if meso_area(wo, m) >= 0.0 {
-            return Turned::No;
+            return Backfacing::No;
         }
         let base = 0.5 * f64::from(roughness[i][0]).powi(2);
         let s = Vec3::from_slice(&covariances[i]).as_dvec3() + DVec3::new(base, base, 0.0);
         let seen = |k: u32| facet_area(wo, slope_sample(grid_node(k / GRID, k % GRID, GRID, lambda).xy(), m, s)) > 0.0;
-        if (0..GRID * GRID).any(seen) { Turned::Away } else { Turned::Wholly }
+        if (0..GRID * GRID).any(seen) { Backfacing::Away } else { Backfacing::Wholly }
     };
     Ok((0..shot.coverage.len()).map(of).collect())
 }
 
-/// Pixels of the object that are black.
+/// Number of black pixels of the object.
 fn black(shot: &Shot) -> usize {
     let covered = || (0..shot.coverage.len()).filter(|&i| shot.coverage[i] > 0.5);
     let value = |i: usize| luminance(Vec3::from(shot.image.texels[i]).as_dvec3());
@@ -86,9 +91,11 @@ fn black(shot: &Shot) -> usize {
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Supplement Figure 6",
-        "A Gaussian relief on a sphere, divided more and more coarsely, under the sky. Left, pixels that have no value in the paper are painted: in red those whose filtered normal faces away from the \
-        viewer (a negative projected area), in black those where all slopes of the 5×5 grid face away too (0/0). Middle, the same grid here without the kernel: the mean slope is tilted until a node of the grid is seen. \
-        Right, as by default: the mean slope is brought back to edge-on and what it lacked counts as roughness (tilt_to_edge, part of --pixel-kernel).",
+        "A Gaussian relief on a sphere under the sky, tessellated more and more coarsely. Left: pixels without a value in the paper. Red \
+        ones have a filtered normal that faces away from the viewer (a negative projected area); in black ones all slopes of the 5×5 grid \
+        also face away (0/0). Middle: the same grid here without the kernel; the mean slope is tilted until a node of the grid is \
+        visible. Right: the default; the mean slope is tilted back to edge-on and the difference counts as roughness (tilt_to_edge, part \
+        of --pixel-kernel).",
     );
     let side = studio.pick(96, 256);
     let size = (side, side);
@@ -107,12 +114,12 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             "pixels per triangle",
             "without a value in the paper",
             "grid, without the kernel",
-            "as by default",
+            "default",
             "pixels",
             "facing away",
             "0/0",
-            "black in the middle",
-            "black on the right",
+            "black pixels, middle",
+            "black pixels, right",
         ],
     );
     let (mut most, mut left) = ((0, 0), 0);
@@ -131,26 +138,26 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
                 tessellation: TessellationSettings { pixels_per_triangle, ..Default::default() },
                 ..Default::default()
             };
-            // Fails on a pixel that is not finite.
+            // Fails on a non-finite pixel.
             studio.shoot(&mut subject.renderer, &state, &settings)
         };
         let shown = shoot(options, &mut subject)?;
         let grid = shoot(paper, &mut subject)?;
-        let turned = turned(&mut subject, &camera, size, &grid)?;
-        let count = |which: &[Turned]| turned.iter().filter(|turned| which.contains(turned)).count();
-        let (away, wholly) = (count(&[Turned::Away, Turned::Wholly]), count(&[Turned::Wholly]));
-        let paint = |(turned, texel): (&Turned, &[f32; 3])| match turned {
-            Turned::No => *texel,
-            Turned::Away => [1.0, 0.0, 0.0],
-            Turned::Wholly => [0.0; 3],
+        let backfacing = backfacing(&mut subject, &camera, size, &grid)?;
+        let count = |which: &[Backfacing]| backfacing.iter().filter(|backfacing| which.contains(backfacing)).count();
+        let (away, wholly) = (count(&[Backfacing::Away, Backfacing::Wholly]), count(&[Backfacing::Wholly]));
+        let paint = |(backfacing, texel): (&Backfacing, &[f32; 3])| match backfacing {
+            Backfacing::No => *texel,
+            Backfacing::Away => [1.0, 0.0, 0.0],
+            Backfacing::Wholly => [0.0; 3],
         };
-        let painted = turned.iter().zip(&grid.image.texels).map(paint).collect();
+        let painted = backfacing.iter().zip(&grid.image.texels).map(paint).collect();
         let painted = RgbImage { width: side, height: side, texels: painted };
         let name = |what: &str| format!("figures-silhouettes-{pixels_per_triangle}-{what}");
         let pictures = [
             studio.picture(&name("paper"), &painted, 1.0, "pixels without a value in the paper", Vec::new())?,
             studio.picture(&name("grid"), &grid.image, 1.0, "grid, without the kernel", Vec::new())?,
-            studio.picture(&name("default"), &shown.image, 1.0, "as by default", Vec::new())?,
+            studio.picture(&name("default"), &shown.image, 1.0, "default", Vec::new())?,
         ];
         let (pixels, dark, remain) = (shown.coverage.iter().filter(|&&c| c > 0.5).count(), black(&grid), black(&shown));
         let numbers = [pixels, away, wholly, dark, remain].map(|count| Cell::from(count as f64));
@@ -164,7 +171,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     }
     page.html.table(&table);
     page.find(&format!(
-        "the filtered normal faces away in up to {} pixels, and in up to {} of them so do all slopes of the 5×5 grid; {left} pixels are black in what is drawn, and none is NaN or infinite.",
+        "the filtered normal faces away in up to {} pixels, and all slopes of the 5×5 grid also do in up to {} of them; {left} drawn pixels are black, and none is NaN or infinite.",
         most.0, most.1
     ));
     Ok(())

@@ -1,4 +1,4 @@
-//! LEADR Figure 2: which slopes a viewer sees.
+//! LEADR Figure 2: the slopes visible to a viewer.
 
 use std::array::from_fn;
 
@@ -19,9 +19,9 @@ const SIGMA: f64 = 0.5;
 /// Degrees between the viewer and the mean normal.
 const ANGLES: [f64; 3] = [0.0, 45.0, 80.0];
 const BINS: usize = 40;
-/// The slopes that are counted, in standard deviations to either side.
+/// Range of counted slopes, in standard deviations to each side.
 const REACH: f64 = 4.0;
-/// Cells of the profile that are drawn.
+/// Drawn cells of the profile.
 const SHOWN: usize = 160;
 
 /// Lower and upper end of a bin.
@@ -35,7 +35,7 @@ fn viewer(degrees: f64) -> DVec3 {
     DVec3::new(sin, 0.0, cos)
 }
 
-/// The share of the visible area in each bin of the slope along the view: `max(0, wo·(−x, −y, 1)) P22 / A`, integrated over the other slope.
+/// Fraction of the visible area in each bin of the slope along the view: `max(0, wo·(−x, −y, 1)) P22 / A`, integrated over the other slope.
 fn predicted(wo: DVec3) -> [f64; BINS] {
     let s = DVec3::new(SIGMA * SIGMA, SIGMA * SIGMA, 0.0);
     let area = visible_area(wo, DVec2::ZERO, s);
@@ -48,7 +48,7 @@ fn predicted(wo: DVec3) -> [f64; BINS] {
     })
 }
 
-/// The same by rays on random surfaces.
+/// The same fractions from rays on random surfaces.
 fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError> {
     let mut mean = [0.0; BINS];
     for (tile, seed) in tiles.iter().zip(1..) {
@@ -57,18 +57,18 @@ fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError
             let at = (facet.slope.x / (SIGMA * REACH) * 0.5 + 0.5) * BINS as f64;
             from_fn(|k| f64::from(at.floor() == k as f64))
         });
-        let seen = seen.ok_or_else(|| LabError("a viewer above the surface sees none of it".to_owned()))?;
+        let seen = seen.ok_or_else(|| LabError("nothing is visible to a viewer above the surface".to_owned()))?;
         mean = from_fn(|k| mean[k] + seen.mean[k] / tiles.len() as f64);
     }
     Ok(mean)
 }
 
-/// Half of the summed differences: the largest difference that any event can have in probability.
+/// Half of the summed differences: the largest difference in probability of any event.
 fn total_variation(a: &[f64; BINS], b: &[f64; BINS]) -> f64 {
     0.5 * a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>()
 }
 
-/// The heights of a row of the tile, and those that are seen along it: a point is hidden by what rises above its line of sight.
+/// Heights of a row of the tile, and their visibility along it: a point is hidden by anything above its line of sight.
 fn profile(tile: &Tile, degrees: f64) -> (Vec<f64>, Vec<bool>) {
     let row = &tile.heights()[..tile.size() as usize];
     let heights: Vec<f64> = row.iter().map(|&h| SIGMA * f64::from(h)).collect();
@@ -92,9 +92,9 @@ fn profile(tile: &Tile, degrees: f64) -> (Vec<f64>, Vec<bool>) {
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "LEADR Figure 2",
-        "A Gaussian surface whose slopes deviate by .5, seen from 0°, 45° and 80°: the slopes that are seen, as the model has them and as counted by rays. \
-        The viewer is on the side of positive x, whose facets have negative slopes. The profile is a cut through the surface; its bold parts are those that \
-        the viewer at 80° sees of the cut.",
+        "A Gaussian surface with slope deviation .5, seen from 0°, 45° and 80°: distributions of visible slopes from the model and \
+        counted by rays. The viewer is on the side of positive x, whose facets have negative slopes. The profile is a cut through the \
+        surface; its bold parts are visible to the viewer at 80°.",
     );
     let (count, size, rays) = studio.pick((1, 256, 256), (4, 1024, 1024));
     let tiles: Vec<Tile> = (1..=count).map(|seed| Tile::new(Spectrum::Gaussian, size, 8.0, seed)).collect();
@@ -115,7 +115,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     );
     let mut table = Table::new(
         "Total variation distance between distributions of the slope along the view, 0 to 1",
-        ["angle", "counted – model", "counted – all slopes, seen or not"],
+        ["angle", "counted – model", "counted – all slopes, visible or not"],
     );
     let all = predicted(DVec3::Z);
     let mut distances = Vec::new();
@@ -133,7 +133,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         page.check(format!("total variation distance to all slopes, {degrees}°"), blind);
         table.row([format!("{degrees}°").into(), distance.into(), blind.into()]);
         distances.push(format!(
-            "{} at {degrees}° ({} if every slope counted as seen)",
+            "{} at {degrees}° ({} if every slope counted as visible)",
             number(distance),
             number(blind)
         ));
@@ -141,7 +141,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.html.plot(&plot);
     page.html.table(&table);
     page.find(&format!(
-        "the slopes that rays count differ from the model's by a total variation distance of {}.",
+        "the slopes counted by rays have a total variation distance from the model of {}.",
         distances.join(", ")
     ));
     Ok(())
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_is_seen_whole_from_above_and_in_part_from_the_side() {
+    fn profile_visibility_depends_on_view_angle() {
         let tile = Tile::new(Spectrum::Gaussian, 64, 8.0, 1);
         let seen = |degrees: f64| profile(&tile, degrees).1.iter().filter(|&&seen| seen).count();
         assert_eq!(seen(1.0), 64);

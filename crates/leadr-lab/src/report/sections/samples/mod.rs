@@ -1,4 +1,4 @@
-//! One sample of LEADR compared with references of many samples: how near to the truth, how much faster.
+//! One sample of LEADR against references of many samples: accuracy and speed.
 
 mod race;
 mod rough_sphere;
@@ -17,21 +17,19 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number, percent};
 use leadr_tools::html::{Plot, Scale};
 
-const INTRO: &str = "How near is LEADR with one shaded sample per pixel to a converged reference, and how many samples does a \
-    brute-force reference need for the same error? The truth has all shadows of the bumps, from the sun and from the \
-    sky; LEADR is drawn with its default settings. The goal is about a sphere whose bumps are what the model \
-    assumes, Gaussian and finer than the pixels, and about the T-rex from afar. A rock with a few large bumps in \
-    each pixel is harder. Edge samples look at the geometry only: they smooth silhouettes and tell the one shaded \
-    sample what the pixel holds. Errors are relative RMSE with the truth's own noise subtracted (squares of \
-    independent errors add), and mean FLIP (from which noise cannot be subtracted), over the pixels that the object \
-    touches; \"inside\" leaves out its silhouette. \"Common\" is the part of the error inside that neighbouring \
-    pixels share: each sample of the reference uses one direction of the sky for the whole picture. Times are those \
-    of all passes on the device; for LEADR those of the second of two runs.";
+const INTRO: &str = "How accurate is LEADR with one shaded sample per pixel, and how many samples does a brute-force reference need for \
+    the same error? The truth has all shadows of the bumps, from the sun and from the sky; LEADR uses its default settings. The goal \
+    applies to a sphere whose bumps match the model, Gaussian and finer than the pixels, and to the T-rex at a distance. A rock with a \
+    few large bumps in each pixel is harder. Edge samples test only the geometry: they smooth silhouettes and give the one shaded sample \
+    the pixel's contents. Errors are relative RMSE with the truth's own noise subtracted (squares of independent errors add), and mean \
+    FLIP (from which noise cannot be subtracted), over the pixels that the object touches; \"inside\" excludes its silhouette. \"Common\" \
+    is the part of the interior error that neighbouring pixels share: each sample of the reference uses one direction of the sky for the \
+    whole picture. Times are those of all passes on the device; for LEADR those of the second of two runs.";
 
 #[derive(Debug, Serialize)]
 struct Data {
     subjects: Vec<Race>,
-    /// The Gaussian sphere with bumps of several sizes, the largest first.
+    /// The Gaussian sphere with several bump sizes, the largest first.
     bumps: Vec<Race>,
 }
 
@@ -46,16 +44,16 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table(&race));
         Ok(race)
     };
-    // The finest bumps are the goal's; larger ones are fewer by the ratio of texels.
+    // The goal is for the finest bumps; larger ones are fewer by the ratio of texels.
     let tiles = studio.pick(&[16, 32][..], &[16, 32, 64]);
     let (&finest, coarser) = tiles.split_last().expect("tiles");
     let sphere = gaussian_sphere(studio, finest)?;
     let sphere = show(studio, sphere)?;
     let trex = Subject::trex(studio, studio.pick(8, 16))?;
-    let trex = from_afar(studio, "T-rex", 90.0, true, trex);
+    let trex = at_a_distance(studio, "T-rex", 90.0, true, trex);
     let trex = show(studio, trex)?;
     let rock = Subject::rock(studio, studio.pick(16, 32))?;
-    let rock = from_afar(studio, "rock", 24.0, false, rock);
+    let rock = at_a_distance(studio, "rock", 24.0, false, rock);
     let rock = show(studio, rock)?;
     let mut bumps = Vec::new();
     for &tile in coarser {
@@ -63,7 +61,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         bumps.push(race(studio, contest)?.0);
     }
     let order: Vec<&Race> = bumps.iter().chain([&sphere]).collect();
-    html.heading("How many bumps a pixel must hold");
+    html.heading("Required number of bumps per pixel");
     html.table(&bumps_table(&order));
     let mut findings = verdict(&[&sphere, &trex, &rock]);
     findings.extend([&sphere, &trex, &rock].into_iter().flat_map(findings_of));
@@ -71,9 +69,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, Data { subjects: vec![sphere, trex, rock], bumps })
 }
 
-/// The Gaussian sphere with atlas tiles of `tile` texels, which set the size of its bumps.
+/// The Gaussian sphere with atlas tiles of `tile` texels, which determine its bump size.
 fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
-    // Tens of bumps per pixel are affordable only in a small picture: each has vertices and shadows.
+    // Tens of bumps per pixel are affordable only in a small picture, because each has vertices and shadows.
     let size = studio.pick(16, 24);
     let sphere = RoughSphere::new(Detail { patches: 8, tile });
     let bumps = sphere.bumps_per_pixel(size);
@@ -86,15 +84,15 @@ fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
         subject,
         size,
         bumps_per_pixel: Some(bumps),
-        // A vertex for every texel: bumps cast shadows, so bumps that the geometry lost would not average out.
+        // A vertex for every texel: bumps cast shadows, so errors from bumps lost in the geometry would not average out.
         vertices_per_pixel: f32::INFINITY,
         converged: studio.pick(64, 128),
         counts: counts(studio),
     })
 }
 
-/// A subject that stands `distance` metres away.
-fn from_afar(studio: &Studio, name: &'static str, distance: f32, goal: bool, subject: Subject) -> Contest {
+/// A subject at a camera distance of `distance` metres.
+fn at_a_distance(studio: &Studio, name: &'static str, distance: f32, goal: bool, subject: Subject) -> Contest {
     Contest {
         title: format!("{name} at {distance} m"),
         key: name,
@@ -119,7 +117,7 @@ fn plot(race: &Race) -> Plot {
         ("milliseconds on the device", Scale::Log),
         ("relative RMSE", Scale::Log),
     );
-    // Errors below the truth's noise cannot be shown on a logarithmic scale.
+    // A logarithmic scale cannot show errors below the truth's noise.
     let line = |rows: &[&Row], pick: fn(&Row) -> f64| {
         rows.iter().map(|r| (r.milliseconds, pick(r))).filter(|p| p.1 > 0.0).collect::<Vec<_>>()
     };
@@ -172,12 +170,12 @@ fn table(race: &Race) -> Table {
     table
 }
 
-/// The worth of one sample by the number of bumps in a pixel.
+/// The worth of one sample by the number of bumps per pixel.
 fn bumps_table(races: &[&Race]) -> Table {
     let errors = ["LEADR: rRMSE", "inside", "reference of 64: rRMSE", "inside"].map(str::to_owned);
     let head = ["".to_owned(), "truth's noise inside".to_owned()].into_iter().chain(errors);
     let mut table = Table::new(
-        "One sample of LEADR by the size of the bumps",
+        "One sample of LEADR by bump size",
         head.chain(MEASURES.map(|m| format!("worth by {}", m.name))).chain(["times faster".to_owned()]),
     );
     for race in races {
@@ -194,12 +192,12 @@ fn bumps_table(races: &[&Race]) -> Table {
     table
 }
 
-/// Whether the goal is met by its subjects, and by those that are harder.
+/// Whether the goal is met by its subjects, and by harder ones.
 fn verdict(races: &[&Race]) -> Vec<String> {
     let names = |goal: bool, met: bool| -> Vec<&str> {
         races.iter().filter(|r| r.goal == goal && r.met == met).map(|r| r.subject.as_str()).collect()
     };
-    let said = |goal: bool| -> String {
+    let message = |goal: bool| -> String {
         let parts = [("met by", names(goal, true)), ("missed by", names(goal, false))];
         let parts = parts.iter().filter(|p| !p.1.is_empty()).map(|(verb, who)| format!("{verb} {}", who.join(" and ")));
         parts.collect::<Vec<_>>().join(", ")
@@ -210,7 +208,7 @@ fn verdict(races: &[&Race]) -> Vec<String> {
         .map(|(goal, which)| {
             format!(
                 "The goal (worth {WORTH} samples by rRMSE and FLIP of the whole object, {FASTER} times faster), {which}: {}.",
-                said(goal)
+                message(goal)
             )
         })
         .collect()
@@ -220,7 +218,7 @@ fn findings_of(race: &Race) -> Vec<String> {
     let leadr = &race.leadr;
     let worth: Vec<String> = race.worth.iter().map(|(name, worth)| format!("{worth} by {name}")).collect();
     let mut findings = vec![format!(
-        "{}: samples of the reference that one shaded sample of LEADR is worth: {}.",
+        "{}: one shaded sample of LEADR is worth this many samples of the reference: {}.",
         race.subject,
         worth.join(", ")
     )];
@@ -240,10 +238,10 @@ fn findings_of(race: &Race) -> Vec<String> {
             race.subject,
             number(faster)
         ));
-        // A picture that is all silhouette has no inside.
+        // A picture with only silhouette pixels has no interior.
         if judge.own.interior > 0.0 {
             findings.push(format!(
-                "{}: of the squared error inside of {WORTH} samples, {} are common to neighbouring pixels; compared with the rest alone, LEADR would be worth {} by rRMSE inside.",
+                "{}: of the squared error inside with {WORTH} samples, {} are common to neighbouring pixels; compared with the rest alone, LEADR would be worth {} by rRMSE inside.",
                 race.subject,
                 percent((judge.common / judge.own.interior).powi(2), false),
                 race.worth_apart,
@@ -258,7 +256,7 @@ fn bumps_finding(races: &[&Race]) -> String {
         .iter()
         .map(|race| format!("{}: {} inside, {} in all", race.subject, race.worth[1].1, race.worth[0].1))
         .collect();
-    format!("What one sample is worth by rRMSE, by the bumps in a pixel: {}.", parts.join("; "))
+    format!("Worth of one sample by rRMSE, by bumps per pixel: {}.", parts.join("; "))
 }
 
 #[cfg(test)]
@@ -294,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn the_goals_subjects_are_told_from_the_harder_one() {
+    fn goal_subjects_are_separated_from_harder_one() {
         let races = [example("ball", true, true), example("beast", true, false), example("stone", false, false)];
         let lines = verdict(&races.iter().collect::<Vec<_>>());
         assert_eq!(lines.len(), 2);
@@ -304,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn findings_say_what_neighbours_share() {
+    fn findings_report_shared_neighbours() {
         let findings = findings_of(&example("ball", true, true));
         assert_eq!(findings.len(), 4);
         assert!(findings[2].contains("128 times as long"), "{}", findings[2]);

@@ -1,10 +1,10 @@
-//! One subject: LEADR with one shaded sample, and references with more and more samples.
+//! One subject: LEADR with one shaded sample, and references with increasing sample counts.
 
 use serde::Serialize;
 
 use super::worth::{Worth, own, shared};
 use crate::report::case::Case;
-use crate::report::look::Look;
+use crate::report::configuration::Configuration;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
@@ -19,30 +19,30 @@ use leadr_tools::html::Figure;
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::rrmse_over;
 
-/// Edge samples of the judged picture; more of them change its errors little (docs/measurements/samples.md).
+/// Edge samples of the judged picture; more of them hardly change its errors (docs/measurements/samples.md).
 const EDGE_SAMPLES: u32 = 64;
-/// The goal: as near to the truth as a reference of this many samples,
+/// Goal: as accurate as a reference with this many samples.
 pub const WORTH: u32 = 64;
-/// and this many times faster.
+/// Goal: this many times faster than that reference.
 pub const FASTER: f64 = 50.0;
 
-/// What is rendered, and how.
+/// A subject and its settings.
 pub struct Contest {
-    /// Its name on the page.
+    /// Title on the page.
     pub title: String,
-    /// Part of the names of its pictures.
+    /// Part of the picture file names.
     pub key: &'static str,
-    /// Whether the goal is about it.
+    /// Whether the goal applies to it.
     pub goal: bool,
     /// The stage.
     pub subject: Subject,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
     /// Pixels across and down.
     pub size: u32,
-    /// Bumps in a pixel on average, where they are known.
+    /// Mean number of bumps per pixel, if known.
     pub bumps_per_pixel: Option<f64>,
-    /// Most vertices per pixel of a reference along each axis: enough for the bumps.
+    /// Largest number of vertices per pixel along each axis in a reference: enough for the bumps.
     pub vertices_per_pixel: f32,
     /// Samples of the truth.
     pub converged: u32,
@@ -50,12 +50,12 @@ pub struct Contest {
     pub counts: &'static [u32],
 }
 
-/// Relative RMSE over the object, and over its inside.
+/// Relative RMSE over the object, and over its interior.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pair {
     /// Over the pixels that the object touches.
     pub object: f64,
-    /// Over its inside.
+    /// Over its interior.
     pub interior: f64,
 }
 
@@ -72,15 +72,15 @@ pub struct Row {
     pub milliseconds: f64,
     /// Errors over the object.
     pub object: Errors,
-    /// Errors over its inside.
+    /// Errors over its interior.
     pub interior: Errors,
     /// Relative RMSE with the truth's own noise subtracted.
     pub own: Pair,
-    /// The part of the error inside that neighbouring pixels have in common, by their correlation.
+    /// Interior error shared by neighbouring pixels, from their correlation.
     pub common: f64,
 }
 
-/// A way to measure an error.
+/// An error measure.
 #[derive(Clone, Copy)]
 pub struct Measure {
     /// Its name.
@@ -96,32 +96,32 @@ pub const MEASURES: [Measure; 4] = [
     Measure { name: "FLIP", of: |r| r.object.flip },
     Measure { name: "FLIP inside", of: |r| r.interior.flip },
 ];
-/// Those of [`MEASURES`] that the goal is about: of the whole object.
+/// Indices in [`MEASURES`] of the goal's measures, over the whole object.
 const JUDGED: [usize; 2] = [0, 2];
 
 /// The result of a contest.
 #[derive(Debug, Serialize)]
 pub struct Race {
     pub subject: String,
-    /// Whether the goal is about it.
+    /// Whether the goal applies to it.
     pub goal: bool,
     pub size: u32,
     pub bumps_per_pixel: Option<f64>,
     pub converged_samples: u32,
     /// Noise of the converged reference, relative RMSE.
     pub noise: Pair,
-    /// One sample with edge samples: what is judged.
+    /// The judged picture: one shaded sample with edge samples.
     pub leadr: Row,
     /// LEADR without edge samples, and with many shaded ones.
     pub others: Vec<Row>,
     pub references: Vec<Row>,
-    /// Per measure.
+    /// Worth per measure.
     pub worth: Vec<(&'static str, Worth)>,
-    /// Worth by rRMSE inside compared with a reference whose neighbouring errors were independent: a harder test.
+    /// Worth by interior rRMSE against a reference with independent errors of neighbours: a harder test.
     pub worth_apart: Worth,
-    /// Time of a reference of [`WORTH`] samples over that of LEADR.
+    /// Time of a reference of [`WORTH`] samples, relative to LEADR's.
     pub faster: Option<f64>,
-    /// Whether it is as near as [`WORTH`] samples by the judged measures, and [`FASTER`] times as fast.
+    /// Whether the goal is met: [`WORTH`] samples by the judged measures, and [`FASTER`] times as fast.
     pub met: bool,
 }
 
@@ -132,7 +132,7 @@ impl Race {
     }
 }
 
-/// The pictures of a race: truth, LEADR, and its errors.
+/// The pictures of a race: truth, LEADR, and LEADR's errors.
 pub struct Pictures {
     truth: RgbImage,
     leadr: RgbImage,
@@ -140,7 +140,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Keeps them for the page, and the case for the section that looks for the worst.
+    /// Stores the pictures for the page, and the case for the section of the worst pictures.
     pub fn keep(self, studio: &mut Studio, key: &str, race: &Race) -> Result<[Figure; 3], LabError> {
         let title = race.subject.as_str();
         let caption = |text: &str| vec![title.to_owned(), text.to_owned()];
@@ -160,12 +160,12 @@ impl Pictures {
     }
 }
 
-/// The converged picture that others are compared with, and its noise.
+/// The converged reference picture and its noise.
 struct Converged {
     shot: Shot,
     inside: Mask,
     noise: Pair,
-    /// [`Row::common`] of the noise inside.
+    /// [`Row::common`] of the interior noise.
     common: f64,
 }
 
@@ -211,14 +211,14 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabEr
     };
     let mut half = |seed| studio.shoot(&mut subject.renderer, &state, &brute(converged.div_ceil(2), seed));
     let truth = Converged::of(&half(3)?, &half(4)?)?;
-    let look = Look::default_of_the_program();
+    let config = Configuration::program_default();
     let mut shade = |samples, edge_samples| -> Result<_, LabError> {
-        let shading = look.shading.adjusted(|options| ShadingOptions { edge_samples, ..options });
-        let settings = RenderSettings { shading, ..look.settings((size, size), samples) };
+        let shading = config.shading.adjusted(|options| ShadingOptions { edge_samples, ..options });
+        let settings = RenderSettings { shading, ..config.settings((size, size), samples) };
         // The first run builds pipelines.
         studio.shoot(&mut subject.renderer, &state, &RenderSettings { samples: 1, ..settings })?;
         let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
-        let (row, verdict) = truth.row(&look.name, &shot, edge_samples)?;
+        let (row, verdict) = truth.row(&config.name, &shot, edge_samples)?;
         Ok((row, shot, verdict))
     };
     let (leadr, shot, verdict) = shade(1, EDGE_SAMPLES)?;
@@ -245,12 +245,12 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabEr
     Ok((race, Pictures { truth: truth.shot.image, leadr: shot.image, verdict }))
 }
 
-/// Whether the goal is met, by every judged measure and in time.
+/// Whether the goal is met by every judged measure and by time.
 fn meets(worth: &[(&str, Worth)], faster: Option<f64>) -> bool {
     JUDGED.iter().all(|&i| worth[i].1.reaches(f64::from(WORTH))) && faster.is_some_and(|f| f >= FASTER)
 }
 
-/// Pictures with more and more samples of one sequence; each contains the samples of those before it.
+/// Pictures with increasing sample counts of one sequence; each contains the samples of the previous ones.
 fn growing(
     subject: &mut Subject,
     state: &FrameState,
@@ -273,7 +273,7 @@ fn growing(
     Ok(shots)
 }
 
-/// Samples and errors.
+/// Sample counts and errors.
 fn points(rows: &[Row], of: fn(&Row) -> f64) -> Vec<(f64, f64)> {
     rows.iter().map(|r| (f64::from(r.samples), of(r))).collect()
 }
@@ -282,7 +282,7 @@ fn points(rows: &[Row], of: fn(&Row) -> f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// A disc whose radiance is `value` of the pixel.
+    /// A disc with radiance `value` per pixel.
     fn disc(value: impl Fn(u32, u32) -> f32, samples: u32) -> Shot {
         let (mut texels, mut coverage) = (Vec::new(), Vec::new());
         for y in 0..40u32 {
@@ -295,7 +295,7 @@ mod tests {
         Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples, noise: 0.0 }
     }
 
-    /// ±1 without order.
+    /// Random ±1.
     fn sign(seed: u32, x: u32, y: u32) -> f32 {
         let mixed = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ seed.wrapping_mul(0xc2b2_ae35))
             .wrapping_mul(0x27d4_eb2f);
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn the_truths_noise_is_taken_off_and_common_errors_are_told() {
+    fn truth_noise_is_subtracted_and_common_errors_reported() {
         let noisy = |seed| disc(move |x, y| 1.0 + 0.1 * sign(seed, x, y), 32);
         let truth = Converged::of(&noisy(1), &noisy(2)).unwrap();
         let noise = 0.1 / 2f64.sqrt();
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn the_goal_asks_for_the_whole_object_and_for_time() {
+    fn goal_requires_whole_object_and_time() {
         let worth = |object: f64, inside: f64, flip: f64| {
             [("rRMSE", object), ("rRMSE inside", inside), ("FLIP", flip), ("FLIP inside", inside)]
                 .map(|(name, n)| (name, Worth::Equal(n)))

@@ -1,8 +1,8 @@
-//! A Gaussian rough sphere of a common material: exactly what LEADR's model describes, once bumps are smaller than a pixel.
+//! A Gaussian rough sphere of a common material. LEADR's model describes it exactly once bumps are smaller than a pixel.
 //!
-//! Its heights are a Gaussian field, so its slopes are normally distributed in every footprint that holds enough bumps, and
-//! they are the same everywhere. The base material is a matt dielectric, and the slopes are those of plaster or rough
-//! concrete: steep enough that bumps hide each other towards the limb.
+//! Its heights are a Gaussian field, so slopes are normally distributed in every footprint with enough bumps, and the statistics are
+//! uniform.
+//! The base material is a matt dielectric with the slopes of plaster or rough concrete: steep enough for masking towards the limb.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use leadr_scenes::spheres::cell::{DISTANCE, Facets, views};
 use leadr_scenes::spheres::surface::{Detail, Surface};
 use leadr_scenes::stage::{Stage, Views};
 
-/// Albedo of the diffuse part.
+/// Diffuse albedo.
 pub const ALBEDO: f32 = 0.5;
 /// Beckmann roughness `α` of the base material.
 pub const ROUGHNESS: f32 = 0.3;
@@ -24,17 +24,16 @@ pub const SLOPE: f32 = 0.4;
 /// Standard deviation of the noise's kernel in texels ([`Detail::texel`]): a bump is eight texels wide.
 const KERNEL_TEXELS: f64 = 2.5;
 
-/// A unit sphere, and how large its bumps are.
+/// A unit sphere and its bump size.
 pub struct RoughSphere {
-    /// The sphere, seen by its [`views`] from the side and somewhat above, as the rock is.
+    /// The sphere, seen by its [`views`] from the side and slightly above, like the rock.
     pub stage: Stage,
-    /// Area of a bump: of the surface over which heights are correlated, the integral of their autocorrelation. Squares of
-    /// the radius.
+    /// Bump area: the integral of the heights' autocorrelation over the surface, in squares of the radius.
     pub bump_area: f64,
 }
 
 impl RoughSphere {
-    /// Bakes the sphere with bumps as small as `detail` holds.
+    /// Bakes the sphere with the finest bumps that `detail` can hold.
     pub fn new(detail: Detail) -> Self {
         let length = KERNEL_TEXELS * detail.texel();
         let mut object =
@@ -48,8 +47,8 @@ impl RoughSphere {
         Self { stage: Stage::still(vec![object], views), bump_area: bump_area(length) }
     }
 
-    /// Bumps that a pixel of the disc shows on average, in a picture of `height` pixels by the `mid` view. In the middle of the disc
-    /// there are half as many, and more toward the limb.
+    /// Mean number of bumps per pixel of the disc, in a picture of `height` pixels by the `mid` view. The disc's centre has half as many,
+    /// the limb more.
     pub fn bumps_per_pixel(&self, height: u32) -> f64 {
         let (distance, focal) = (f64::from(DISTANCE), f64::from(self.stage.views.mid.lens(height).focal_pixels));
         let visible = TAU * (1.0 - distance.recip());
@@ -73,13 +72,13 @@ mod tests {
     use leadr_scenes::spheres::noise::SphereNoise;
 
     #[test]
-    fn bumps_have_the_area_over_which_heights_are_correlated() {
-        // The mean over a disc of many bumps varies by the variance of heights times bump area / disc area.
+    fn bump_area_is_the_height_correlation_area() {
+        // The mean over a disc of many bumps has a variance of heights times bump area / disc area.
         let (length, radius) = (0.01, 0.12f32);
         let (mut square, mut single) = (0.0f64, 0.0f64);
         for seed in 0..16 {
             let noise = SphereNoise::new(seed, DVec2::ONE, length);
-            // Discs around points that lie farther apart than the discs are wide.
+            // Discs around points further apart than the disc width.
             for i in 0..60 {
                 let z = 1.0 - (2.0 * i as f32 + 1.0) / 60.0;
                 let axis = (Vec2::from_angle(i as f32 * 2.399_963_2) * (1.0 - z * z).sqrt()).extend(z);
@@ -97,12 +96,12 @@ mod tests {
                 single += squares / f64::from(n);
             }
         }
-        // Minus what heights near the rim share with those outside: a mean distance of 1.65 lengths.
+        // Corrects for correlation across the rim: a mean distance of 1.65 lengths.
         let rim = 1.0 - 2.0 / PI * 1.65 * length / f64::from(radius);
         let expected = rim * bump_area(length) / (PI * f64::from(radius).powi(2));
         let measured = square / single;
         println!("{measured} {expected}");
-        // 960 discs tell a variance to 4.6 %.
+        // 960 discs estimate a variance to 4.6 %.
         assert!((measured / expected - 1.0).abs() < 0.14, "{measured} {expected}");
     }
 
@@ -112,7 +111,7 @@ mod tests {
         let one = bumps(16, 24);
         assert!((bumps(16, 12) / one - 4.0).abs() < 1e-3);
         assert!((bumps(32, 24) / one - (28.0f64 / 12.0).powi(2)).abs() < 1e-3);
-        // By hand: 11/24 of the sphere over a disc that is 0.8 of 24 pixels wide.
+        // By hand: 11/24 of the sphere over a disc 0.8 of 24 pixels wide.
         let pixel = 11.0 / 24.0 * 4.0 / (12.0 * f64::from(FILL)).powi(2);
         let length = 2.5 * std::f64::consts::FRAC_PI_2 / 24.0;
         assert!((one / (pixel / (10.0 * length * length)) - 1.0).abs() < 1e-3, "{one}");

@@ -1,4 +1,4 @@
-//! How many samples of a reference an error is worth, and how much of an error neighbours share.
+//! Sample count of a reference with an equal error, and the error fraction shared by neighbours.
 
 use serde::Serialize;
 
@@ -6,23 +6,23 @@ use leadr_maps::RgbImage;
 use leadr_tools::html::number;
 use leadr_tools::metrics::Mask;
 
-/// Samples of the reference that a picture is worth.
+/// Reference sample count that a picture is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "bound", content = "samples", rename_all = "snake_case")]
 pub enum Worth {
-    /// This many, by a power law between measured numbers.
+    /// Interpolated between measured counts by a power law.
     Equal(f64),
-    /// Even this few are nearer to the truth.
+    /// Even this few samples are more accurate.
     Below(f64),
-    /// Even this many are farther from the truth.
+    /// Even this many samples are less accurate.
     Above(f64),
-    /// There are no such pixels.
+    /// No such pixels.
     Unknown,
 }
 
 impl Worth {
-    /// The number of samples at which a reference has the error `error`, by a power law between the measured ones. `references`
-    /// are samples and errors.
+    /// The sample count at which a reference has the error `error`, by a power law between the measured ones. `references`: sample counts
+    /// and errors.
     pub fn of(references: &[(f64, f64)], error: f64) -> Self {
         let (Some(first), Some(last)) = (references.first(), references.last()) else { return Self::Unknown };
         if error.is_nan() {
@@ -34,7 +34,7 @@ impl Worth {
         let Some(pair) = references.windows(2).find(|pair| pair[0].1 > error && pair[1].1 <= error) else {
             return Self::Above(last.0);
         };
-        // An error lost in the truth's noise has no number.
+        // An error below the truth's noise has no sample count.
         if pair[1].1 <= 0.0 {
             return Self::Above(pair[0].0);
         }
@@ -42,7 +42,7 @@ impl Worth {
         Self::Equal(pair[0].0 * (pair[1].0 / pair[0].0).powf(share))
     }
 
-    /// Whether that is at least `samples`.
+    /// Whether it is at least `samples`.
     pub fn reaches(self, samples: f64) -> bool {
         match self {
             Self::Equal(n) | Self::Above(n) => n >= samples,
@@ -62,13 +62,13 @@ impl std::fmt::Display for Worth {
     }
 }
 
-/// An error against a truth with the truth's own noise subtracted: squares of independent errors add.
+/// An error with the truth's noise subtracted: squares of independent errors add.
 pub fn own(error: f64, noise: f64) -> f64 {
     if error.is_nan() { error } else { (error * error - noise * noise).max(0.0).sqrt() }
 }
 
-/// The correlation of the errors of pixels side by side, both within `mask`: the share of an error's square that
-/// neighbours have in common. 0 where the errors are independent, 1 where they are the same; NaN without such pixels.
+/// Correlation of the errors of adjacent pixels within `mask`: the fraction of the squared error that neighbours share. 0 for independent
+/// errors, 1 for equal ones; NaN without such pixels.
 pub fn shared(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> f64 {
     let width = mask.width as usize;
     let error = |i: usize, c: usize| f64::from(test.texels[i][c]) - f64::from(reference.texels[i][c]);
@@ -102,7 +102,7 @@ mod tests {
         assert!((equal(0.5f64.powf(1.5)) - 8.0).abs() < 1e-9);
         assert_eq!((Worth::of(&halves, 2.0), Worth::of(&halves, 0.01)), (Worth::Below(1.0), Worth::Above(256.0)));
         assert_eq!((Worth::of(&[], 1.0), Worth::of(&halves, f64::NAN)), (Worth::Unknown, Worth::Unknown));
-        // Errors below the truth's noise cannot be told apart.
+        // Errors below the truth's noise cannot be resolved.
         let drowned = [(1.0, 0.2), (32.0, 0.1), (64.0, 0.0)];
         assert_eq!((Worth::of(&drowned, 0.05), Worth::of(&drowned, 0.0)), (Worth::Above(32.0), Worth::Above(32.0)));
         assert_eq!(Worth::of(&drowned[..2], 0.0), Worth::Above(32.0));
@@ -118,13 +118,13 @@ mod tests {
     }
 
     #[test]
-    fn what_neighbours_share_is_told_from_what_each_has() {
+    fn shared_error_is_separated_from_independent_error() {
         let n = 64u32;
         let grey =
             |value: &dyn Fn(u32) -> f32| RgbImage::new(n, n, (0..n * n).map(|i| [value(i); 3]).collect()).unwrap();
         let flat = grey(&|_| 1.0);
         let mask = Mask::all(n, n);
-        // ±1 without order, from the top bit of a mixed index.
+        // Random ±1 from the top bit of a mixed index.
         let own = |i: u32| {
             if (i.wrapping_mul(0x9e37_79b9) ^ i << 13).wrapping_mul(0x85eb_ca6b) >> 31 == 0 { 1.0 } else { -1.0 }
         };

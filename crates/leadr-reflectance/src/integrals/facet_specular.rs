@@ -1,23 +1,23 @@
-//! Mirrors of a light on a relief whose facets each have a rough base in their own frame.
+//! Specular reflection of a light on a relief whose facets each have a rough base in their own frame.
 //!
-//! A facet of slope `x` with a Beckmann base reflects light of `wi` by its mirrors of normal `wh`, which lie at the slopes `u` of its
-//! own frame. Over a relief whose slopes are `N(x; m, S)` their density is
+//! A facet of slope `x` with a Beckmann base reflects light from `wi` by microfacets of normal `wh`, which have the slope `u` in the
+//! facet's frame. Over relief slopes `N(x; m, S)` their density is
 //!
 //! ```text
 //! D = ∫ N(x; m, S) √(1 + |x|²) exp(−½ (u_a²/v_a + u_b²/v_b)) / (2π √(v_a v_b) c⁴) G dx
 //! u = (N·a, N·b)/(N·wh)     c = N·wh/|N|     N = (−x, 1)
 //! ```
 //!
-//! `a` and `b` are axes across `wh`, in the plane of incidence and beside it: on them the base's variance `α²/2` and the size of the
-//! light add up, as half vectors turn half as far as the light along `a`, and by `1/(2 wo·wh)` along `b`. `G` is what viewer and light
-//! see of a facet's mirrors, 0 for one that either sees from behind.
+//! `a` and `b` are unit axes orthogonal to `wh`, in and across the plane of incidence. Along each axis the base variance `α²/2` and the
+//! variance from the light's size add up. Half vectors rotate by half the light's rotation along `a`, and by `1/(2 wo·wh)` of it along
+//! `b`. `G` is the share of a facet's microfacets that viewer and light see, 0 for a back-facing facet.
 //!
-//! No Gaussian of all mirrors does this: facets turned far from the macrosurface have mirrors further still, so the density of flat
-//! relief is too low in the middle and, three and a half deviations out, ten times too low
-//! ([`add_facet_roughness`](crate::facets::base_roughness::add_facet_roughness) fits the mirrors of environments). But
-//! near `wh` the integrand is nearly a Gaussian. Two steps find it, in coordinates `x = m + C z` in which the slopes are a standard
-//! normal: `u` is linear about the facet halfway between the mean one and `wh`, then about the most frequent facet of the first step. Four nodes at
-//! √2 deviations integrate the quotient of the integrand and that Gaussian, exactly so if it is a cubic in `z`.
+//! A single Gaussian of all microfacets is inaccurate, because facets tilted far from the macrosurface have microfacets tilted further
+//! still. The density of flat relief is then too low at the centre, and ten times too low at 3.5 standard deviations
+//! ([`add_facet_roughness`](crate::facets::base_roughness::add_facet_roughness) fits it for environments). Near `wh`, however, the
+//! integrand is nearly Gaussian. Two steps find that Gaussian, in coordinates `x = m + C z` where the slopes are standard normal. `u` is
+//! linearised about the facet halfway between the mean one and `wh`, then about the most likely facet of the first step. Four nodes at √2
+//! deviations integrate the quotient of the integrand and the Gaussian, exactly if it is a cubic in `z`.
 //!
 //! Errors against converged integrals are in `docs/measurements/base-roughness.md`.
 
@@ -31,67 +31,67 @@ use crate::slopes::grid::slope_at;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{E, FRAC_1_SQRT_2, PI};
 
-/// Least z of the sum of two normals where the search begins.
+/// Lower bound of z for the sum of two normals that starts the search.
 const LEAST_HALFWAY_Z: f64 = 0.1;
-/// Least squared cosine of viewer and half vector, as far as the size of a light goes.
-const LEAST_MIRROR_COSINE2: f64 = 1e-3;
+/// Lower bound of the squared cosine of viewer and half vector in the light-size term.
+const LEAST_HALF_COSINE2: f64 = 1e-3;
 
-/// Least variance of the base's slopes, with which it can still be told where a mirror's facet lies.
+/// Lower bound of the base's slope variance, to locate the reflecting facet reliably.
 const LEAST_BASE_VARIANCE: f64 = 1e-8;
-/// Least cosine of mirror and facet. No base has mirrors further away.
+/// Lower bound of the cosine of half vector and facet. No base has microfacets further away.
 const LEAST_FACET_COSINE: f64 = 1e-3;
-/// The same where `u` is taken to be linear.
+/// Lower bound of the same cosine for the linearisation of `u`.
 const LEAST_LINEAR_COSINE: f64 = 0.05;
-/// Cosine of facet and viewer below which those of a normal map on a smooth base fade out.
+/// Cosine of facet and viewer below which facets of a normal map on a smooth base fade out.
 const LEAST_MAPPED_COSINE: f64 = 0.02;
-/// Deviations of the relief beyond which there are no facets.
+/// Bound of the relief's slopes, in standard deviations.
 const MOST_DEVIATIONS: f64 = 50.0;
 
-/// A light and a viewer, their half vector, and the spread of mirrors about it.
+/// Light, viewer and half vector, and the spread of base slopes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FacetMirrors {
+pub struct FacetSpecular {
     /// Toward the viewer, unit, tangent frame.
     pub wo: DVec3,
     /// Toward the light, unit.
     pub wi: DVec3,
     /// The half vector, unit.
     pub wh: DVec3,
-    /// Unit vector across it in the plane of incidence.
+    /// Unit vector orthogonal to `wh`, in the plane of incidence.
     pub along: DVec3,
-    /// Unit vector across both.
+    /// Unit vector orthogonal to `wh` and `along`.
     pub beside: DVec3,
-    /// Standard deviations of the base's slopes along them, with the size of the light.
+    /// Standard deviations of the base's slopes on both axes, including the size of the light.
     pub deviation: DVec2,
     /// Standard deviation of the base's slopes alone.
     pub base: f64,
 }
 
-/// `wo`, `wi`: unit, tangent frame; `alpha`: Beckmann roughness of the base, 0 to 1; `variance`: of the light's directions, radians²
-/// along each of two axes across `wi`.
-pub fn facet_mirrors(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetMirrors {
+/// Prepares the lobe of a light. `wo`, `wi`: unit, tangent frame; `alpha`: Beckmann roughness of the base, 0 to 1; `variance`: of the
+/// light's directions, radians² along each of two axes across `wi`.
+pub fn facet_specular(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetSpecular {
     let wh = half_vector(wo, wi);
     let d = wi - wo;
     let along = if d.length_squared() > 1e-8 {
         d / d.length()
     } else {
-        // Any axis will do where both coincide.
+        // If both coincide, any axis works.
         DVec3::new(wh.z, 1e-6, -wh.x).normalize()
     };
     let cosine = wo.dot(wh);
-    let size = 0.25 * variance / DVec2::new(1.0, at_least(cosine * cosine, LEAST_MIRROR_COSINE2));
+    let size = 0.25 * variance / DVec2::new(1.0, at_least(cosine * cosine, LEAST_HALF_COSINE2));
     let total = size + at_least(0.5 * alpha * alpha, LEAST_BASE_VARIANCE);
     let deviation = DVec2::new(total.x.sqrt(), total.y.sqrt());
-    FacetMirrors { wo, wi, wh, along, beside: wh.cross(along), deviation, base: FRAC_1_SQRT_2 * alpha }
+    FacetSpecular { wo, wi, wh, along, beside: wh.cross(along), deviation, base: FRAC_1_SQRT_2 * alpha }
 }
 
-/// Share of the mirrors on a facet that viewer and light see, by the shadowing model of the relief; it ends smoothly at 0 where they see
-/// the facet from behind. `co`, `ci`: cosines with the facet's normal; `between`: of `wo` and `wi`; `deviation`: of the base's slopes.
-/// On a normal map the base alone hides facets, and the viewer sees all that face it in full; the edge-on ones fade out.
+/// Share of a facet's microfacets that viewer and light see, by the relief's shadowing model; fades to 0 for back-facing facets. `co`,
+/// `ci`: cosines with the facet's normal; `between`: of `wo` and `wi`; `deviation`: of the base's slopes. In a normal map only the base
+/// hides microfacets, and all front-facing facets are fully visible; edge-on ones fade out.
 pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, deviation: f64) -> f64 {
     let mapped = shadowing == Shadowing::NormalMap;
     let shadowing = if mapped { Shadowing::Correlated } else { shadowing };
     let (so, si) = ((1.0 - co * co).max(0.0).sqrt(), (1.0 - ci * ci).max(0.0).sqrt());
-    // Across the facet's normal, the first axis toward the viewer.
+    // In the facet's plane, with the first axis towards the viewer.
     let toward = ((between - co * ci) / at_least(so, 1e-6)).clamp(-si, si);
     let aside = (si * si - toward * toward).max(0.0).sqrt();
     let area = |across: DVec2, sine: f64, cosine: f64| {
@@ -104,26 +104,26 @@ pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, de
     seen.max(0.0) * masking_shadowing_factor(shadowing, &o, &i)
 }
 
-/// Gaussian of the facets that mirror a light, in standard coordinates of the relief's slopes.
-struct MirroringFacets {
+/// Gaussian of the facets that reflect a light, in standard coordinates of the relief's slopes.
+struct ReflectingFacets {
     middle: DVec2,
-    /// Of the inverse covariance, `(xx, yy, xy)`.
+    /// Inverse covariance, `(xx, yy, xy)`.
     inverse: DVec3,
     determinant: f64,
 }
 
-/// As if the slopes `u` of the mirrors on their facets were linear, as they are about the facet of this slope.
-fn mirroring_facets(f: &FacetMirrors, about: DVec2, m: DVec2, cholesky: DVec3) -> MirroringFacets {
+/// The Gaussian of reflecting facets, with the microfacet slopes `u` linearised about the facet of slope `about`.
+fn reflecting_facets(f: &FacetSpecular, about: DVec2, m: DVec2, cholesky: DVec3) -> ReflectingFacets {
     let n = (-about).extend(1.0);
     let per = 1.0 / at_least(n.dot(f.wh), LEAST_LINEAR_COSINE * n.length());
-    // In deviations of the base: at the mean slope, and their gradients.
+    // u at the mean slope and its gradients, in standard deviations of the base.
     let u = DVec2::new(n.dot(f.along), n.dot(f.beside)) * per;
     let along = (u.x * f.wh - f.along) * (per / f.deviation.x);
     let beside = (u.y * f.wh - f.beside) * (per / f.deviation.y);
     let away = (m - about).extend(0.0);
     let at = u / f.deviation + DVec2::new(along.dot(away), beside.dot(away));
     let (a, b) = (whitened_direction(along, cholesky), whitened_direction(beside, cholesky));
-    // Precisions of the slopes and of both axes add up.
+    // The precisions of the slopes and of both axes add up.
     let inverse = DVec3::new(1.0 + a.x * a.x + b.x * b.x, 1.0 + a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
     let across = a.perp_dot(b);
     let determinant = 1.0 + a.length_squared() + b.length_squared() + across * across;
@@ -131,17 +131,17 @@ fn mirroring_facets(f: &FacetMirrors, about: DVec2, m: DVec2, cholesky: DVec3) -
     let middle =
         DVec2::new(inverse.y * pull.x - inverse.z * pull.y, inverse.x * pull.y - inverse.z * pull.x) / determinant;
     let most = DVec2::splat(MOST_DEVIATIONS);
-    MirroringFacets { middle: middle.clamp(-most, most), inverse, determinant }
+    ReflectingFacets { middle: middle.clamp(-most, most), inverse, determinant }
 }
 
-/// The module's `D`, per area of the macrosurface, in place of that of one Gaussian for all mirrors. `m`: the relief's mean slope;
-/// `cholesky`: lower Cholesky factor of its covariance ([`slope_cholesky`](crate::slopes::grid::slope_cholesky)).
-pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowing: Shadowing) -> f64 {
+/// The module's `D`, per macrosurface area, more accurate than one Gaussian of all microfacets. `m`: the relief's mean slope; `cholesky`:
+/// lower Cholesky factor of its covariance ([`slope_cholesky`](crate::slopes::grid::slope_cholesky)).
+pub fn facet_specular_density(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shadowing: Shadowing) -> f64 {
     let m = m.clamp(DVec2::splat(-MAX_SLOPE), DVec2::splat(MAX_SLOPE));
     let halfway = (-m).extend(1.0).normalize() + f.wh;
     let halfway = halfway.truncate() / -at_least(halfway.z, LEAST_HALFWAY_Z);
-    let start = mirroring_facets(f, halfway, m, cholesky).middle;
-    let found = mirroring_facets(f, slope_at(start, m, cholesky), m, cholesky);
+    let start = reflecting_facets(f, halfway, m, cholesky).middle;
+    let found = reflecting_facets(f, slope_at(start, m, cholesky), m, cholesky);
 
     // Columns of the covariance's Cholesky factor, times √2.
     let first = DVec2::new(found.inverse.y, -found.inverse.z) * (2.0 / (found.determinant * found.inverse.y)).sqrt();
@@ -158,7 +158,7 @@ pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowi
             }
             let t = DVec2::new(n.dot(f.along), n.dot(f.beside)) / (length * cosine * f.deviation);
             let seen = facet_visibility(shadowing, n.dot(f.wo) / length, n.dot(f.wi) / length, f.wo.dot(f.wi), f.base);
-            // A normal map's facets count by their area on the macrosurface.
+            // Facets of a normal map are weighted by their area on the macrosurface.
             let area = if shadowing == Shadowing::NormalMap { 1.0 } else { length };
             (-0.5 * (z.length_squared() + t.length_squared())).exp() * seen * area / cosine.powi(4)
         })
@@ -166,18 +166,18 @@ pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowi
     sum * E / (8.0 * PI * found.determinant.sqrt() * f.deviation.x * f.deviation.y)
 }
 
-/// Radiance towards the viewer under the light, linear RGB per unit of its irradiance on a plane that faces it. `o`, `i`: areas of the
-/// relief that viewer and light see ([`direction_area`](crate::masking::correlated::direction_area)).
-pub fn facet_mirrors_light(
+/// Radiance towards the viewer, linear RGB, per unit of the light's irradiance on a plane that faces it. `o`, `i`: areas of the relief
+/// visible to viewer and light ([`direction_area`](crate::masking::correlated::direction_area)).
+pub fn facet_specular_light(
     shadowing: Shadowing,
     o: &DirectionArea,
     i: &DirectionArea,
-    f: &FacetMirrors,
+    f: &FacetSpecular,
     m: DVec2,
     cholesky: DVec3,
     f0: DVec3,
 ) -> DVec3 {
-    let d = facet_mirror_density(f, m, cholesky, shadowing);
+    let d = facet_specular_density(f, m, cholesky, shadowing);
     fresnel_schlick(f0, f.wi.dot(f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i))
 }
 
@@ -192,7 +192,7 @@ mod tests {
     use crate::slopes::grid::{normal_of_slope, slope_cholesky};
 
     /// The module's integral by the midpoint rule.
-    fn converged(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowing: Shadowing, n: u32) -> f64 {
+    fn converged(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shadowing: Shadowing, n: u32) -> f64 {
         const REACH: f64 = 7.0;
         let step = 2.0 * REACH / f64::from(n);
         let between = f.wo.dot(f.wi);
@@ -218,8 +218,8 @@ mod tests {
         DVec3::new(side * phi.cos(), side * phi.sin(), z)
     }
 
-    /// Against the converged integral, by deviations of the slopes along each axis; one Gaussian for all mirrors is three to nine times
-    /// as far from it.
+    /// Compares with the converged integral, per slope deviation along each axis. The error of one Gaussian is three to nine times as
+    /// large.
     #[test]
     #[ignore = "long"]
     fn four_facets_are_near_the_integral() {
@@ -231,16 +231,16 @@ mod tests {
                 let m = DVec2::new(r.range(-0.5, 0.5), r.range(-0.5, 0.5));
                 let alpha = r.log(0.1, 0.8);
                 let (wo, wi) = (direction(&mut r), direction(&mut r));
-                let (f, cholesky) = (facet_mirrors(wo, wi, alpha, 0.0), slope_cholesky(s));
+                let (f, cholesky) = (facet_specular(wo, wi, alpha, 0.0), slope_cholesky(s));
                 let factor = |s: DVec3| {
                     let [o, i] = [wo, wi].map(|w| direction_area(w, m, slope_cholesky(s)));
                     masking_shadowing_factor(Shadowing::Correlated, &o, &i)
                 };
                 let truth = factor(s) * converged(&f, m, cholesky, Shadowing::Correlated, 200);
-                let got = factor(s) * facet_mirror_density(&f, m, cholesky, Shadowing::Correlated);
-                let mirrors = add_facet_roughness(s, alpha, wo, m);
+                let got = factor(s) * facet_specular_density(&f, m, cholesky, Shadowing::Correlated);
+                let one_lobe = add_facet_roughness(s, alpha, wo, m);
                 errors += (got - truth).powi(2);
-                one_gaussian += (beckmann_ndf(f.wh, m, mirrors) * factor(mirrors) - truth).powi(2);
+                one_gaussian += (beckmann_ndf(f.wh, m, one_lobe) * factor(one_lobe) - truth).powi(2);
                 all += truth * truth;
             }
             let [got, before] = [errors, one_gaussian].map(|e| (e / all).sqrt());
@@ -249,31 +249,31 @@ mod tests {
         }
     }
 
-    /// Without relief: the base's own density on a facet of slope `m`.
+    /// Without relief the density is the base's own on a facet of slope `m`.
     #[test]
-    fn a_smooth_surface_has_the_mirrors_of_its_base() {
+    fn a_smooth_surface_has_the_specular_term_of_its_base() {
         let mut r = Random(5);
         for _ in 0..1000 {
             let (wo, wi, alpha) = (direction(&mut r), direction(&mut r), r.log(0.02, 1.0));
-            let f = facet_mirrors(wo, wi, alpha, 0.0);
+            let f = facet_specular(wo, wi, alpha, 0.0);
             let flat = DVec2::ZERO;
             let s = DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0);
             let [o, i] = [wo, wi].map(|w| direction_area(w, flat, slope_cholesky(s)));
             let want = beckmann_ndf(f.wh, flat, s) * wo.z * masking_shadowing_factor(Shadowing::Correlated, &o, &i);
-            let got = facet_mirror_density(&f, flat, DVec3::ZERO, Shadowing::Correlated);
+            let got = facet_specular_density(&f, flat, DVec3::ZERO, Shadowing::Correlated);
             assert!((got - want).abs() < 1e-9 * want + 1e-200, "{got} {want}");
-            // Tilted, in the facet's own frame, per area of the macrosurface.
+            // Tilted, in the facet's frame, per macrosurface area.
             let m = DVec2::new(r.range(-0.7, 0.7), r.range(-0.7, 0.7));
             let frame = frame_about(normal_of_slope(m));
-            let local = facet_mirrors(to_frame(&frame, wo), to_frame(&frame, wi), alpha, 0.0);
-            let on_facet = facet_mirror_density(&local, flat, DVec3::ZERO, Shadowing::Correlated);
+            let local = facet_specular(to_frame(&frame, wo), to_frame(&frame, wi), alpha, 0.0);
+            let on_facet = facet_specular_density(&local, flat, DVec3::ZERO, Shadowing::Correlated);
             let want = on_facet * (1.0 + m.length_squared()).sqrt();
-            let got = facet_mirror_density(&f, m, DVec3::ZERO, Shadowing::Correlated);
+            let got = facet_specular_density(&f, m, DVec3::ZERO, Shadowing::Correlated);
             assert!((got - want).abs() < 1e-9 * want + 1e-200, "{got} {want}");
         }
     }
 
-    /// A light of some width: the mean over its directions.
+    /// A light of finite size gives the mean over its directions.
     #[test]
     fn lights_have_a_size() {
         let (m, s, alpha) = (DVec2::new(0.1, -0.2), DVec3::new(0.02, 0.04, 0.01), 0.15);
@@ -288,7 +288,7 @@ mod tests {
             let (wo, wi) = (wo.normalize(), wi.normalize());
             let (x, y) = wi.any_orthonormal_pair();
             let density = |wi, variance| {
-                facet_mirror_density(&facet_mirrors(wo, wi, alpha, variance), m, cholesky, Shadowing::Smith)
+                facet_specular_density(&facet_specular(wo, wi, alpha, variance), m, cholesky, Shadowing::Smith)
             };
             let (mut sum, mut weights) = (0.0, 0.0);
             for j in -20..=20 {
@@ -302,7 +302,7 @@ mod tests {
             let (truth, point) = (sum / weights, density(wi, 0.0));
             let got = density(wi, deviation * deviation);
             worst = worst.max((got / truth - 1.0).abs());
-            assert!((point / truth - 1.0).abs() > 0.02, "a point does as well: {point} {truth}");
+            assert!((point / truth - 1.0).abs() > 0.02, "the size of the light must matter: {point} {truth}");
         }
         assert!(worst < 0.04, "{worst}");
     }
@@ -317,8 +317,8 @@ mod tests {
             let s = DVec3::new(x * x, y * y, r.range(-1.0, 1.0) * x * y);
             let m = DVec2::new(r.range(-8.0, 8.0), r.range(-8.0, 8.0));
             let wi = if r.unit() < 0.1 { -wo } else { wi };
-            let f = facet_mirrors(wo, wi, r.range(0.0, 1.0).powi(4), r.log(1e-9, 0.1));
-            let density = facet_mirror_density(&f, m, slope_cholesky(s), Shadowing::Correlated);
+            let f = facet_specular(wo, wi, r.range(0.0, 1.0).powi(4), r.log(1e-9, 0.1));
+            let density = facet_specular_density(&f, m, slope_cholesky(s), Shadowing::Correlated);
             assert!(density.is_finite() && density >= 0.0, "{density}");
         }
     }

@@ -1,9 +1,8 @@
-//! Where vertices of a model are one point of its surface.
+//! Finds vertices of a model that share a surface point.
 //!
-//! Files have a vertex for each set of normals, texture coordinates, joints and materials that meet in a point. If each were
-//! displaced along its own normal by its own height, the surface would burst along all of these seams. Vertices that are together
-//! whenever the model is looked at are therefore one *place*: it has one position and one direction of displacement, and the renderer
-//! finds one height for it and for the edges between places.
+//! A file has one vertex per set of normals, texture coordinates, joints and materials. Displacing each of them along its own normal would
+//! open cracks at these seams. Vertices that coincide in every sampled pose therefore form one *weld*, with one position and one
+//! displacement direction. The renderer finds one height for it and for the edges between welds.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,26 +12,25 @@ use super::parts::{Parts, Placement};
 use leadr_models::{Model, Pose};
 use leadr_render::surfaces::patch_mesh::PosedVertices;
 
-/// Distance at rest within which vertices can be one place, as a part of the model's diagonal.
+/// Largest rest distance of vertices of one weld, as a fraction of the model's diagonal.
 const TOGETHER: f32 = 2e-6;
-/// The same in motion, which joints and their weights round.
+/// The same in motion, with rounding from skinning.
 const TOGETHER_IN_MOTION: f32 = 1e-3;
-/// Directions of the triangles around a place that cancel each other but for this part leave it where it is: it lies in a sheet
-/// that is seen from both sides, or in the seam of one that has only one.
+/// Ratio below which opposing triangle directions cancel. Such a weld is not displaced: it belongs to a surface seen from both sides, or
+/// to the seam of a one-sided one.
 const CANCELLED: f32 = 0.1;
 
-/// The places of a model's vertices.
-pub struct Places {
-    /// For each vertex of each object.
+/// The welds of a model's vertices.
+pub struct Welds {
+    /// Weld of each vertex of each object.
     of: Vec<Vec<u32>>,
-    /// Angle of all triangles at each vertex: how much its normal counts in its place's direction.
+    /// Sum of the triangle angles at each vertex: the weight of its normal in the weld's direction.
     weights: Vec<Vec<f32>>,
     count: usize,
 }
 
-impl Places {
-    /// The places of objects that consist of these triangles. `poses`: the objects' vertices, first at rest, then whenever else the
-    /// model is looked at.
+impl Welds {
+    /// The welds of objects with these triangles. `poses`: the objects' vertices, first at rest, then at all other sampled times.
     pub fn of(poses: &[Vec<PosedVertices>], triangles: &[Vec<[u32; 3]>]) -> Self {
         let all: Vec<Vec<Vec3>> =
             poses.iter().map(|objects| objects.iter().flat_map(|o| o.positions.iter().copied()).collect()).collect();
@@ -44,14 +42,14 @@ impl Places {
             distance(rest) <= TOGETHER * size && all[1..].iter().all(|p| distance(p) <= TOGETHER_IN_MOTION * size)
         };
         let cell = |p: Vec3| ((p - corners.0) / (4.0 * TOGETHER * size)).as_dvec3().floor().as_i64vec3();
-        // The first vertex of each place, by the cell that it lies in.
+        // The first vertex of each weld, by grid cell.
         let mut cells: HashMap<I64Vec3, Vec<(usize, u32)>> = HashMap::new();
         let (mut numbers, mut count) = (Vec::with_capacity(rest.len()), 0u32);
         for (vertex, &position) in rest.iter().enumerate() {
             let at = cell(position);
             let reach = |k: i64| at + I64Vec3::new(k % 3, k / 3 % 3, k / 9) - I64Vec3::ONE;
             let around = (0..27).map(reach).filter_map(|cell| cells.get(&cell)).flatten();
-            let found = around.filter(|(first, _)| near(*first, vertex)).map(|(_, place)| *place).min();
+            let found = around.filter(|(first, _)| near(*first, vertex)).map(|(_, weld)| *weld).min();
             numbers.push(found.unwrap_or_else(|| {
                 cells.entry(at).or_default().push((vertex, count));
                 count += 1;
@@ -69,25 +67,25 @@ impl Places {
         Self { of, weights, count: count as usize }
     }
 
-    /// The first vertex of an object at the place of each of its vertices.
+    /// For each vertex of an object, the object's first vertex of the same weld.
     pub fn firsts(&self, object: usize) -> Vec<u32> {
         let mut first = HashMap::new();
-        (0..).zip(&self.of[object]).map(|(vertex, place)| *first.entry(*place).or_insert(vertex)).collect()
+        (0..).zip(&self.of[object]).map(|(vertex, weld)| *first.entry(*weld).or_insert(vertex)).collect()
     }
 
-    /// Whether a triangle of an object spans an area in some pose.
+    /// Whether a triangle of an object has an area in some pose.
     pub fn is_spanned(&self, object: usize, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|vertex| self.of[object][vertex as usize]);
         a != b && b != c && c != a
     }
 
-    /// For each object the edges along which others go on, as pairs of the first vertices of their places.
+    /// For each object, its edges shared with other objects, as pairs of the first vertices of their welds.
     pub fn rims(&self, triangles: &[Vec<[u32; 3]>]) -> Vec<Vec<[u32; 2]>> {
         let edges = |object: usize| {
             let of = &self.of[object];
-            let places = |t: &[u32; 3]| t.map(|vertex| of[vertex as usize]);
+            let welds = |t: &[u32; 3]| t.map(|vertex| of[vertex as usize]);
             let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]);
-            triangles[object].iter().flat_map(move |t| sides(places(t))).filter(|[a, b]| a != b)
+            triangles[object].iter().flat_map(move |t| sides(welds(t))).filter(|[a, b]| a != b)
         };
         let mut users: HashMap<[u32; 2], HashSet<usize>> = HashMap::new();
         for object in 0..triangles.len() {
@@ -99,19 +97,19 @@ impl Places {
             let first: HashMap<u32, u32> =
                 (0..self.of[object].len()).rev().map(|vertex| (self.of[object][vertex], vertex as u32)).collect();
             let shared: HashSet<[u32; 2]> = edges(object).filter(|edge| users[edge].len() > 1).collect();
-            let mut rims: Vec<_> = shared.into_iter().map(|edge| edge.map(|place| first[&place])).collect();
+            let mut rims: Vec<_> = shared.into_iter().map(|edge| edge.map(|weld| first[&weld])).collect();
             rims.sort_unstable();
             rims
         };
         (0..triangles.len()).map(rims).collect()
     }
 
-    /// Gives the vertices of a place their common position and direction.
+    /// Gives all vertices of a weld the same position and direction.
     pub fn share(&self, objects: &mut [PosedVertices]) {
-        let mut places = vec![(Vec3::ZERO, 0.0f32, Vec3::ZERO, 0.0f32); self.count];
+        let mut welds = vec![(Vec3::ZERO, 0.0f32, Vec3::ZERO, 0.0f32); self.count];
         for ((object, of), weights) in objects.iter().zip(&self.of).zip(&self.weights) {
-            for (vertex, &place) in of.iter().enumerate() {
-                let (position, count, direction, weight) = &mut places[place as usize];
+            for (vertex, &weld) in of.iter().enumerate() {
+                let (position, count, direction, weight) = &mut welds[weld as usize];
                 *position += object.positions[vertex];
                 *count += 1.0;
                 *direction += object.normals[vertex] * weights[vertex];
@@ -122,22 +120,22 @@ impl Places {
             let cancelled = direction.length() <= CANCELLED * weight;
             (position / count, if cancelled { Vec3::ZERO } else { direction.normalize_or_zero() })
         };
-        let places: Vec<(Vec3, Vec3)> = places.iter().map(common).collect();
+        let welds: Vec<(Vec3, Vec3)> = welds.iter().map(common).collect();
         for (object, of) in objects.iter_mut().zip(&self.of) {
-            (object.positions, object.directions) = of.iter().map(|&place| places[place as usize]).unzip();
+            (object.positions, object.directions) = of.iter().map(|&weld| welds[weld as usize]).unzip();
         }
     }
 }
 
-/// Where the surface of a model is, for all of its objects.
+/// Surface data of all objects of a model.
 pub struct Surface {
-    /// The places of its vertices, if any material is displaced.
-    pub places: Option<Places>,
-    /// The edges where an object ends and another goes on, for each object.
+    /// Welds, if any material is displaced.
+    pub welds: Option<Welds>,
+    /// For each object, the edges where another object continues the surface.
     pub rims: Vec<Vec<[u32; 2]>>,
-    /// How it stands in the world.
+    /// Transform to the world.
     pub placement: Placement,
-    /// Its diagonal, metres.
+    /// Diagonal of the model, metres.
     pub size: f32,
 }
 
@@ -145,14 +143,14 @@ impl Surface {
     /// The vertices of all objects in a pose.
     pub fn posed(&self, model: &Model, parts: &Parts, pose: &Pose) -> Vec<PosedVertices> {
         let mut posed = parts.all_posed(model, pose, &self.placement);
-        if let Some(places) = &self.places {
-            places.share(&mut posed);
+        if let Some(welds) = &self.welds {
+            welds.share(&mut posed);
         }
         posed
     }
 }
 
-/// Sum of the angles of the triangles at each vertex.
+/// Sum of the triangle angles at each vertex.
 fn angles(vertices: &PosedVertices, triangles: &[[u32; 3]]) -> Vec<f32> {
     let mut sums = vec![0.0; vertices.positions.len()];
     for triangle in triangles {
@@ -169,7 +167,7 @@ fn angles(vertices: &PosedVertices, triangles: &[[u32; 3]]) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Two triangles of two objects that share an edge, of which they have vertices of their own.
+    /// Two triangles of two objects that share an edge but not its vertices.
     fn roof() -> (Vec<PosedVertices>, Vec<Vec<[u32; 3]>>) {
         let (left, right) = (Vec3::new(-1.0, 0.0, 1.0).normalize(), Vec3::new(1.0, 0.0, 1.0).normalize());
         let ridge = [Vec3::Z, Vec3::new(0.0, 1.0, 1.0)];
@@ -179,47 +177,47 @@ mod tests {
     }
 
     #[test]
-    fn vertices_of_a_seam_are_one_place_and_go_one_way() {
+    fn seam_vertices_weld_and_move_together() {
         let (mut objects, triangles) = roof();
-        let places = Places::of(&[objects.clone()], &triangles);
-        assert_eq!(places.count, 4);
-        assert_eq!(places.rims(&triangles), [vec![[1, 2]], vec![[1, 0]]]);
-        places.share(&mut objects);
+        let welds = Welds::of(&[objects.clone()], &triangles);
+        assert_eq!(welds.count, 4);
+        assert_eq!(welds.rims(&triangles), [vec![[1, 2]], vec![[1, 0]]]);
+        welds.share(&mut objects);
         let [a, b] = [&objects[0].directions, &objects[1].directions];
         assert_eq!((a[1], a[2]), (b[1], b[0]));
         assert!((a[1].length() - 1.0).abs() < 1e-6 && a[1].z > 0.9, "{}", a[1]);
         assert!((a[0] - Vec3::new(-1.0, 0.0, 1.0).normalize()).length() < 1e-6);
-        // Each keeps its own normal.
+        // Each vertex keeps its own normal.
         assert!(objects[0].normals[1].x < -0.5 && objects[1].normals[1].x > 0.5);
     }
 
     #[test]
-    fn what_moves_apart_is_not_one_place() {
+    fn vertices_that_separate_are_not_welded() {
         let (objects, triangles) = roof();
         let mut open = objects.clone();
         open[1].positions[1].x += 0.2;
-        let places = Places::of(&[objects, open], &triangles);
-        assert_eq!(places.count, 5);
-        assert!(places.rims(&triangles).iter().all(Vec::is_empty));
+        let welds = Welds::of(&[objects, open], &triangles);
+        assert_eq!(welds.count, 5);
+        assert!(welds.rims(&triangles).iter().all(Vec::is_empty));
     }
 
     #[test]
-    fn opposite_normals_leave_a_place_where_it_is() {
+    fn opposite_normals_leave_a_weld_undisplaced() {
         let (mut objects, triangles) = roof();
         objects[0].normals = vec![Vec3::Y; 3];
         objects[1].normals = vec![-Vec3::Y; 3];
-        let places = Places::of(&[objects.clone()], &triangles);
-        places.share(&mut objects);
+        let welds = Welds::of(&[objects.clone()], &triangles);
+        welds.share(&mut objects);
         assert_eq!(objects[0].directions[1], Vec3::ZERO);
         assert_eq!(objects[0].directions[0], Vec3::Y);
     }
 
     #[test]
-    fn firsts_name_the_first_vertex_of_a_place() {
+    fn firsts_give_the_first_vertex_of_each_weld() {
         let vertices = PosedVertices::new(vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::X, Vec3::Z, Vec3::Y], vec![Vec3::X; 6]);
         let triangles = vec![vec![[0, 1, 2], [3, 4, 5], [0, 3, 4]]];
-        let places = Places::of(&[vec![vertices]], &triangles);
-        assert_eq!(places.firsts(0), [0, 1, 2, 0, 2, 1]);
-        assert!(places.is_spanned(0, [3, 4, 5]) && !places.is_spanned(0, [0, 3, 4]));
+        let welds = Welds::of(&[vec![vertices]], &triangles);
+        assert_eq!(welds.firsts(0), [0, 1, 2, 0, 2, 1]);
+        assert!(welds.is_spanned(0, [3, 4, 5]) && !welds.is_spanned(0, [0, 3, 4]));
     }
 }

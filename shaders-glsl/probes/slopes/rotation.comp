@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "leadr/frame.glsl"
-#include "leadr/slopes/turn.glsl"
+#include "leadr/slopes/rotation.glsl"
 #include "probes/leadr_probe.glsl"
 
 void main() {
@@ -15,8 +15,8 @@ void main() {
     other.covariance = next3();
     other.area = next();
     at = gl_GlobalInvocationID.x * 12;
-    mat3 turn = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
-    SlopePart part = turn_slopes(turn, mean, S);
+    mat3 rotation = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
+    SlopePart part = rotate_slopes(rotation, mean, S);
     SlopePart whole = join_slopes(other, part);
     put(part.mean);
     put(part.covariance);

@@ -1,10 +1,10 @@
-#ifndef LEADR_SLOPE_TURN_GLSL
-#define LEADR_SLOPE_TURN_GLSL
+#ifndef LEADR_SLOPE_ROTATION_GLSL
+#define LEADR_SLOPE_ROTATION_GLSL
 
 #include "statistics.glsl"
 
-// Slope statistics of a surface expressed in another frame, to first order about its mean normal, and their sum over
-// several surfaces. crates/leadr-reflectance/src/slopes/turn.rs derives both.
+// Expresses slope statistics in another frame, to first order about the mean normal, and sums them over several surfaces.
+// Derivations in crates/leadr-reflectance/src/slopes/rotation.rs.
 
 // One part of a surface over a common plane.
 struct SlopePart {
@@ -13,19 +13,19 @@ struct SlopePart {
     float area; // projected onto the plane
 };
 
-// Mean and covariance in a new frame, of a part that has unit area on its own plane. `turn` leads to the new frame: its
+// Mean and covariance in a new frame, of a part that has unit area on its own plane. `rotation` leads to the new frame: its
 // columns are the old axes there. Normals that leave the new hemisphere are clamped above its horizon.
-SlopePart turn_slopes(const mat3 turn, const vec2 mean, const vec3 S) {
-    vec3 n = turn * vec3(-mean, 1.0);
+SlopePart rotate_slopes(const mat3 rotation, const vec2 mean, const vec3 S) {
+    vec3 n = rotation * vec3(-mean, 1.0);
     float z = max(n.z, 0.1 * length(n));
     vec2 slope = -n.xy / z;
     // Derivatives of the new slope by the old one.
-    vec2 u = (turn[0].xy + slope * turn[0].z) / z;
-    vec2 v = (turn[1].xy + slope * turn[1].z) / z;
+    vec2 u = (rotation[0].xy + slope * rotation[0].z) / z;
+    vec2 v = (rotation[1].xy + slope * rotation[1].z) / z;
     return SlopePart(slope, map_second_moments(mat2(u, v), S), z);
 }
 
-// The union of two parts: moments add in proportion to area. Written so that means close to each other do not cancel.
+// The union of two parts: moments add in proportion to area. This form avoids cancellation between similar means.
 SlopePart join_slopes(const SlopePart a, const SlopePart b) {
     float area = a.area + b.area;
     float t = area > 0.0 ? b.area / area : 0.0;

@@ -1,24 +1,25 @@
-//! What is compared with the truth: techniques and rules under the names that the page gives them.
+//! The techniques and rules compared with the truth, with their names on the page.
 
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
 
-/// The program's default, but shadowed like the rasterised truth: lights alone (Smith), because that truth lets the environment
-/// through the bumps. The other shadowing models are compared with ray casts, which do not.
+/// The program's default with the rasterised truth's shadowing: lights only (Smith), because that truth does not block the environment by
+/// bumps.
+/// Ray casts do; the other shadowing models are compared with them.
 fn options() -> ShadingOptions {
     ShadingOptions { shadowing: Shadowing::Smith, relief_occlusion: false, ..Default::default() }
 }
 
-/// A way to shade.
+/// A shading configuration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub struct Configuration {
     /// Name on the page and in the data.
     pub name: String,
     /// Its settings.
     pub shading: Shading,
 }
 
-impl Look {
+impl Configuration {
     /// A technique with the default rule.
     pub fn of(technique: Technique) -> Self {
         Self { name: technique.name().to_owned(), shading: technique.with(options()) }
@@ -38,44 +39,44 @@ impl Look {
         Self { name, shading: Technique::Leadr.with(ShadingOptions { quadrature, ..options() }) }
     }
 
-    /// Whether it integrates on the paper's grid.
+    /// Whether it uses the paper's grid.
     pub fn is_grid(&self) -> bool {
         matches!(self.shading.quadrature(), Some(Quadrature::Grid(_)))
     }
 
-    /// LEADR with the rules that the program uses by default.
+    /// LEADR with the default rules.
     pub fn best() -> Self {
         Self { name: "leadr, default rules".to_owned(), shading: Technique::Leadr.with(options()) }
     }
 
-    /// LEADR as the program draws it by default, for truths with all shadows.
-    pub fn default_of_the_program() -> Self {
+    /// LEADR with the program's default settings, for truths with all shadows.
+    pub fn program_default() -> Self {
         Self { name: "leadr, as by default".to_owned(), shading: Shading::default() }
     }
 
-    /// Every technique but the references; LEADR with the paper's grid and with the rules.
+    /// Every technique except the references; LEADR with the paper's grid and with the rules.
     pub fn techniques() -> Vec<Self> {
         let others = |t: &Technique| *t != Technique::Leadr && !t.is_reference();
-        let mut looks: Vec<Self> = Technique::ALL.into_iter().filter(others).map(Self::of).collect();
-        looks.push(Self::grid(5));
-        looks.push(Self::visible(Probes::Nine));
-        looks
+        let mut configs: Vec<Self> = Technique::ALL.into_iter().filter(others).map(Self::of).collect();
+        configs.push(Self::grid(5));
+        configs.push(Self::visible(Probes::Nine));
+        configs
     }
 
-    /// The same look with some terms of the light and one shadowing model.
+    /// The same configuration with these light terms and shadowing model.
     #[must_use]
     pub fn with(mut self, terms: Terms, shadowing: Shadowing) -> Self {
         self.shading = self.shading.adjusted(|options| ShadingOptions { terms, shadowing, ..options });
         self
     }
 
-    /// Settings of a picture. What large shapes hide of the sky is no part of what techniques are compared by.
+    /// Settings of a picture. Occlusion of the sky by large shapes is not part of the comparison.
     pub fn settings(&self, size: (u32, u32), samples: u32) -> RenderSettings {
         let shading = self.shading.adjusted(|options| ShadingOptions { sky_occlusion: false, ..options });
         RenderSettings { size, samples, shading, ..RenderSettings::default() }
     }
 
-    /// The name as part of a file's name.
+    /// The name in a form for file names.
     pub fn file(&self) -> String {
         self.name.replace(", ", "-").replace(' ', "-").replace('×', "x")
     }

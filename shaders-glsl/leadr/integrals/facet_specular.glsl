@@ -1,51 +1,51 @@
-#ifndef LEADR_FACET_MIRRORS_GLSL
-#define LEADR_FACET_MIRRORS_GLSL
+#ifndef LEADR_FACET_SPECULAR_GLSL
+#define LEADR_FACET_SPECULAR_GLSL
 
 #include "../facets/fresnel.glsl"
 #include "../masking/correlated.glsl"
 #include "../slopes/grid.glsl"
 
-// Mirrors of a light on a relief whose facets each have a Beckmann base in their own frame: four facets stand for those that mirror
-// it. crates/leadr-reflectance/src/integrals/facet_mirrors.rs derives them. For each light
-//     FacetMirrors f = facet_mirrors(wo, wi, alpha, variance of the light's directions);
-//     radiance += irradiance * facet_mirrors_light(shadowing, o, i, f, m, cholesky, f0);
+// Specular response to a light, for a relief whose facets have a Beckmann base in their own frame: four facets represent those that
+// reflect it. crates/leadr-reflectance/src/integrals/facet_specular.rs gives the derivation. For each light
+//     FacetSpecular f = facet_specular(wo, wi, alpha, variance of the light's directions);
+//     radiance += irradiance * facet_specular_light(shadowing, o, i, f, m, cholesky, f0);
 // where o, i and cholesky are those of the relief without its base.
 
 const float LEADR_LEAST_HALFWAY_Z = 0.1;
-const float LEADR_LEAST_MIRROR_COSINE2 = 1e-3;
+const float LEADR_LEAST_HALF_COSINE2 = 1e-3;
 const float LEADR_LEAST_BASE_VARIANCE = 1e-8;
 const float LEADR_LEAST_FACET_COSINE = 1e-3;
 const float LEADR_LEAST_LINEAR_COSINE = 0.05;
 const float LEADR_LEAST_MAPPED_COSINE = 0.02;
 const float LEADR_MOST_DEVIATIONS = 50.0;
 
-// A light and a viewer, their half vector, and the spread of mirrors about it.
-struct FacetMirrors {
+// A light and a viewer, their half vector, and the width of the specular lobe about it.
+struct FacetSpecular {
     vec3 wo;
     vec3 wi;
     vec3 wh;
     vec3 along;     // across wh, in the plane of incidence
     vec3 beside;
-    vec2 deviation; // of the base's slopes along these, with the size of the light
-    float base;     // and without it
+    vec2 deviation; // of the base's slopes along these axes, including the light's size
+    float base;     // of the base, without the light's size
 };
 
-FacetMirrors facet_mirrors(const vec3 wo, const vec3 wi, const float alpha, const float variance) {
+FacetSpecular facet_specular(const vec3 wo, const vec3 wi, const float alpha, const float variance) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     vec3 d = wi - wo;
     float apart = dot(d, d);
-    // Any axis will do where both coincide.
+    // Any axis serves if the two directions coincide.
     vec3 along = apart > 1e-8 ? d * inversesqrt(apart) : normalize(vec3(wh.z, 1e-6, -wh.x));
     float cosine = dot(wo, wh);
-    vec2 size = 0.25 * variance / vec2(1.0, max(cosine * cosine, LEADR_LEAST_MIRROR_COSINE2));
+    vec2 size = 0.25 * variance / vec2(1.0, max(cosine * cosine, LEADR_LEAST_HALF_COSINE2));
     vec2 deviation = sqrt(size + max(0.5 * alpha * alpha, LEADR_LEAST_BASE_VARIANCE));
-    return FacetMirrors(wo, wi, wh, along, cross(wh, along), deviation, 0.70710678 * alpha);
+    return FacetSpecular(wo, wi, wh, along, cross(wh, along), deviation, 0.70710678 * alpha);
 }
 
-// Share of the mirrors on a facet that viewer and light see, 0 where they see it from behind. co, ci: cosines with the facet's
-// normal; between: of wo and wi; deviation: of the base's slopes. On a normal map the base alone hides facets, and the viewer sees all
-// that face it in full; the edge-on ones fade out.
+// Share of the specular response of a facet visible to viewer and light, 0 from behind. co, ci: cosines with the facet's
+// normal; between: of wo and wi; deviation: of the base's slopes. On a normal map only the base hides facets: the viewer sees
+// facing facets in full, and edge-on ones fade out.
 float facet_visibility(const int shadowing, const float co, const float ci, const float between, const float deviation) {
     bool mapped = shadowing == LEADR_SHADOWING_NORMAL_MAP;
     float so = sqrt(max(1.0 - co * co, 0.0)), si = sqrt(max(1.0 - ci * ci, 0.0));
@@ -59,39 +59,39 @@ float facet_visibility(const int shadowing, const float co, const float ci, cons
     return max(seen, 0.0) * masking_shadowing_factor(mapped ? LEADR_SHADOWING_CORRELATED : shadowing, o, i);
 }
 
-// Gaussian of the facets that mirror a light, in standard coordinates of the relief's slopes.
-struct MirroringFacets {
+// Gaussian of the facets that reflect a light, in standard coordinates of the relief's slopes.
+struct ReflectingFacets {
     vec2 middle;
     vec3 inverse; // of the covariance: xx, yy, xy
     float determinant;
 };
 
-// As if the slopes u of the mirrors on their facets were linear, as they are about the facet of this slope.
-MirroringFacets mirroring_facets(const FacetMirrors f, const vec2 about, const vec2 m, const vec3 cholesky) {
+// Linearises the slopes u of the half vector on the facets, about the facet of this slope.
+ReflectingFacets reflecting_facets(const FacetSpecular f, const vec2 about, const vec2 m, const vec3 cholesky) {
     vec3 n = vec3(-about, 1.0);
     float per = 1.0 / max(dot(n, f.wh), LEADR_LEAST_LINEAR_COSINE * length(n));
-    // In deviations of the base: at the mean slope, and their gradients.
+    // In deviations of the base: the values at the mean slope, and their gradients.
     vec2 u = vec2(dot(n, f.along), dot(n, f.beside)) * per;
     vec3 along = (u.x * f.wh - f.along) * (per / f.deviation.x);
     vec3 beside = (u.y * f.wh - f.beside) * (per / f.deviation.y);
     vec2 away = m - about;
     vec2 at = u / f.deviation + vec2(dot(along.xy, away), dot(beside.xy, away));
     vec2 a = whitened_direction(along, cholesky), b = whitened_direction(beside, cholesky);
-    // Precisions of the slopes and of both axes add up.
+    // Precisions of the slopes and of both axes add.
     vec3 inverse = vec3(1.0 + a * a + b * b, a.x * a.y + b.x * b.y);
     float across = a.x * b.y - a.y * b.x;
     float determinant = 1.0 + dot(a, a) + dot(b, b) + across * across;
     vec2 pull = -(a * at.x + b * at.y);
     vec2 middle = vec2(inverse.y * pull.x - inverse.z * pull.y, inverse.x * pull.y - inverse.z * pull.x) / determinant;
-    return MirroringFacets(clamp(middle, -LEADR_MOST_DEVIATIONS, LEADR_MOST_DEVIATIONS), inverse, determinant);
+    return ReflectingFacets(clamp(middle, -LEADR_MOST_DEVIATIONS, LEADR_MOST_DEVIATIONS), inverse, determinant);
 }
 
-// Density of the mirrors at the half vector that viewer and light see on their facets, per area of the macrosurface.
-float facet_mirror_density(const FacetMirrors f, vec2 m, const vec3 cholesky, const int shadowing) {
+// Density of half vectors on facets visible to viewer and light, per area of the macrosurface.
+float facet_specular_density(const FacetSpecular f, vec2 m, const vec3 cholesky, const int shadowing) {
     m = clamp(m, -LEADR_MAX_SLOPE, LEADR_MAX_SLOPE);
     vec3 halfway = normalize(vec3(-m, 1.0)) + f.wh;
-    vec2 start = mirroring_facets(f, halfway.xy / -max(halfway.z, LEADR_LEAST_HALFWAY_Z), m, cholesky).middle;
-    MirroringFacets found = mirroring_facets(f, slope_at(start, m, cholesky), m, cholesky);
+    vec2 start = reflecting_facets(f, halfway.xy / -max(halfway.z, LEADR_LEAST_HALFWAY_Z), m, cholesky).middle;
+    ReflectingFacets found = reflecting_facets(f, slope_at(start, m, cholesky), m, cholesky);
 
     // Four nodes at sqrt(2) deviations.
     vec2 reach = inversesqrt(found.inverse.y * vec2(0.5 * found.determinant, 0.5));
@@ -112,14 +112,14 @@ float facet_mirror_density(const FacetMirrors f, vec2 m, const vec3 cholesky, co
             sum += exp(-0.5 * (dot(z, z) + dot(t, t))) * (seen * area / (c2 * c2));
         }
     }
-    // e / 8 pi: nodes at sqrt(2) deviations have exp(-1) of the density of the middle.
+    // e / 8 pi: nodes at sqrt(2) deviations have exp(-1) of the density at the centre.
     return 0.1081569970 * sum / (sqrt(found.determinant) * f.deviation.x * f.deviation.y);
 }
 
-// Radiance towards the viewer under the light, per unit of its irradiance on a plane that faces it.
-vec3 facet_mirrors_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetMirrors f, const vec2 m,
-                         const vec3 cholesky, const vec3 f0) {
-    float d = facet_mirror_density(f, m, cholesky, shadowing);
+// Radiance towards the viewer, per unit of the light's irradiance on a plane that faces it.
+vec3 facet_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetSpecular f, const vec2 m,
+                          const vec3 cholesky, const vec3 f0) {
+    float d = facet_specular_density(f, m, cholesky, shadowing);
     return fresnel_schlick(f0, dot(f.wi, f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i));
 }
 

@@ -1,10 +1,9 @@
-//! Transforms slope statistics of parts of a surface into one frame and joins them.
+//! Rotates slope statistics of surface parts into one frame and combines them.
 //!
-//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, and there the slope
-//! `s' = −n.xy / n.z`. This is a projective map; about the mean slope it is linear to first order, with the derivatives
-//! `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j` are the columns of `R`. A facet over a unit of area of the old
-//! plane covers an area `n.z` of the new one, since both are projections of the same facet. The union of surfaces over
-//! one plane has the area-weighted sum of their moments (LEADR 4.1).
+//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, with the slope `s' = −n.xy / n.z`. This is a projective
+//! map. About the mean slope it is linear to first order, with the derivatives `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j` are the
+//! columns of `R`. A facet over a unit area of the old plane covers an area `n.z` of the new one, since both are projections of the same
+//! facet. The union of surfaces over one plane has the area-weighted sum of their moments (LEADR 4.1).
 
 use super::statistics::{map_second_moments, outer_square};
 use glam::{DMat2, DMat3, DVec2, DVec3};
@@ -20,15 +19,14 @@ pub struct SlopePart {
     pub area: f64,
 }
 
-/// Transforms the mean and covariance of a part whose own plane has unit area into the frame that `turn` leads to (its
-/// columns are the old frame's axes in the new one). Accurate to first order about the mean normal. Normals less than a
-/// tenth above the new horizon are held there.
-pub fn turn_slopes(turn: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
-    let n = turn * DVec3::new(-mean.x, -mean.y, 1.0);
+/// Rotates the mean and covariance of a part of unit area on its own plane into another frame. `rotation`: its columns are the old frame's
+/// axes in the new one. Accurate to first order about the mean normal. Normals less than a tenth above the new horizon are clamped there.
+pub fn rotate_slopes(rotation: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
+    let n = rotation * DVec3::new(-mean.x, -mean.y, 1.0);
     let z = n.z.max(0.1 * n.length());
     let slope = -n.truncate() / z;
     let by = |column: DVec3| (column.truncate() + slope * column.z) / z;
-    let linear = DMat2::from_cols(by(turn.x_axis), by(turn.y_axis));
+    let linear = DMat2::from_cols(by(rotation.x_axis), by(rotation.y_axis));
     SlopePart { mean: slope, covariance: map_second_moments(linear, covariance), area: z }
 }
 
@@ -47,20 +45,20 @@ mod tests {
     use crate::slopes::moments::{mix_moments, moments_covariance, moments_of_distribution};
     use glam::DQuat;
 
-    fn turn(axis: DVec3, angle: f64) -> DMat3 {
+    fn rotation(axis: DVec3, angle: f64) -> DMat3 {
         DMat3::from_quat(DQuat::from_axis_angle(axis.normalize(), angle))
     }
 
-    /// Four slopes with a given mean and covariance, each rotated separately and weighted by the area it covers.
-    fn turned_one_by_one(turn: DMat3, mean: DVec2, s: DVec3) -> SlopePart {
+    /// Four slopes of the given mean and covariance, rotated separately and weighted by area.
+    fn rotated_one_by_one(rotation: DMat3, mean: DVec2, s: DVec3) -> SlopePart {
         let a = DVec2::new(s.x.sqrt(), s.z / s.x.sqrt());
         let b = DVec2::new(0.0, (s.y - a.y * a.y).sqrt());
         let root = 2f64.sqrt();
         let slopes = [a, -a, b, -b].map(|d| mean + d * root);
-        let turned = slopes.map(|s| turn * DVec3::new(-s.x, -s.y, 1.0));
-        let area: f64 = turned.iter().map(|n| n.z).sum();
+        let rotated = slopes.map(|s| rotation * DVec3::new(-s.x, -s.y, 1.0));
+        let area: f64 = rotated.iter().map(|n| n.z).sum();
         let (mut first, mut second) = (DVec2::ZERO, DVec3::ZERO);
-        for n in turned {
+        for n in rotated {
             let slope = -n.truncate() / n.z;
             first += slope * (n.z / area);
             second += DVec3::new(slope.x * slope.x, slope.y * slope.y, slope.x * slope.y) * (n.z / area);
@@ -70,16 +68,18 @@ mod tests {
     }
 
     #[test]
-    fn small_spreads_turn_exactly() {
+    fn small_spreads_rotate_exactly() {
         for (axis, angle) in [(DVec3::X, 0.3), (DVec3::new(1.0, -2.0, 0.7), 0.4), (DVec3::Z, 1.1)] {
             for mean in [DVec2::ZERO, DVec2::new(0.4, -0.3)] {
                 let shape = DVec3::new(1.0, 0.5, 0.3);
-                // The first-order error falls with the spread; relative to the spread it falls with the variance.
+                // The absolute error falls with the spread, the relative one with the variance.
                 let mut before = f64::INFINITY;
                 for variance in [1e-2, 1e-4, 1e-6] {
                     let s = shape * variance;
-                    let (got, want) =
-                        (turn_slopes(turn(axis, angle), mean, s), turned_one_by_one(turn(axis, angle), mean, s));
+                    let (got, want) = (
+                        rotate_slopes(rotation(axis, angle), mean, s),
+                        rotated_one_by_one(rotation(axis, angle), mean, s),
+                    );
                     let error =
                         (got.covariance - want.covariance).length() / variance + (got.mean - want.mean).length();
                     assert!(
@@ -94,11 +94,11 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_about_the_normal_and_back_changes_nothing() {
+    fn rotation_about_normal_and_back_is_identity() {
         let (mean, s) = (DVec2::new(0.2, 0.1), DVec3::new(0.2, 0.1, 0.05));
-        let r = turn(DVec3::new(0.3, 1.0, 0.2), 0.35);
-        let there = turn_slopes(r, mean, s);
-        let back = turn_slopes(r.transpose(), there.mean, there.covariance);
+        let r = rotation(DVec3::new(0.3, 1.0, 0.2), 0.35);
+        let there = rotate_slopes(r, mean, s);
+        let back = rotate_slopes(r.transpose(), there.mean, there.covariance);
         assert!((back.mean - mean).length() < 1e-12 && (back.covariance - s).length() < 1e-12);
         assert!((back.area * there.area - 1.0).abs() < 1e-12);
     }
@@ -122,8 +122,8 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_that_turn_away_stay_finite() {
-        let away = turn_slopes(turn(DVec3::X, 2.5), DVec2::new(0.1, 3.0), DVec3::new(0.3, 0.3, 0.1));
+    fn back_facing_surfaces_stay_finite() {
+        let away = rotate_slopes(rotation(DVec3::X, 2.5), DVec2::new(0.1, 3.0), DVec3::new(0.3, 0.3, 0.1));
         assert!(away.mean.is_finite() && away.mean.length() <= 10.0 && away.covariance.is_finite());
         assert!(away.area > 0.0);
     }

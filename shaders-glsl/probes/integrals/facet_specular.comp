@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "leadr/integrals/facet_mirrors.glsl"
+#include "leadr/integrals/facet_specular.glsl"
 #include "probes/leadr_probe.glsl"
 
 void main() {
@@ -13,12 +13,12 @@ void main() {
     float alpha = next();
     float variance = next();
     at = gl_GlobalInvocationID.x * 7;
-    FacetMirrors f = facet_mirrors(wo, wi, alpha, variance);
+    FacetSpecular f = facet_specular(wo, wi, alpha, variance);
     put(f.deviation);
     put(facet_visibility(LEADR_SHADOWING_CORRELATED, wo.z, wi.z, dot(wo, wi), f.base));
     DirectionArea o = direction_area(wo, m, cholesky), i = direction_area(wi, m, cholesky);
     for (int shadowing = 0; shadowing < 3; ++shadowing) {
-        put(facet_mirror_density(f, m, cholesky, shadowing));
+        put(facet_specular_density(f, m, cholesky, shadowing));
     }
-    put(facet_mirrors_light(LEADR_SHADOWING_CORRELATED, o, i, f, m, cholesky, vec3(0.04)).x);
+    put(facet_specular_light(LEADR_SHADOWING_CORRELATED, o, i, f, m, cholesky, vec3(0.04)).x);
 }

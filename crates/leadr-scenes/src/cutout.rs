@@ -1,16 +1,16 @@
-//! Colours where a surface has holes. Files leave them black or worse, and the levels of a texture would mix them into what is there.
+//! Fills colours in cutouts. Files often leave them black, and mipmaps would blend black into the opaque parts.
 
 use super::cover::Texel;
 
-/// A level of means over what is covered.
+/// A mip level with means of the covered texels.
 struct TexelLevel {
     size: [usize; 2],
-    /// `None` where nothing is.
+    /// `None` where nothing is covered.
     texels: Vec<Option<Texel>>,
 }
 
 impl TexelLevel {
-    /// The level of half its size.
+    /// The next coarser level.
     fn coarser(&self) -> Self {
         let [width, height] = self.size;
         let size = self.size.map(|side| side.div_ceil(2));
@@ -29,8 +29,8 @@ impl TexelLevel {
     }
 }
 
-/// The same texels, row by row, and in holes the mean of the nearest that are `covered`. So the mean over each square of two, four, eight
-/// ... texels is that over its covered ones.
+/// The same texels, row by row, with uncovered texels replaced by the mean of the nearest `covered` ones. The mean over each square of
+/// 2ⁿ × 2ⁿ texels is therefore that of its covered texels.
 pub fn filled(texels: &[Texel], [width, height]: [u32; 2], covered: impl Fn(usize) -> bool) -> Vec<Texel> {
     let size = [width as usize, height as usize];
     let there = texels.iter().enumerate().map(|(index, texel)| covered(index).then_some(*texel)).collect();
@@ -59,17 +59,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_over_squares_are_those_of_what_is_covered() {
+    fn block_means_cover_only_covered_pixels() {
         let texel = |red: f32| Texel { albedo: [red, 0.0, 0.0], ..Texel::default() };
         let texels: Vec<Texel> = (0..16).map(|i| texel(if i == 5 { 0.8 } else { 0.1 })).collect();
         let red = |texels: &[Texel]| texels.iter().map(|t| t.albedo[0]).sum::<f32>() / texels.len() as f32;
         let one = filled(&texels, [4, 4], |index| index == 5);
         assert!((red(&one) - 0.8).abs() < 1e-6, "{}", red(&one));
-        // Two of the right half, in different squares.
+        // Two texels of the right half, in different squares.
         let two = filled(&texels, [4, 4], |index| index == 5 || index == 7);
         assert!((two[0].albedo[0] - 0.8).abs() < 1e-6 && (two[3].albedo[0] - 0.1).abs() < 1e-6);
         assert!((red(&two) - 0.45).abs() < 1e-6, "{}", red(&two));
-        // Odd sizes, and nothing at all.
+        // Odd sizes, and no covered texels.
         assert_eq!(
             filled(&texels[..15], [5, 3], |_| false),
             texels[..15].iter().map(|_| texels[0]).collect::<Vec<_>>()

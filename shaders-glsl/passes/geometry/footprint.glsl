@@ -1,11 +1,11 @@
-// How far a place on a surface moves from one pixel to the next, as the geometry pass hands it to the filter pass.
-#ifndef LEADR_GEOMETRY_PLACE
-#define LEADR_GEOMETRY_PLACE
+// Change of a surface position from one pixel to the next, packed between geometry and filter pass.
+#ifndef LEADR_GEOMETRY_FOOTPRINT
+#define LEADR_GEOMETRY_FOOTPRINT
 
-// Halves begin to lose digits below 6e-5, which is a plausible part of a patch.
+// Halves lose precision below 6e-5, which is a plausible fraction of a patch.
 const float FOOTPRINT_SCALE = 1024.0;
 
-// Derivatives of a place by x and y of the image.
+// Derivatives of a position by x and y of the image.
 uvec2 pack_footprint(const vec2 dx, const vec2 dy) {
     return uvec2(packHalf2x16(clamp(dx * FOOTPRINT_SCALE, -6e4, 6e4)), packHalf2x16(clamp(dy * FOOTPRINT_SCALE, -6e4, 6e4)));
 }
