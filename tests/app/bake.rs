@@ -158,7 +158,7 @@ fn heights_and_cones_of_normals_are_drawn() {
     let cones = out.path().join("bricks_Cones.png");
     let output = bake(&["--normal", text(&normals), "--kind", "cones", "-o", text(&cones)]);
     let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success() && stderr.contains("heights from normals: slopes of"), "{stderr}");
+    assert!(output.status.success() && stderr.contains("heights from normals: slope RMS"), "{stderr}");
     let mean = |technique: &str, more: &[&str]| {
         let picture = out.path().join("drawn.exr");
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
